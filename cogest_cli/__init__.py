@@ -1,0 +1,1 @@
+"""The `cogest` command: parses arguments, calls the library, prints, and turns errors into exit codes."""

@@ -1,0 +1,38 @@
+"""`cogest convert`: a log into Parquet, one file a rate group."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cogest_cli.options import Dbc, Logs, Map, NoFix
+
+
+def convert(
+    logs: Logs,
+    out: Annotated[Path, typer.Option(help="Folder for the Parquet files.", show_default=False)],
+    map_file: Map = None,
+    dbc: Dbc = None,
+    no_fix: NoFix = False,
+) -> None:
+    """Bring a log into canonical signals and write them as Parquet: DIR/*.parquet with `time_ns`."""
+    from cogest_cli.options import load_options
+    from cogest_cli.progress import ProgressLine
+    from parsers.load import load_drive
+    from parsers.store import write_drive
+
+    with ProgressLine() as progress:
+        drive = load_drive(logs, load_options(logs[0], map_file, dbc, not no_fix, progress))
+        written = write_drive(drive, out)
+    record = drive.record
+    print(f"{record.format}, {record.status}: {len(drive.signals)} signals over {record.duration_s:.1f} s")
+    for decision in record.decisions:
+        print(f"  {decision.signal}: {decision.found}; {decision.action} ({decision.evidence})")
+    for reason, count in record.rejected.items():
+        print(f"  rejected: {count} x {reason}")
+    for note in record.notes:
+        print(f"  note: {note}")
+    for path in written:
+        print(path)

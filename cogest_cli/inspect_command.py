@@ -1,0 +1,55 @@
+"""`cogest inspect`: what is in a log, what maps to what and why, and which estimators could run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cogest_cli.options import Dbc, Log, Map, NoFix
+
+
+def inspect(
+    log: Log,
+    dbc: Dbc = None,
+    map_file: Map = None,
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
+    write_map: Annotated[
+        Path | None, typer.Option(help="Write a starter mapping file here.", show_default=False)
+    ] = None,
+    vehicle: Annotated[
+        Path | None,
+        typer.Option(help="Vehicle file; default: the nearest vehicle.toml up the folders.", show_default=False),
+    ] = None,
+    no_fix: NoFix = False,
+) -> None:
+    """Say what is in a log: channels, rates, gaps, ranges; what maps to which signal; which estimators can run."""
+    from cogest_cli.options import load_options
+    from cogest_cli.progress import ProgressLine
+    from pipelines.discover import nearest
+    from pipelines.inspection import inspect_log
+    from pipelines.vehicles.vehicle import read_vehicle
+    from reports.inspection import inspection_dict, inspection_text
+
+    vehicle_path = vehicle or nearest("vehicle.toml", log)
+    with ProgressLine() as progress:
+        inspection = inspect_log(
+            log,
+            load_options(log, map_file, dbc, not no_fix, progress),
+            read_vehicle(vehicle_path) if vehicle_path else None,
+        )
+    if as_json:
+        print(json.dumps(inspection_dict(inspection), indent=1, ensure_ascii=False, allow_nan=False))
+    else:
+        print(inspection_text(inspection))
+    if write_map is not None:
+        from parsers.errors import MappingError
+
+        try:
+            write_map.write_text(inspection.starter_map, encoding="utf-8")
+        except OSError as error:
+            raise MappingError(f"cannot be written ({error.strerror})", path=write_map) from error
+        if not as_json:
+            print(f"\nstarter mapping file: {write_map}")

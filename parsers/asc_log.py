@@ -1,0 +1,149 @@
+"""Vector ASC logs (CANalyzer, CANoe and what writes like them)."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+from parsers.can.asc_kernel import parse_asc
+from parsers.can.frames import CanFrames
+from parsers.can.reader import CanReader
+from parsers.can.textlines import Columns, Tally, TextSource, first_lines, head_lines, looks_like_text
+from parsers.channels import ByteArray
+from parsers.importer import HEAD_BYTES, ImportLog, ReadOptions
+
+_DATE = re.compile(r"^\s*date\s+(\S.*)", re.IGNORECASE)
+_BASE = re.compile(r"^\s*base\s+(hex|dec)\b(?:\s+timestamps\s+(absolute|relative)\b)?", re.IGNORECASE)
+_FRAME = re.compile(
+    r"^\s*\d+[.,]\d+\s+(?:\d+\s+[0-9A-F]+x?\s+(?:Rx|Tx|TxRq)\s+[dr]\b|CANFD\s+\d+\s+(?:Rx|Tx)\s)",
+    re.IGNORECASE,
+)
+_MONTHS = {
+    "jan": 1, "feb": 2, "mar": 3, "mär": 3, "mrz": 3, "apr": 4, "may": 5, "mai": 5, "jun": 6,
+    "jul": 7, "aug": 8, "sep": 9, "oct": 10, "okt": 10, "nov": 11, "dec": 12, "dez": 12,
+}  # fmt: skip
+
+
+class AscImporter:
+    """Vector ASC."""
+
+    name = "asc"
+    title = "Vector ASC"
+    suffixes = (".asc",)
+
+    def claims(self, path: Path, head: bytes) -> bool:
+        """Whether the file begins with an ASC header, or a frame in ASC's layout."""
+        if not looks_like_text(head):
+            return False
+        lines = head_lines(head)[:60]
+        header = any(_BASE.match(line) for line in lines)
+        dated = any(_DATE.match(line) and read_date(line) is not None for line in lines)
+        return header or dated or any(_FRAME.match(line) for line in lines)
+
+    def open(self, path: Path, options: ReadOptions, log: ImportLog) -> CanReader:
+        """Raises LogError where the file cannot be read."""
+        header = read_header(first_lines(path, HEAD_BYTES))
+        for note in header.notes:
+            log.note(note)
+
+        def parser() -> _Parser:
+            return _Parser(header)
+
+        clock = "log time since the start of measurement"
+        source = TextSource(path, log, options.progress, parser, clock=clock, absolute=False)
+        return CanReader(source, options, log, path)
+
+
+@dataclass(frozen=True)
+class AscHeader:
+    """base: 16 or 10, of identifiers and payload. relative: a stamp counts from the line before it."""
+
+    base: int
+    relative: bool
+    start: datetime | None
+    notes: tuple[str, ...]
+
+
+class _Parser:
+    def __init__(self, header: AscHeader) -> None:
+        self.tally = Tally()
+        self._header = header
+
+    def parse(self, block: ByteArray, ended: bool) -> CanFrames:
+        """The block's frames."""
+        tally, room = self.tally, Columns.for_block(block)
+        n = parse_asc(
+            block,
+            self._header.base,
+            self._header.relative,
+            ended,
+            tally.state,
+            tally.counts,
+            tally.first,
+            room.time_ns,
+            room.can_id,
+            room.bus,
+            room.length,
+            room.offset,
+            room.data,
+        )
+        return room.first_frames(n)
+
+    def notes(self) -> list[str]:
+        """Nothing beyond the header's notes."""
+        return []
+
+
+def read_header(lines: list[str]) -> AscHeader:
+    """What the lines before the first event say. A file without them is hexadecimal and absolute."""
+    base, relative, start = 16, False, None
+    notes: list[str] = []
+    found_base = False
+    for line in lines:
+        if match := _BASE.match(line):
+            found_base = True
+            base = 10 if match[1].lower() == "dec" else 16
+            relative = (match[2] or "").lower() == "relative"
+        elif start is None and _DATE.match(line):
+            start = read_date(line)
+        elif _FRAME.match(line):
+            break
+    if not found_base:
+        notes.append(
+            "the ASC header does not say how numbers are written: taken as hexadecimal, stamps as absolute"
+        )
+    if start is not None:
+        text = start.isoformat(sep=" ", timespec="milliseconds")
+        notes.append(f"recorded from {text} (local time of the recorder, time zone unknown)")
+    return AscHeader(base, relative, start, tuple(notes))
+
+
+def read_date(line: str) -> datetime | None:
+    """The moment in a header's date line, None where it is not understood.
+
+    English and German months, 12 and 24 hours. What follows the seconds' point is a number of milliseconds, which
+    some writers do not pad: ".7" is 7 ms.
+    """
+    # umlauts come in Latin-1 or UTF-8
+    text = line.lower().replace("ã¤", "ä")
+    clock = re.search(r"\b(\d{1,2}):(\d\d):(\d\d)(?:[.,](\d{1,6}))?\s*(am|pm)?", text)
+    year = re.search(r"\b((?:19|20)\d\d)\b", text)
+    words = re.findall(r"[a-zä]+", text)[1:]
+    month = next((_MONTHS[word[:3]] for word in reversed(words) if word[:3] in _MONTHS), None)
+    if clock is None or year is None or month is None:
+        return None
+    before = text[: clock.start()]
+    day = re.search(r"\b(\d{1,2})\b", before)
+    hour = int(clock[1])
+    if clock[5]:
+        hour = hour % 12 + (12 if clock[5] == "pm" else 0)
+    fraction = clock[4] or "0"
+    micro = int(fraction) * 1000 if len(fraction) <= 3 else int(fraction.ljust(6, "0"))
+    try:
+        return datetime(
+            int(year[1]), month, int(day[1]) if day else 0, hour, int(clock[2]), int(clock[3]), micro
+        )
+    except ValueError:
+        return None

@@ -1,0 +1,1 @@
+"""CAN: frames in columns, DBC databases, and the decoding of payloads in bulk."""

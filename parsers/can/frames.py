@@ -1,0 +1,52 @@
+"""CAN frames in columns: what every CAN format yields and what the DBC decoder takes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parsers.channels import ByteArray, IntArray
+
+EXTENDED = 0x8000_0000
+"""Set in `CanFrames.can_id` for a 29-bit identifier (as socketcan and DBC files have it)."""
+
+
+@dataclass(frozen=True)
+class CanFrames:
+    """A batch of data frames (no error and no remote frames: the format counts those as rejected).
+
+    time_ns: (n,) int64. can_id: (n,) uint32, EXTENDED bit included. bus: (n,) int16, 1 for the first channel.
+    length: (n,) uint8, payload bytes (0-64). offset: (n,) int64, where each payload begins in `data`.
+    data: (m,) uint8, the buffer that holds the payloads; the decoder gathers from it.
+    """
+
+    time_ns: IntArray
+    can_id: NDArray[np.uint32]
+    bus: NDArray[np.int16]
+    length: NDArray[np.uint8]
+    offset: IntArray
+    data: ByteArray
+
+
+class FrameSource(Protocol):
+    """An opened CAN log: what `parsers.can.reader.CanReader` needs of a format.
+
+    clock, absolute, start_utc_ns as in `parsers.importer.LogReader`. `frames` yields batches bounded by a chunk, from
+    the log's beginning at each call, and writes into the log book (messages, rejected, truncation) only when
+    `counting` is true, so that a first look does not count twice.
+    """
+
+    @property
+    def clock(self) -> str: ...
+
+    @property
+    def absolute(self) -> bool: ...
+
+    @property
+    def start_utc_ns(self) -> int | None: ...
+
+    def frames(self, *, counting: bool) -> Iterator[CanFrames]: ...

@@ -1,0 +1,114 @@
+"""What can still be had from a DBC that does not follow the grammar: its messages and signals, line by line."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections import defaultdict
+from dataclasses import replace
+
+from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef
+from parsers.can.frames import EXTENDED
+
+NO_MESSAGE = 0xC000_0000
+"""The id under which databases keep signals that belong to no message."""
+
+LONGEST_LINE = 4096
+"""Longer lines hold no message or signal."""
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_MESSAGE = re.compile(r"^\s*BO_\s+(\d{1,10})\s+([^\s:]+)\s*:\s*(\d{1,5})")
+_SIGNAL = re.compile(
+    rf"^\s*SG_\s+(\S+)\s*(M|m\d{{1,9}}M?)?\s*:\s*(\d{{1,5}})\s*\|\s*(\d{{1,4}})\s*@\s*([01])\s*([+-])"
+    rf"\s*(?:\(\s*({_NUMBER})\s*[,;]\s*({_NUMBER})\s*\))?\s*(?:\[[^\]]*\])?\s*(?:\"([^\"]*)\")?"
+)
+_VALUE_TYPE = re.compile(r"^\s*SIG_VALTYPE_\s+(\d+)\s+(\S+)\s*:\s*([0-3])")
+_SPN = re.compile(r"^\s*BA_\s+\"SPN\"\s+SG_\s+(\d+)\s+(\S+)\s+(\d+)")
+_J1939 = re.compile(
+    r"^\s*BA_\s+\"ProtocolType\"\s+\"J1939\"|^\s*BA_DEF_DEF_\s+\"VFrameFormat\"\s+\"J1939PG\""
+)
+
+
+def salvage_messages(text: str, origin: str) -> tuple[tuple[MessageDef, ...], list[int]]:
+    """Read BO_ and SG_ lines that can be read; also the 1-based numbers of those that cannot.
+
+    Value tables, comments and extended multiplexing are not looked at. origin: the file's name, for the records.
+    """
+    names: dict[int, str] = {}
+    signals: dict[int, list[tuple[str | None, SignalDef]]] = defaultdict(list)
+    floats: dict[tuple[int, str], str] = {}
+    numbers: dict[tuple[int, str], int] = {}
+    skipped: list[int] = []
+    current: int | None = None
+    lines = [line if len(line) <= LONGEST_LINE else "" for line in text.splitlines()]
+    for line_number, line in enumerate(lines, start=1):
+        word = line.split(maxsplit=1)[:1]
+        if word == ["BO_"]:
+            current = _begin(line, names)
+            if current is None:
+                skipped.append(line_number)
+        elif word == ["SG_"] and current is not None:
+            signal = _signal(line)
+            if signal is None:
+                skipped.append(line_number)
+            else:
+                signals[current].append(signal)
+        elif found := _VALUE_TYPE.match(line):
+            floats[int(found[1]), found[2]] = found[3]
+        elif found := _SPN.match(line):
+            numbers[int(found[1]), found[2]] = int(found[3])
+    whole_j1939 = any(_J1939.match(line) for line in lines)
+    messages = []
+    for dbc_id, name in names.items():
+        finished = _finish(dbc_id, signals[dbc_id], floats, numbers)
+        j1939 = bool(dbc_id & EXTENDED) and (whole_j1939 or dbc_id & 0xFF == 0xFE)
+        messages.append(MessageDef(name, dbc_id, finished, j1939=j1939, origin=origin))
+    return tuple(messages), skipped
+
+
+def _begin(line: str, names: dict[int, str]) -> int | None:
+    found = _MESSAGE.match(line)
+    if found is None:
+        return None
+    dbc_id = int(found[1])
+    limit = 0x1FFF_FFFF if dbc_id & EXTENDED else 0x7FF
+    if dbc_id == NO_MESSAGE or dbc_id & 0x7FFF_FFFF > limit or dbc_id in names:
+        return None
+    names[dbc_id] = found[2]
+    return dbc_id
+
+
+def _signal(line: str) -> tuple[str | None, SignalDef] | None:
+    """A signal and its multiplexing mark ("M", "m3", "m3M")."""
+    found = _SIGNAL.match(line)
+    if found is None or not 1 <= int(found[4]) <= MAX_BITS:
+        return None
+    scale, offset = float(found[7] or 1), float(found[8] or 0)
+    if not (math.isfinite(scale) and math.isfinite(offset)):
+        return None
+    field = BitField(int(found[3]), int(found[4]), found[5] == "1")
+    signal = SignalDef(found[1], field, found[6] == "-", False, scale, offset, found[9] or None)
+    return found[2], signal
+
+
+def _finish(
+    dbc_id: int,
+    marked: list[tuple[str | None, SignalDef]],
+    floats: dict[tuple[int, str], str],
+    numbers: dict[tuple[int, str], int],
+) -> tuple[SignalDef, ...]:
+    """Add what later lines say, and the multiplexer's gate; multiplexed signals without one are left out."""
+    above = next((signal for mark, signal in marked if mark == "M"), None)
+    finished: dict[str, SignalDef] = {}
+    for mark, signal in marked:
+        gates: tuple[Gate, ...] = ()
+        if mark is not None and mark != "M":
+            if above is None:
+                continue
+            gates = (Gate(above.name, above.field, (int(mark.strip("mM")),)),)
+        is_float = floats.get((dbc_id, signal.name)) in ("1", "2")
+        if is_float and signal.field.length not in (16, 32, 64):
+            continue
+        spn = numbers.get((dbc_id, signal.name))
+        finished.setdefault(signal.name, replace(signal, gates=gates, is_float=is_float, spn=spn))
+    return tuple(finished.values())

@@ -1,0 +1,127 @@
+"""candump logs: `candump -l` files and what candump prints on a console."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+from parsers.can.candump_kernel import DATED, DELTA, MOST_BUSES, NAME_BYTES, PLAIN, parse_candump
+from parsers.can.frames import CanFrames
+from parsers.can.reader import CanReader
+from parsers.can.textlines import BUSES, Columns, Tally, TextSource, first_lines, head_lines, looks_like_text
+from parsers.channels import ByteArray
+from parsers.errors import LogError
+from parsers.importer import ImportLog, ReadOptions
+
+_STAMP = r"\(\s*(?P<stamp>\d+\.\d+|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+)\s*\)"
+_NAME = r"[A-Za-z_][\w.:-]{0,15}"
+_FILE = re.compile(rf"^\s*{_STAMP}\s+{_NAME}\s+[0-9A-Fa-f]{{3,8}}#")
+_CONSOLE = re.compile(
+    rf"^\s*(?:{_STAMP}\s+)?{_NAME}\s+(?:[TR]X(?:\s+[-BE]){{0,2}}\s+)?[0-9A-Fa-f]{{3,8}}\s+\[\d{{1,2}}\]"
+)
+_SAMPLE_BYTES = 1 << 20
+_WALL_CLOCK_FROM_S = 100_000_000
+"""Stamps below (1973) count from the log's own zero."""
+
+
+class CandumpImporter:
+    """candump of can-utils, in both dialects."""
+
+    name = "candump"
+    title = "candump"
+    suffixes = (".log", ".candump", ".txt")
+
+    def claims(self, path: Path, head: bytes) -> bool:
+        """Whether one of the first lines is a frame in candump's layout."""
+        if not looks_like_text(head):
+            return False
+        return any(_FILE.match(line) or _CONSOLE.match(line) for line in head_lines(head)[:20])
+
+    def open(self, path: Path, options: ReadOptions, log: ImportLog) -> CanReader:
+        """Raises LogError where the frames carry no time stamps."""
+        lines = first_lines(path, _SAMPLE_BYTES)
+        how, absolute, clock = _time_of(lines, path, log)
+
+        def parser() -> _Parser:
+            return _Parser(how)
+
+        source = TextSource(path, log, options.progress, parser, clock=clock, absolute=absolute)
+        return CanReader(source, options, log, path)
+
+
+class _Parser:
+    def __init__(self, how: int) -> None:
+        self.tally = Tally()
+        self._how = how
+        self._names = np.zeros(MOST_BUSES * NAME_BYTES, dtype=np.uint8)
+        self._sizes = np.zeros(MOST_BUSES, dtype=np.int64)
+
+    def parse(self, block: ByteArray, ended: bool) -> CanFrames:
+        """The block's frames."""
+        tally, room = self.tally, Columns.for_block(block)
+        n = parse_candump(
+            block,
+            self._how,
+            self._names,
+            self._sizes,
+            tally.state,
+            tally.counts,
+            tally.first,
+            room.time_ns,
+            room.can_id,
+            room.bus,
+            room.length,
+            room.offset,
+            room.data,
+        )
+        return room.first_frames(n)
+
+    def notes(self) -> list[str]:
+        """Which interface is which bus."""
+        names = []
+        for bus in range(int(self.tally.state[BUSES])):
+            at = bus * NAME_BYTES
+            text = bytes(self._names[at : at + int(self._sizes[bus])]).decode("latin-1")
+            names.append(f"bus {bus + 1} is {text}")
+        return [", ".join(names)] if names else []
+
+
+def _time_of(lines: list[str], path: Path, log: ImportLog) -> tuple[int, bool, str]:
+    """How the stamps are written, whether they count from 1970, and the clock in words."""
+    stamps: list[str] = []
+    console = False
+    for line in lines:
+        found = _FILE.match(line) or _CONSOLE.match(line)
+        if found is None:
+            continue
+        console = console or not _FILE.match(line)
+        if found["stamp"] is None:
+            raise LogError(
+                "a candump console log without time stamps, from which no signal over time can be made",
+                path=path,
+                place=f"line {lines.index(line) + 1}",
+                hint="record with `candump -l` or `candump -t a`",
+            )
+        stamps.append(found["stamp"])
+    if stamps and "-" in stamps[0]:
+        log.note(
+            f"recorded from {stamps[0]} (local time of the recorder, time zone unknown); time counts from there"
+        )
+        return DATED, False, "local time of the recorder since its first frame"
+    seconds = np.array([float(stamp) for stamp in stamps if "-" not in stamp])
+    if seconds.size == 0 or seconds[0] >= _WALL_CLOCK_FROM_S:
+        return PLAIN, True, "receive time of the recorder, UTC"
+    if console and _are_differences(seconds):
+        log.note("the stamps are differences from frame to frame (candump -t d): they were summed up")
+        return DELTA, False, "sum of the differences between frames"
+    return PLAIN, False, "receive time since the log's own zero"
+
+
+def _are_differences(seconds: np.ndarray[tuple[int], np.dtype[np.float64]]) -> bool:
+    """Whether stamps are steps and not time: they go up and down, or are all one step after the first."""
+    if seconds.size < 3:
+        return False
+    steps = np.diff(seconds)
+    return bool((steps < 0).any() or (seconds[0] == 0 and seconds[1] > 0 and (steps[1:] == 0).all()))

@@ -1,0 +1,189 @@
+"""What physics says of the units of signals: ratios that must lie in a range if all units are right."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.checks.grid import BoolArray, Grid, Together, compare, size
+from parsers.checks.motion import MIN_SPEED, path_speed, path_turn_rate, smooth
+
+_SHARP = 0.2
+_SURE = 6.0
+_MOST = 4.0
+_HINT = 2.0
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """A ratio that must lie between low and high.
+
+    powers: how the ratio changes with each signal's factor. cost: at most this much for a ratio out of range. text:
+    the finding in words, with "{ratio}" for the ratio.
+    """
+
+    powers: Mapping[str, float]
+    ratio: float
+    low: float
+    high: float
+    cost: float
+    text: str
+
+    def after(self, factors: Mapping[str, float]) -> float:
+        """The ratio when signals are multiplied by factors."""
+        ratio = self.ratio
+        for name, power in self.powers.items():
+            ratio *= math.pow(factors.get(name, 1.0), power)
+        return ratio
+
+    def penalty(self, factors: Mapping[str, float]) -> float:
+        """How badly the ratio fits when signals are multiplied by factors: 0 in range, `cost` far outside."""
+        ratio = self.after(factors)
+        if self.low <= ratio <= self.high:
+            return 0.0
+        outside = math.log(self.low / ratio if ratio < self.low else ratio / self.high)
+        return float(min((outside / _SHARP) ** 2, self.cost))
+
+    def words(self) -> str:
+        """The finding with its figure."""
+        return self.text.format(ratio=f"{self.ratio:.3g}")
+
+
+def collect(grid: Grid) -> list[Evidence]:
+    """All evidence that a drive gives."""
+    finders: tuple[Callable[[Grid], Iterator[Evidence]], ...] = (
+        _magnitudes,
+        _speeds,
+        _lateral,
+        _long,
+        _angles,
+    )
+    return [
+        each for finder in finders for each in finder(grid) if each.ratio > 0 and math.isfinite(each.ratio)
+    ]
+
+
+def _related(
+    found: Together | None,
+    powers: Mapping[str, float],
+    span: tuple[float, float],
+    text: str,
+    least: float = 0.9,
+) -> Iterator[Evidence]:
+    if found is not None and abs(found.correlation) >= least:
+        text = f"{text} {{ratio}} (correlation {found.correlation:.2f} over {found.seconds:.0f} s)"
+        yield Evidence(powers, found.ratio, span[0], span[1], _SURE, text)
+
+
+def _magnitudes(grid: Grid) -> Iterator[Evidence]:
+    """Sizes that no drive reaches (or only a rolled-over vehicle: then a hint)."""
+    # signal -> (usual at most, impossible from)
+    limits = {
+        "roll": (0.7, 3.3), "pitch": (0.7, 3.3), "roll_rate": (2.5, 10.0), "pitch_rate": (2.5, 10.0),
+        "yaw_rate": (2.5, 10.0), "steering_wheel_angle": (17.0, 40.0), "speed": (75.0, 110.0),
+        "gps_speed_2d": (75.0, 110.0), "accel_x": (13.0, 60.0), "accel_y": (13.0, 60.0),
+    }  # fmt: skip
+    for name, (usual, impossible) in limits.items():
+        column = grid.get(name)
+        large = 0.0 if column is None else size(column)
+        if large > 0:
+            cost = _SURE if large > impossible else _HINT
+            yield Evidence(
+                {name: 1.0}, large, 1e-9, usual, cost, f"{name} reaches {{ratio}} in the unit assumed"
+            )
+    vertical = grid.get("accel_z")
+    if vertical is not None and np.isfinite(vertical).any():
+        middle = abs(float(np.nanmedian(vertical)))
+        if middle > 0.3:
+            text = "accel_z is {ratio} at its median (gravity is 9.81 m/s²)"
+            yield Evidence({"accel_z": 1.0}, middle, 8.7, 10.9, _SURE, text)
+
+
+def _speeds(grid: Grid) -> Iterator[Evidence]:
+    """Speeds against each other and against the path over ground."""
+    columns = {name: grid.get(name) for name in ("speed", "gps_speed_2d")}
+    columns["path"] = path_speed(grid)
+    wheels = [grid.columns[name] for name in sorted(grid.columns) if name.startswith("wheel_speed_")]
+    columns["wheels"] = np.mean(wheels, axis=0) if wheels else None
+    for first, second in (("speed", "path"), ("gps_speed_2d", "path"), ("wheels", "path"), ("wheels", "speed"), ("speed", "gps_speed_2d")):  # fmt: skip
+        a, b = columns[first], columns[second]
+        if a is None or b is None:
+            continue
+        moving = (np.abs(a) > 0.5) & (np.abs(b) > 0.5)
+        found = compare(np.abs(a), np.abs(b), moving, centred=False)
+        powers = {name: power for name, power in ((first, 1.0), (second, -1.0)) if name != "path"}
+        if found is not None and found.seconds > 5:
+            yield from _related(found, powers, (0.9, 1.1), f"{first} over speed of {second} is")
+
+
+def _lateral(grid: Grid) -> Iterator[Evidence]:
+    """Lateral acceleration, yaw rate and speed; steering against the path's curvature."""
+    speed, yaw, lateral = grid.get("speed"), grid.get("yaw_rate"), grid.get("accel_y")
+    turning, ground = path_turn_rate(grid), path_speed(grid)
+    if speed is None:
+        speed_powers, speed = {}, ground
+    else:
+        speed_powers = {"speed": 1.0}
+    if yaw is not None and speed is not None:
+        moving: BoolArray = np.abs(speed) > 1.0
+        powers = {"yaw_rate": -1.0} | dict.fromkeys(speed_powers, -1.0)
+        if lateral is not None:
+            found = compare(lateral, yaw * speed, moving, centred=False)
+            text = "lateral acceleration over yaw_rate × speed is"
+            yield from _related(found, {"accel_y": 1.0} | powers, (0.7, 1.45), text)
+        steering = grid.get("steering_wheel_angle")
+        if steering is not None:
+            curvature = yaw / np.where(np.abs(speed) > MIN_SPEED, np.abs(speed), np.nan)
+            found = compare(steering, curvature)
+            by = {"steering_wheel_angle": 1.0, "yaw_rate": -1.0} | speed_powers
+            yield from _related(found, by, (12, 400), "steering angle over path curvature is [rad·m]", 0.8)
+    if turning is not None and ground is not None:
+        if yaw is not None:
+            found = compare(yaw, turning, centred=False)
+            yield from _related(
+                found, {"yaw_rate": 1.0}, (0.7, 1.4), "yaw_rate over the path's turn rate is", 0.85
+            )
+        if lateral is not None:
+            found = compare(smooth(lateral), turning * ground, centred=False)
+            text = "lateral acceleration over the path's is"
+            yield from _related(found, {"accel_y": 1.0}, (0.65, 1.5), text, 0.85)
+
+
+def _long(grid: Grid) -> Iterator[Evidence]:
+    """Longitudinal acceleration against the change of speed."""
+    forward = grid.get("accel_x")
+    for name in ("speed", "gps_speed_2d"):
+        speed = grid.get(name)
+        if forward is not None and speed is not None:
+            found = compare(smooth(forward), grid.rate(smooth(speed)))
+            powers = {"accel_x": 1.0, name: -1.0}
+            yield from _related(found, powers, (0.7, 1.45), f"accel_x over the change of {name} is", 0.85)
+
+
+def _angles(grid: Grid) -> Iterator[Evidence]:
+    """Roll and pitch against their rates and against the acceleration that makes them.
+
+    A body leans 2 to 12 °/g; on a banked road a level-headed attitude sensor sees 1 rad per g (0.102 rad per m/s²).
+    """
+    for angle, rate, drive, span in (
+        ("roll", "roll_rate", "accel_y", (0.002, 0.125)),
+        ("pitch", "pitch_rate", "accel_x", (0.0003, 0.15)),
+    ):
+        tilt, turning, push = grid.get(angle), grid.get(rate), grid.get(drive)
+        if tilt is not None and turning is not None:
+            found = compare(grid.rate(tilt), turning)
+            powers = {angle: 1.0, rate: -1.0}
+            yield from _related(found, powers, (0.6, 1.6), f"the change of {angle} over {rate} is", 0.8)
+        if tilt is not None and push is not None:
+            found = compare(tilt, push)
+            powers = {angle: 1.0, drive: -1.0}
+            yield from _related(found, powers, span, f"{angle} over {drive} is [rad per m/s²]", 0.75)
+        elif turning is not None and push is not None:
+            found = compare(turning, grid.rate(push))
+            powers = {rate: 1.0, drive: -1.0}
+            yield from _related(
+                found, powers, span, f"{rate} over the change of {drive} is [rad per m/s²]", 0.75
+            )

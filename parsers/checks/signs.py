@@ -1,0 +1,277 @@
+"""Wrong signs, by ISO 8855: x forward, y left, z up; a left turn has accel_y, yaw_rate and roll above zero.
+
+Lateral signals vote: each is compared with the lateral acceleration (else with yaw rate x speed). Of the two
+explanations, "the reference is right" and "the reference is inverted", the one that inverts less wins, where channels
+whose sign convention varies (roll, yaw rate) are cheap to invert, and those that have none (the path over ground,
+the difference of the wheels' speeds) are dear. Without such a witness the choice is a convention, and is said to be.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import Grid, Together, compare
+from parsers.checks.motion import (
+    MIN_SPEED,
+    path_speed,
+    path_turn_rate,
+    right_minus_left,
+    seconds,
+    smooth,
+    vehicle_speed,
+)
+from parsers.drive import Decision
+
+MIN_LATERAL = 1.0
+MIN_SECONDS = 1.0
+_MIN_LATERAL_CENTRED = 0.7
+_MIN_TILT = 0.003
+_LEAST = 0.55
+_LEAST_RATE = 0.5
+_SURE = 1.0
+# what it costs to say that a channel's sign is wrong
+_COSTS = {"accel_y": 1.5, "yaw_rate": 1.0, "roll": 0.9, "steering_wheel_angle": 1.2}
+_PATH_COST = 4.0
+_WHEELS_COST = 3.0
+_SPRINGS_COST = 1.1
+_Z_DOWN_BONUS = 1.2
+_WITNESSES = {
+    "path": "the path over ground",
+    "wheels": "the difference of the rear wheels' speeds",
+    "springs": "the springs",
+}
+
+
+@dataclass(frozen=True)
+class Vote:
+    """How a lateral channel relates to the reference. cost: of saying that it is inverted."""
+
+    name: str
+    found: Together
+    cost: float
+
+
+@dataclass(frozen=True)
+class SignResult:
+    """Which signals are inverted, the decisions, and which checks had too little to go by."""
+
+    inverted: frozenset[str]
+    decisions: tuple[Decision, ...]
+    unchecked: tuple[str, ...]
+
+
+def lateral_reference(grid: Grid) -> tuple[str, FloatArray] | None:
+    """The signal that others are compared with, and what it says of lateral acceleration in m/s²."""
+    lateral = grid.get("accel_y")
+    if lateral is not None:
+        return "accel_y", lateral
+    yaw, speed = grid.get("yaw_rate"), vehicle_speed(grid)
+    return None if yaw is None or speed is None else ("yaw_rate", yaw * speed)
+
+
+def excited(values: FloatArray, least: float) -> bool:
+    """Whether a column is beyond `least` for long enough, and not by one-sided offset alone."""
+    return seconds(np.abs(values) > least) >= MIN_SECONDS
+
+
+def varied(values: FloatArray, least: float) -> bool:
+    """Whether a column is further than `least` from its median for long enough."""
+    finite = values[np.isfinite(values)]
+    return len(finite) > 0 and excited(finite - np.median(finite), least)
+
+
+def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
+    """All that can be compared with the reference and goes together with it clearly."""
+    name, lateral = reference
+    speed, yaw, turning = vehicle_speed(grid), grid.get("yaw_rate"), path_turn_rate(grid)
+    votes: list[tuple[str, FloatArray, float, bool]] = []
+    moving = np.abs(speed) > MIN_SPEED if speed is not None else np.zeros(len(lateral), dtype=np.bool_)
+    if name != "yaw_rate" and yaw is not None and speed is not None:
+        votes.append(("yaw_rate", np.where(moving, yaw * speed, np.nan), _COSTS["yaw_rate"], False))
+    ground = path_speed(grid)
+    if turning is not None and ground is not None:
+        votes.append(("path", turning * ground, _PATH_COST, False))
+    difference = right_minus_left(grid, "wheel_speed")
+    if difference is not None and speed is not None:
+        votes.append(("wheels", np.where(moving, smooth(difference * speed), np.nan), _WHEELS_COST, True))
+    steering = grid.get("steering_wheel_angle")
+    if steering is not None and speed is not None:
+        votes.append(
+            ("steering_wheel_angle", np.where(moving, steering, np.nan), _COSTS["steering_wheel_angle"], True)
+        )
+    springs = right_minus_left(grid, "suspension_deflection")
+    if springs is not None:
+        votes.append(("springs", springs, _SPRINGS_COST, True))
+    if (roll := grid.get("roll")) is not None:
+        votes.append(("roll", roll, _COSTS["roll"], True))
+    if not excited(lateral, MIN_LATERAL):
+        return []
+    moves = varied(lateral, _MIN_LATERAL_CENTRED)
+    found: list[Vote] = []
+    for each, values, cost, centred in votes:
+        if centred and not moves:
+            continue
+        smoothed = smooth(lateral) if each == "path" else lateral
+        together = compare(values, smoothed, centred=centred)
+        if together is not None and abs(together.correlation) >= _LEAST:
+            found.append(Vote(each, together, cost))
+    return found
+
+
+def lateral_signs(grid: Grid) -> SignResult:
+    """Signs of accel_y, yaw_rate, roll, steering and deflections against each other."""
+    reference = lateral_reference(grid)
+    if reference is None:
+        return SignResult(
+            frozenset(), (), ("lateral signs: no lateral acceleration, nor yaw rate and speed",)
+        )
+    name, lateral = reference
+    if not excited(lateral, MIN_LATERAL):
+        text = f"lateral signs: {name} never asks for {MIN_LATERAL:g} m/s² for {MIN_SECONDS:g} s"
+        return SignResult(frozenset(), (), (text,))
+    votes = lateral_votes(grid, reference)
+    down = grid.get("accel_z")
+    z_down = down is not None and bool(np.isfinite(down).any()) and float(np.nanmedian(down)) < -5
+    costs = {vote.name: vote.cost for vote in votes} | {name: _COSTS[name]}
+    if z_down:
+        for signal in ("accel_y", "yaw_rate"):
+            if signal in costs:
+                costs[signal] = max(costs[signal] - _Z_DOWN_BONUS, 0.1)
+    against = {vote.name for vote in votes if vote.found.sign < 0}
+    with_it = {vote.name for vote in votes if vote.found.sign > 0}
+    right = sum(costs[each] for each in against)
+    wrong = costs[name] + sum(costs[each] for each in with_it)
+    chosen = against if right <= wrong else {name, *with_it}
+    margin = abs(right - wrong)
+    by_name = {vote.name: vote for vote in votes}
+    decisions = tuple(
+        _lateral_decision(each, name, by_name, chosen, margin) for each in costs if each in chosen
+    )
+    names: set[str] = set()
+    for each in chosen - {"path", "wheels"}:
+        names |= (
+            {f"suspension_deflection_{w}" for w in ("fl", "fr", "rl", "rr")} if each == "springs" else {each}
+        )
+    return SignResult(frozenset(names), decisions, ())
+
+
+def _lateral_decision(
+    each: str, reference: str, votes: Mapping[str, Vote], chosen: set[str], margin: float
+) -> Decision:
+    vote = votes.get(each) or next(vote for vote in votes.values() if vote.name not in chosen)
+    other = reference if each in votes else vote.name
+    said = _WITNESSES.get(other, other if other != "yaw_rate" else "yaw_rate × speed")
+    agree = [
+        _WITNESSES.get(name, name) for name in (reference, *votes) if name not in chosen and name != each
+    ]
+    evidence = f"correlation {vote.found.correlation:.2f} with {said} over {vote.found.seconds:.0f} s"
+    if len(agree) > 1:
+        evidence += f"; {', '.join(agree)} agree with each other"
+    if each in ("path", "wheels"):
+        what = "longitude" if each == "path" else "wheel_speed_rl"
+        found = f"{_WITNESSES[each]} turns the other way than {said}"
+        return Decision(what, "sign", found, "left as it is", evidence, applied=False)
+    signal = "suspension_deflection_fl" if each == "springs" else each
+    action = "inverted"
+    if each == "springs":
+        action = "all four deflections inverted (compression is positive)"
+    if margin < _SURE:
+        action += " by convention: which of the two is wrong cannot be told, only that they disagree"
+    shown = "suspension deflection" if each == "springs" else each
+    return Decision(
+        signal, "sign", f"{shown} has the sign opposite to {said}", action, evidence, applied=True
+    )
+
+
+def rate_signs(grid: Grid) -> SignResult:
+    """Roll rate and pitch rate against the change of their angles, else against the acceleration behind them.
+
+    To be called when the angles' signs are settled.
+    """
+    inverted: set[str] = set()
+    decisions: list[Decision] = []
+    unchecked: list[str] = []
+    for rate, angle, push, sense in (
+        ("roll_rate", "roll", "accel_y", 1),
+        ("pitch_rate", "pitch", "accel_x", -1),
+    ):
+        turning = grid.get(rate)
+        if turning is None:
+            continue
+        tilt, driving = grid.get(angle), grid.get(push)
+        found = None if tilt is None else compare(turning, grid.rate(tilt))
+        said, least = f"the change of {angle}", _LEAST_RATE
+        if tilt is not None and not varied(tilt, _MIN_TILT):
+            found = None
+        if (found is None or abs(found.correlation) < least) and driving is not None and varied(driving, 1.0):
+            found = compare(turning, sense * grid.rate(driving))
+            said, least = f"the change of {push}", 0.6
+            if sense < 0:
+                said += " (braking tips the nose down)"
+        if found is None or abs(found.correlation) < least:
+            unchecked.append(f"sign of {rate}: the drive moves it too little")
+        elif found.sign < 0:
+            inverted.add(rate)
+            evidence = f"correlation {found.correlation:.2f} over {found.seconds:.0f} s"
+            text = f"{rate} has the sign opposite to {said}"
+            decisions.append(Decision(rate, "sign", text, "inverted", evidence, applied=True))
+    return SignResult(frozenset(inverted), tuple(decisions), tuple(unchecked))
+
+
+def other_signs(grid: Grid) -> SignResult:
+    """accel_x against the change of speed, pitch against accel_x, accel_z against gravity."""
+    inverted: set[str] = set()
+    decisions: list[Decision] = []
+    unchecked: list[str] = []
+    forward, speed = grid.get("accel_x"), vehicle_speed(grid)
+    if forward is not None:
+        change = None if speed is None else grid.rate(smooth(np.abs(speed)))
+        found = None
+        if change is not None and excited(change, 0.5):
+            moving = np.abs(speed) > 1.0 if speed is not None else None
+            found = compare(smooth(forward), change, moving)
+        if found is None or abs(found.correlation) < _LEAST:
+            unchecked.append("sign of accel_x: the speed changes too little")
+        elif found.sign < 0:
+            inverted.add("accel_x")
+            decisions.append(_simple("accel_x", "the change of speed", found))
+            forward = -forward
+    pitch = grid.get("pitch")
+    if pitch is not None and forward is not None:
+        found = compare(pitch, forward) if varied(forward, 1.0) else None
+        if found is None or abs(found.correlation) < 0.65:
+            unchecked.append("sign of pitch: braking and driving move it too little")
+        elif found.sign > 0:
+            inverted.add("pitch")
+            evidence = f"correlation {found.correlation:+.2f} with accel_x over {found.seconds:.0f} s"
+            text = "pitch rises with accel_x, but braking tips the nose down (pitch > 0)"
+            decisions.append(Decision("pitch", "sign", text, "inverted", evidence, applied=True))
+    decisions += _gravity(grid, inverted)
+    return SignResult(frozenset(inverted), tuple(decisions), tuple(unchecked))
+
+
+def _gravity(grid: Grid, inverted: set[str]) -> list[Decision]:
+    vertical = grid.get("accel_z")
+    if vertical is None or not np.isfinite(vertical).any():
+        return []
+    middle = float(np.nanmedian(vertical))
+    evidence = f"median {middle:.2f} m/s²"
+    if -11.5 < middle < -8:
+        inverted.add("accel_z")
+        text = "accel_z points down: it is near -9.81 m/s² where +9.81 m/s² belongs"
+        return [Decision("accel_z", "sign", text, "inverted", evidence, applied=True)]
+    if abs(middle) < 0.3 and float(np.nanstd(vertical)) > 1e-6:
+        text = "accel_z has no gravity in it: it is no specific force"
+        return [Decision("accel_z", "choice", text, "left as it is", evidence, applied=False)]
+    return []
+
+
+def _simple(name: str, other: str, found: Together) -> Decision:
+    evidence = f"correlation {found.correlation:.2f} over {found.seconds:.0f} s"
+    return Decision(
+        name, "sign", f"{name} has the sign opposite to {other}", "inverted", evidence, applied=True
+    )

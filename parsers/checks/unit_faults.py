@@ -1,0 +1,196 @@
+"""Wrong units: the smallest set of known unit mistakes that makes all evidence fit.
+
+Every signal may carry one of the mistakes that loggers make (deg/s published as rad/s, g as m/s², km/h as m/s).
+A mistake costs something, the more so where the log states the unit; evidence that does not fit costs more. The
+cheapest explanation wins, and is applied only where going back on any of its parts would cost clearly more.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import combinations
+
+from parsers.checks.evidence import Evidence, collect
+from parsers.checks.grid import Grid
+from parsers.drive import Decision, Signal
+from parsers.signals import SIGNALS
+from parsers.units import STANDARD_GRAVITY
+
+_DEG = math.pi / 180
+# quantity -> ((factor to SI, what the values are, what they were taken for), …)
+_MISTAKES: dict[str, tuple[tuple[float, str, str], ...]] = {
+    "acceleration": ((STANDARD_GRAVITY, "g", "m/s²"), (1 / STANDARD_GRAVITY, "m/s²", "g")),
+    "angular_rate": ((_DEG, "deg/s", "rad/s"), (1 / _DEG, "rad/s", "deg/s")),
+    "angle": ((_DEG, "deg", "rad"), (1 / _DEG, "rad", "deg")),
+    "speed": (
+        (1 / 3.6, "km/h", "m/s"),
+        (3.6, "m/s", "km/h"),
+        (0.44704, "mph", "m/s"),
+        (1852 / 3600, "knots", "m/s"),
+    ),
+}
+_COST_STATED = 2.0
+_COST_ASSUMED = 1.0
+_COST_INVERSE = 0.5
+_COST_ALONE = 2.0
+_MARGIN = 1.5
+_CLOSE = 1.3
+_WHEELS = "wheels"
+_SENSED = ("acceleration", "angular_rate")
+_MAX_ROUNDS = 8
+
+Factors = dict[str, float]
+
+
+@dataclass(frozen=True)
+class UnitProblem:
+    """What is to be explained. sensors: signals that one sensor gives in one unit, by sensor."""
+
+    evidence: tuple[Evidence, ...]
+    choices: Mapping[str, tuple[float, ...]]
+    stated: Mapping[str, bool]
+    sensors: tuple[tuple[str, ...], ...]
+
+    def cost(self, factors: Factors) -> float:
+        """Cost of an explanation."""
+        total = sum(each.penalty(factors) for each in self.evidence)
+        for sensor in self.sensors:
+            used = [factors.get(name, 1.0) for name in sensor]
+            for factor in set(used) - {1.0}:
+                stated = any(
+                    self.stated.get(n, True) for n, f in zip(sensor, used, strict=True) if f == factor
+                )
+                total += _COST_STATED if stated else _COST_ASSUMED
+                total += _COST_INVERSE if factor in (1 / _DEG, 1 / STANDARD_GRAVITY, 3.6) else 0.0
+            total += _COST_ALONE * (len(used) - Counter(used).most_common(1)[0][1])
+        return total
+
+
+def unit_faults(
+    signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, bool]
+) -> tuple[dict[str, float], list[Decision]]:
+    """Factors by which signals must be multiplied, and all decisions (those in doubt are not applied)."""
+    problem = _problem(signals, grid, stated)
+    best = _solve(problem)
+    factors: dict[str, float] = {}
+    decisions: list[Decision] = []
+    for name, factor in best.items():
+        if factor == 1.0:
+            continue
+        margin = min(problem.cost({**best, name: other}) for other in _others(problem, name, factor))
+        sure = margin - problem.cost(best) >= _MARGIN and _close(problem, name, best)
+        for signal in _members(name, signals):
+            decisions.append(_decision(signal, name, factor, problem, sure))
+            if sure:
+                factors[signal] = factor
+    decisions += _unexplained(problem, best)
+    return factors, decisions
+
+
+def _problem(signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, bool]) -> UnitProblem:
+    evidence = tuple(collect(grid))
+    names = {name for each in evidence for name in each.powers}
+    by_sensor: dict[tuple[str, str], list[str]] = {}
+    for name, signal in signals.items():
+        quantity = SIGNALS[name].quantity
+        if quantity in _SENSED and name[:6] in ("accel_", "roll_r", "pitch_", "yaw_ra") and len(name) < 11:
+            by_sensor.setdefault((signal.group or signal.source, quantity), []).append(name)
+    sensors = [tuple(members) for members in by_sensor.values()]
+    sensors += [(name,) for name in sorted(names) if not any(name in sensor for sensor in sensors)]
+    choices = {
+        name: (1.0, *(row[0] for row in _MISTAKES[_quantity(name)])) for sensor in sensors for name in sensor
+    }
+    flags = {name: stated.get(_members(name, signals)[0], True) for name in choices}
+    return UnitProblem(evidence, choices, flags, tuple(sensors))
+
+
+def _quantity(name: str) -> str:
+    return "speed" if name == _WHEELS else SIGNALS[name].quantity
+
+
+def _members(name: str, signals: Mapping[str, Signal]) -> list[str]:
+    """The signals behind a name of the problem: the wheels' speeds share one unit."""
+    if name == _WHEELS:
+        return [each for each in signals if each.startswith("wheel_speed_")]
+    return [name]
+
+
+def _solve(problem: UnitProblem) -> Factors:
+    """Cheapest explanation found by changing one signal, one sensor or two signals at a time."""
+    best: Factors = dict.fromkeys(problem.choices, 1.0)
+    cost = problem.cost(best)
+    for _ in range(_MAX_ROUNDS):
+        if cost < _COST_ASSUMED:  # no mistake costs less than that
+            break
+        moves = [({**best, **move}) for move in _moves(problem, best)]
+        costs = [problem.cost(move) for move in moves]
+        if not costs or min(costs) > cost - 1e-9:
+            break
+        cost = min(costs)
+        best = moves[costs.index(cost)]
+    return best
+
+
+def _moves(problem: UnitProblem, best: Factors) -> Iterator[Factors]:
+    """Changes of signals that some misfitting evidence is about, and of those of the same sensor."""
+    amiss = {name for each in problem.evidence if each.penalty(best) > 0.3 for name in each.powers}
+    amiss |= {name for sensor in problem.sensors if amiss & set(sensor) for name in sensor}
+    amiss |= {name for name, factor in best.items() if factor != 1.0}
+    singles = [{n: factor} for n, factors in problem.choices.items() if n in amiss for factor in factors]
+    yield from singles
+    for sensor in problem.sensors:
+        if len(sensor) > 1 and amiss & set(sensor):
+            for factor in problem.choices[sensor[0]]:
+                yield dict.fromkeys(sensor, factor)
+    for first, second in combinations(singles, 2):
+        if first.keys() != second.keys():
+            yield first | second
+
+
+def _close(problem: UnitProblem, name: str, best: Factors) -> bool:
+    """Whether every ratio that should be 1 is within `_CLOSE` of it after the repair."""
+    return all(
+        abs(math.log(each.after(best))) < math.log(_CLOSE)
+        for each in problem.evidence
+        if name in each.powers and len(each.powers) > 1 and 0.5 < each.low < each.high < 2
+    )
+
+
+def _others(problem: UnitProblem, name: str, factor: float) -> list[float]:
+    return [other for other in problem.choices[name] if other != factor]
+
+
+def _decision(signal: str, name: str, factor: float, problem: UnitProblem, sure: bool) -> Decision:
+    _, true, taken = next(row for row in _MISTAKES[SIGNALS[signal].quantity] if row[0] == factor)
+    before = [e for e in problem.evidence if name in e.powers and e.penalty({}) > 0.5]
+    words = "; ".join(each.words() for each in sorted(before, key=lambda e: -e.penalty({}))[:2])
+    by = f"multiplied by {factor:.4g}" if factor >= 1 else f"divided by {1 / factor:.4g}"
+    return Decision(
+        signal=signal,
+        kind="unit",
+        found=f"{signal} is in {true}, but was taken for {taken}"
+        if sure
+        else f"{signal} may be in {true}, not in {taken}",
+        action=by if sure else "left as it is: say the unit in a mapping file",
+        evidence=words or f"the other axes of the same sensor are in {true}",
+        applied=sure,
+    )
+
+
+def _unexplained(problem: UnitProblem, best: Factors) -> Iterator[Decision]:
+    """Ratios that no known mistake explains."""
+    for each in problem.evidence:
+        if len(each.powers) > 1 and each.penalty(best) > 0.6 * each.cost:
+            name = next(iter(each.powers))
+            for signal in [name] if name in SIGNALS else ["wheel_speed_fl"]:
+                yield Decision(
+                    signal=signal,
+                    kind="scale",
+                    found=f"{' and '.join(each.powers)} do not fit together, and no usual unit mistake explains it",
+                    action="left as it is",
+                    evidence=f"{each.words()}, expected {each.low:g} to {each.high:g}",
+                    applied=False,
+                )

@@ -1,0 +1,222 @@
+"""Find the table in a text: separator, decimal sign, quoting, where the rows begin and what the columns are called."""
+
+from __future__ import annotations
+
+import re
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+from parsers.table_cells import NumberStyle, best_style, is_missing, split_cells, value_share
+from parsers.table_names import ColumnName, is_unit, plain_unit, split_header, unique_names
+from parsers.table_rows import RowRules
+from parsers.table_text import Encoding, decode
+
+_MOST_LINES = 3000
+_SCORED_LINES = 80
+_HEADER_LINES = 8
+_SEPARATORS = ("\t", ";", ",", "|", " ")
+_SEP_LINE = re.compile(r'^\s*"?sep=(.)"?\s*$', re.IGNORECASE)
+_COMMENT_START = re.compile(r"^\s*(?:#+|//|%%?(?=\s))\s*")
+
+
+@dataclass(frozen=True)
+class TextTable:
+    """A table in a text file. body: byte of the plain text at which the rows begin. sample: cells of the first
+    rows. notes: what was assumed, in sentences."""
+
+    rules: RowRules
+    style: NumberStyle
+    names: tuple[ColumnName, ...]
+    body: int
+    sample: tuple[tuple[str, ...], ...]
+    notes: tuple[str, ...]
+
+    def column(self, place: int) -> tuple[str, ...]:
+        """The sampled cells of one column."""
+        return tuple(row[place] if place < len(row) else "" for row in self.sample)
+
+
+def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTable | None:
+    """The table in the first bytes of a text, or None where nothing looks like rows of numbers.
+
+    complete: whether the sample is the whole file, so that its last line is not cut.
+    """
+    raw_lines = sample.split(b"\n")
+    if not complete and len(raw_lines) > 1:
+        raw_lines = raw_lines[:-1]
+    raw_lines = raw_lines[:_MOST_LINES]
+    lines = [decode(line, encoding).rstrip("\r") for line in raw_lines]
+    stated = next((_SEP_LINE.match(line) for line in lines[:1]), None)
+    if stated is not None:
+        lines[0] = ""
+    chosen = _choose_rules(lines, stated[1] if stated is not None else None)
+    if chosen is None:
+        return None
+    rules, style, share = chosen
+    cells = [split_cells(line, rules) if line.strip() else [] for line in lines]
+    first = _first_row(lines, cells, rules, style, share)
+    if first is None:
+        return None
+    rows = [
+        tuple(row)
+        for line, row in zip(lines[first:], cells[first:], strict=True)
+        if row and not line.lstrip().startswith("#") and rules.min_width <= len(row) <= rules.width
+    ]
+    names, rules, notes = _name_columns(lines, first, rules, style, rows)
+    body = sum(len(line) + 1 for line in raw_lines[:first])
+    return TextTable(rules, style, names, body, tuple(rows[:500]), tuple(notes + _style_notes(rules, style)))
+
+
+def _style_notes(rules: RowRules, style: NumberStyle) -> list[str]:
+    notes = []
+    if style.decimal == ",":
+        notes.append("the decimal sign is a comma")
+    if style.thousands:
+        notes.append(f"digits are grouped by {style.thousands!r}")
+    if rules.row_quotes:
+        notes.append("every row stands in quotes as a whole")
+    return notes
+
+
+def _choose_rules(lines: Sequence[str], stated: str | None) -> tuple[RowRules, NumberStyle, float] | None:
+    """The separator and number style that read the last lines of the sample best, and the share of values in a row."""
+    scored = [line for line in lines if line.strip() and not line.lstrip().startswith("#")][-_SCORED_LINES:]
+    if not scored:
+        return None
+    row_quotes = _rows_are_quoted(scored)
+    best: tuple[float, RowRules, NumberStyle, float] | None = None
+    for separator in (stated,) if stated else _SEPARATORS:
+        rules = RowRules(ord(separator), 0, 0, spaces=separator == " ", row_quotes=row_quotes)
+        split = [split_cells(line, rules) for line in scored]
+        width = statistics.mode(len(row) for row in split)
+        rows = [row for row in split if len(row) == width]
+        if width < 2:
+            continue
+        style = best_style(cell for row in rows for cell in row)
+        share = statistics.median(value_share(row, style) for row in rows)
+        score = share * len(rows) / len(split)
+        if best is None or score > best[0] + 1e-9:
+            best = (score, replace(rules, width=width, min_width=width), style, share)
+    if best is None or best[0] < 0.15:
+        return None
+    _, rules, style, share = best
+    point, groups = ord(style.decimal), ord(style.thousands) if style.thousands else -1
+    return replace(rules, decimal=point, thousands=groups), style, share
+
+
+def _rows_are_quoted(lines: Sequence[str]) -> bool:
+    """Whether (nearly) every line stands in one pair of quotes: "0.01,1.5,2.5"."""
+    stripped = [line.strip() for line in lines]
+    whole = [
+        line for line in stripped if len(line) > 2 and line[0] == line[-1] == '"' and '"' not in line[1:-1]
+    ]
+    return len(whole) >= 0.8 * len(stripped)
+
+
+def _first_row(
+    lines: Sequence[str], cells: Sequence[list[str]], rules: RowRules, style: NumberStyle, share: float
+) -> int | None:
+    """The index of the first line that is a row of the table, followed by rows."""
+    filled = [k for k, row in enumerate(cells) if row and not lines[k].lstrip().startswith("#")]
+    fits = [len(cells[k]) == rules.width and value_share(cells[k], style) >= share / 2 for k in filled]
+    for at, k in enumerate(filled):
+        following = fits[at : at + 3]
+        if all(following) or (fits[at] and at + 3 >= len(filled) and sum(following) >= len(following) - 1):
+            return k
+    return None
+
+
+def _name_columns(
+    lines: Sequence[str], first: int, rules: RowRules, style: NumberStyle, rows: Sequence[tuple[str, ...]]
+) -> tuple[tuple[ColumnName, ...], RowRules, list[str]]:
+    """Names and units from the lines above the first row; also the rules, with what the header taught."""
+    notes: list[str] = []
+    empty_end = rules.width > 2 and all(not row[-1] for row in rows if len(row) == rules.width)
+    above = []
+    other_width = 0
+    for line in [line for line in lines[:first] if line.strip(' \t,;|"')][-_HEADER_LINES:][::-1]:
+        header, note = _fit_header(
+            split_cells(_COMMENT_START.sub("", line), rules), rules.width, empty_end, rows
+        )
+        if header is None or value_share(header, style) > 0.2:
+            other_width = other_width or len(split_cells(line, rules))
+            break
+        above.append((header, note))
+    if not above:
+        words = (
+            f"the line above the rows has {other_width} columns and the rows {rules.width}, so"
+            if other_width
+            else "no header:"
+        )
+        notes.append(f"{words} the columns are called column_1 to column_{rules.width}")
+        plain = tuple(ColumnName("", f"column_{k + 1}") for k in range(rules.width))
+        return plain, rules, notes
+    unit_at = next((k for k, (row, _) in enumerate(above[:-1]) if _is_unit_row(row)), None)
+    header, note = above[0 if unit_at is None else unit_at + 1]
+    if note:
+        notes.append(note)
+    columns = [split_header(name) for name in header]
+    if unit_at is not None:
+        units = above[unit_at][0]
+        columns = [
+            replace(c, unit=plain_unit(unit) or c.unit) for c, unit in zip(columns, units, strict=True)
+        ]
+    names, repeated = unique_names(columns)
+    for name in repeated:
+        notes.append(f"the column name {name!r} is repeated: further columns are called {name}_2 and so on")
+    if empty_end and not header[-1]:
+        rules = replace(rules, min_width=rules.width - 1)
+    return names, rules, notes
+
+
+def _is_unit_row(row: Sequence[str]) -> bool:
+    """Whether most of what stands in a row are units."""
+    kept = [cell for cell in row if cell]
+    return bool(kept) and sum(is_unit(cell) for cell in kept) >= 0.5 * len(kept)
+
+
+def _fit_header(
+    header: list[str], width: int, empty_end: bool, rows: Sequence[tuple[str, ...]]
+) -> tuple[list[str] | None, str | None]:
+    """Bring a header to the rows' width where it is certain how; None where it is not."""
+    if len(header) == width:
+        return header, None
+    if len(header) == width + 1 and not header[-1]:
+        return header[:-1], None
+    if len(header) > width:
+        joined = _join_brackets(header)
+        if len(joined) == width:
+            return joined, "a separator stands inside brackets in the header; the pieces were joined"
+        return None, None
+    if len(header) == width - 1:
+        if empty_end:
+            return [*header, ""], None
+        counted = [row[0] for row in rows[:50]]
+        if len(counted) > 2 and all(
+            a.isdigit() and b.isdigit() and int(b) == int(a) + 1 for a, b in pairwise(counted)
+        ):
+            return ["row", *header], "the header has no name for the first column, which counts the rows"
+    return None, None
+
+
+def _join_brackets(cells: Sequence[str]) -> list[str]:
+    """Join cells while a bracket stands open: "pos(x" and "y)" are one name."""
+    joined: list[str] = []
+    for cell in cells:
+        if joined and sum(joined[-1].count(c) for c in "([{") > sum(joined[-1].count(c) for c in ")]}"):
+            joined[-1] = f"{joined[-1]},{cell}"
+        else:
+            joined.append(cell)
+    return joined
+
+
+def number_columns(table: TextTable) -> tuple[bool, ...]:
+    """For each column, whether its sampled cells are numbers (or all missing)."""
+    pattern = table.style.pattern
+    result = []
+    for place in range(table.rules.width):
+        kept = [cell for cell in table.column(place) if not is_missing(cell)]
+        result.append(sum(pattern.fullmatch(cell) is not None for cell in kept) >= 0.5 * len(kept))
+    return tuple(result)

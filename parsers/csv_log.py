@@ -1,0 +1,195 @@
+"""CSV, TSV and their relatives: tables of text with one time column, however they are written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import MappingProxyType
+
+from parsers.channels import ChannelInfo, Chunk
+from parsers.csv_dialect import TextTable, find_table, number_columns
+from parsers.errors import LogError
+from parsers.importer import ImportLog, ReadOptions
+from parsers.table_clock import TableClock
+from parsers.table_rows import RowBlock, read_rows
+from parsers.table_text import (
+    BLOCK_BYTES,
+    Encoding,
+    TextBlock,
+    decode,
+    find_encoding,
+    read_sample,
+    text_blocks,
+)
+from parsers.table_time import TimePlan, find_time
+
+_GROUP = "table"
+_NO_TABLE = "no rows of numbers separated by comma, semicolon, tab, bar or spaces"
+
+
+class CsvImporter:
+    """Tables of text."""
+
+    name = "csv"
+    title = "CSV table"
+    suffixes = (".csv", ".tsv", ".txt", ".dat", ".tab", ".asc")
+
+    def claims(self, path: Path, head: bytes) -> bool:
+        """Whether the first bytes are text with rows of numbers; or any text, where the suffix says CSV or TSV."""
+        encoding = find_encoding(head)
+        if encoding is None or head.lstrip()[:1] in (b"{", b"<"):
+            return False
+        if path.suffix.lower() in (".csv", ".tsv") and not encoding.damaged:
+            return True
+        try:
+            return find_table(read_sample(path, encoding), encoding, complete=False) is not None
+        except LogError:
+            return False
+
+    def open(self, path: Path, options: ReadOptions, log: ImportLog) -> CsvReader:
+        """Find the table and its time column; raises LogError where there is none."""
+        if path.is_dir():
+            raise LogError(
+                "a folder, where a table of text was expected", path=path, hint="give one file of it"
+            )
+        try:
+            with path.open("rb") as file:
+                head = file.read(65536)
+            size = path.stat().st_size
+        except OSError as error:
+            raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+        if not head:
+            raise LogError(
+                "the file is empty (0 bytes)", path=path, hint="check that the recording was copied whole"
+            )
+        encoding = find_encoding(head)
+        if encoding is None:
+            raise LogError(
+                "not text: it holds bytes that no text has", path=path, hint="check what the file is"
+            )
+        sample = read_sample(path, encoding)
+        table = find_table(sample, encoding, complete=len(sample) + encoding.mark >= size)
+        if table is None:
+            raise LogError(
+                _NO_TABLE, path=path, hint="check that this is the log and not a description of it"
+            )
+        columns = [table.column(k) for k in range(table.rules.width)]
+        plan = find_time(table.names, columns, table.style, options, path)
+        for note in (*table.notes, *plan.notes):
+            log.note(note)
+        return CsvReader(path, encoding, table, plan, options, log, size)
+
+
+class CsvReader:
+    """An opened table of text."""
+
+    def __init__(
+        self,
+        path: Path,
+        encoding: Encoding,
+        table: TextTable,
+        plan: TimePlan,
+        options: ReadOptions,
+        log: ImportLog,
+        size: int,
+        block_bytes: int = BLOCK_BYTES,
+    ) -> None:
+        self._path = path
+        self._encoding = encoding
+        self._table = table
+        self._plan = plan
+        self._options = options
+        self._log = log
+        self._size = size
+        self._block_bytes = block_bytes
+        numeric = number_columns(table)
+        self._places = {
+            column.name: k
+            for k, column in enumerate(table.names)
+            if k not in plan.columns and (column.header or numeric[k])
+        }
+        self._channels = tuple(
+            ChannelInfo(
+                name,
+                _GROUP,
+                table.names[k].unit,
+                "table",
+                "number" if numeric[k] else "text",
+                tags=MappingProxyType({"column": table.names[k].header or name}),
+            )
+            for name, k in self._places.items()
+        )
+
+    @property
+    def channels(self) -> tuple[ChannelInfo, ...]:
+        """All columns but the time's."""
+        return self._channels
+
+    @property
+    def clock(self) -> str:
+        """Which column the time is from."""
+        return self._plan.clock
+
+    @property
+    def absolute(self) -> bool:
+        """Whether the time column counts from 1970."""
+        return self._plan.absolute
+
+    @property
+    def start_utc_ns(self) -> int | None:
+        """Unknown: a relative time column says nothing of the wall clock."""
+        return None
+
+    def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
+        """Yield the wanted columns block by block; raises LogError where no row at all can be read."""
+        known = {channel.name for channel in self._channels if channel.kind == "number"}
+        names = [name for name in self._places if name in wanted and name in known]
+        columns = tuple(self._places[name] for name in names)
+        clock = TableClock(self._plan, self._table.rules)
+        rows = 0
+        for text in text_blocks(self._path, self._encoding, self._table.body, self._block_bytes):
+            block = read_rows(text.data, self._table.rules, columns, self._plan.columns)
+            self._count(text, block, rows)
+            time_ns, valid = clock.read(block)
+            bad = len(valid) - int(valid.sum())
+            self._log.reject("row without a valid time", bad)
+            rows += block.rows - bad
+            self._log.messages += block.rows - bad
+            self._options.progress(text.done, self._size)
+            if block.rows > bad:
+                keep = slice(None) if bad == 0 else valid
+                yield Chunk(_GROUP, time_ns[keep], {n: block.numbers[k][keep] for k, n in enumerate(names)})
+        if rows == 0:
+            raise LogError(
+                "no row with a time and numbers could be read",
+                path=self._path,
+                hint="cogest inspect shows what was found",
+            )
+
+    def _count(self, text: TextBlock, block: RowBlock, rows_before: int) -> None:
+        """Write down what a block lacked."""
+        counts, log = block.counts, self._log
+        log.reject("row with too few columns", counts.too_few)
+        log.reject("row with too many columns", counts.too_many)
+        log.reject("row with bytes that are no text", counts.binary + text.lost_lines)
+        log.reject("cell with text where a number was expected", counts.text_cells)
+        log.reject("cell with an infinite value", counts.infinite_cells)
+        log.reject("cell with a number that is too long", counts.unread_cells)
+        if counts.first_text is not None:
+            place, raw = counts.first_text
+            shown = decode(raw, self._encoding)
+            name = self._table.names[place].name
+            if not any(note.startswith("text where") and f'"{name}"' in note for note in log.notes):
+                log.note(f'text where a number was expected in column "{name}", first {shown!r}')
+        if counts.binary or text.lost_lines:
+            log.worsen(
+                "malformed",
+                "a part of the file is not text (a damaged block, or a disk that filled with zeros)",
+            )
+        if text.ends_open and counts.last_row_short:
+            whole = rows_before + block.rows
+            log.worsen(
+                "truncated", f"the last row breaks off: the log was cut; {whole} rows before it are whole"
+            )
+        elif text.ends_open:
+            log.note("the last line has no line end; if the log was cut there, its last value may be cut too")

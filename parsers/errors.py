@@ -1,0 +1,62 @@
+"""Every error that cogest raises on purpose.
+
+CogestError                 the root: one message for the user, exit code 1
+├── LogError                a log cannot be read: names the file, the place, what was found and expected
+├── MappingError            a mapping file or profile is wrong
+├── DatabaseError           a CAN database (DBC) cannot be used
+├── VehicleError            a vehicle file is wrong
+├── SettingsError           a settings file is wrong, or an estimator's name is unknown
+└── ReportError             a report cannot be made or written
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class CogestError(Exception):
+    """A known error. `str()` is the one line that the user sees."""
+
+    def __init__(
+        self,
+        problem: str,
+        *,
+        path: Path | str | None = None,
+        place: str | None = None,
+        hint: str | None = None,
+    ) -> None:
+        """Build the line `path, place: problem; hint`.
+
+        problem: what was found and what was expected. place: line, byte or time. hint: the next step.
+        """
+        self.problem = problem
+        self.path = None if path is None else Path(path)
+        self.place = place
+        self.hint = hint
+        where = ", ".join(str(part) for part in (path, place) if part)
+        line = f"{where}: {problem}" if where else problem
+        super().__init__(f"{line}; {hint}" if hint else line)
+
+
+class LogError(CogestError):
+    """A log cannot be read."""
+
+
+class MappingError(CogestError):
+    """A mapping file or profile is wrong."""
+
+
+class DatabaseError(CogestError):
+    """A CAN database cannot be used."""
+
+
+class VehicleError(CogestError):
+    """A vehicle file is wrong."""
+
+
+class SettingsError(CogestError):
+    """A settings file is wrong, or an estimator's name is unknown."""
+
+
+class ReportError(CogestError):
+    """A report cannot be made or written."""

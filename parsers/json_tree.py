@@ -1,0 +1,197 @@
+"""The field tree of JSON messages: from a JSON schema, from some messages, or from both."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from parsers.field_notes import MAX_FIELDS, MAX_LIST, unit_in
+from parsers.ros.contract import FieldInfo
+from parsers.units import quantities_of
+
+MAX_DEPTH = 16
+_NUMBERS = ("number", "integer", "boolean")
+
+
+@dataclass
+class JsonNode:
+    """One place in a message. A place may be a number in one message and an object in the next.
+
+    open: the schema does not say what is inside, so that only messages can.
+    """
+
+    keys: dict[str, JsonNode] = field(default_factory=dict)
+    items: list[JsonNode] = field(default_factory=list)
+    number: bool = False
+    text: bool = False
+    open: bool = False
+    unit: str | None = None
+    comment: str = ""
+
+    def item(self, index: int) -> JsonNode:
+        """The list element at an index, made where it is not there yet."""
+        while len(self.items) <= index:
+            self.items.append(JsonNode())
+        return self.items[index]
+
+
+def add_sample(node: JsonNode, value: Any, depth: int = 0) -> None:
+    """Take in what one message has."""
+    if isinstance(value, dict):
+        if depth < MAX_DEPTH:
+            for key, inner in value.items():
+                add_sample(node.keys.setdefault(str(key), JsonNode()), inner, depth + 1)
+    elif isinstance(value, list):
+        if depth < MAX_DEPTH:
+            for index, inner in enumerate(value[:MAX_LIST]):
+                add_sample(node.item(index), inner, depth + 1)
+    elif isinstance(value, str):
+        node.text = True
+    elif value is not None:
+        node.number = True
+
+
+def read_sample(payload: bytes) -> Any:
+    """One message as Python values, None where it is malformed."""
+    try:
+        return json.loads(payload.rstrip(b"\0").decode("utf-8-sig"))
+    except (ValueError, RecursionError):
+        return None
+
+
+def _target(schema: Any, root: Any) -> Any:
+    """The schema that a local reference ("#/$defs/Vector") means."""
+    for _ in range(MAX_DEPTH):
+        if not isinstance(schema, dict) or not isinstance(schema.get("$ref"), str):
+            return schema
+        place: Any = root
+        for part in schema["$ref"].removeprefix("#").split("/")[1:]:
+            part = part.replace("~1", "/").replace("~0", "~")
+            place = place.get(part) if isinstance(place, dict) else None
+        if place is None:
+            return {}
+        schema = place
+    return {}
+
+
+def _first_lengths(schema: dict[str, Any]) -> int:
+    """How many elements a list of the schema can have, up to those that become channels."""
+    most = schema.get("maxItems", MAX_LIST)
+    return max(0, min(most, MAX_LIST)) if isinstance(most, int) else MAX_LIST
+
+
+class _SchemaWalk:
+    """Goes through a schema, not deeper than MAX_DEPTH and not over more places than could be channels."""
+
+    def __init__(self, root: Any) -> None:
+        self.root = root
+        self.places = 0
+
+    def add(self, node: JsonNode, schema: Any, depth: int) -> None:
+        """Take in what a schema says of a place."""
+        schema = _target(schema, self.root)
+        self.places += 1
+        if not isinstance(schema, dict) or depth >= MAX_DEPTH or self.places > 4 * MAX_FIELDS:
+            node.open = True
+            return
+        self._describe(node, schema)
+        for word in ("allOf", "anyOf", "oneOf"):
+            for each in _list(schema.get(word)):
+                self.add(node, each, depth + 1)
+        kinds = schema.get("type")
+        kinds = [kinds] if isinstance(kinds, str) else _list(kinds)
+        node.number |= any(kind in _NUMBERS for kind in kinds)
+        node.text |= "string" in kinds
+        properties = schema.get("properties")
+        if isinstance(properties, dict):
+            for key, each in properties.items():
+                self.add(node.keys.setdefault(str(key), JsonNode()), each, depth + 1)
+        if "array" in kinds or "items" in schema or "prefixItems" in schema:
+            self._array(node, schema, depth)
+        nothing = not (node.keys or node.items or node.number or node.text)
+        node.open |= nothing and kinds != ["null"]
+
+    def _array(self, node: JsonNode, schema: dict[str, Any], depth: int) -> None:
+        items = schema.get("items")
+        places = items if isinstance(items, list) else _list(schema.get("prefixItems"))
+        for index, each in enumerate(places[:MAX_LIST]):
+            self.add(node.item(index), each, depth + 1)
+        if isinstance(items, dict):
+            for index in range(len(places), _first_lengths(schema)):
+                self.add(node.item(index), items, depth + 1)
+
+    def _describe(self, node: JsonNode, schema: dict[str, Any]) -> None:
+        words = schema.get("description") or schema.get("title")
+        if isinstance(words, str) and not node.comment:
+            node.comment = " ".join(words.split())
+            node.unit = unit_in(node.comment)
+        unit = schema.get("unit") or schema.get("units")
+        if isinstance(unit, str) and quantities_of(unit):
+            node.unit = unit
+
+
+def _list(value: Any) -> list[Any]:
+    return value if isinstance(value, list) else []
+
+
+def add_schema(node: JsonNode, definition: bytes) -> bool:
+    """Take in a JSON schema; False where it is not one, and the messages alone must do."""
+    schema = read_sample(definition) if definition.strip() else None
+    if not isinstance(schema, dict):
+        return False
+    _SchemaWalk(schema).add(node, schema, 0)
+    return True
+
+
+def has_open_places(node: JsonNode) -> bool:
+    """Whether the schema leaves something to be found in the messages."""
+    waiting = [node]
+    while waiting:
+        each = waiting.pop()
+        if each.open:
+            return True
+        waiting += [*each.keys.values(), *each.items]
+    return False
+
+
+@dataclass(frozen=True)
+class FlatTree:
+    """Nodes with their paths, parents before children. clashes: paths that two places would share."""
+
+    nodes: tuple[tuple[str, JsonNode], ...]
+    fields: tuple[FieldInfo, ...]
+    clashes: tuple[str, ...]
+    full: bool
+
+
+def flatten(root: JsonNode) -> FlatTree:
+    """All places of a tree in their order, with the fields that they give."""
+    nodes: list[tuple[str, JsonNode]] = []
+    fields: list[FieldInfo] = []
+    taken: set[str] = set()
+    clashes: list[str] = []
+    waiting: list[tuple[str, JsonNode]] = [("", root)]
+    full = False
+    while waiting:
+        path, node = waiting.pop()
+        nodes.append((path, node))
+        if path and (node.number or node.text):
+            if path in taken:
+                clashes.append(path)
+                node.number = node.text = False
+            elif len(fields) >= MAX_FIELDS:
+                full, node.number = True, False
+            else:
+                taken.add(path)
+                fields.append(FieldInfo(path, "number" if node.number else "text", node.unit, node.comment))
+        waiting += reversed([*_inner(path, node)])
+    return FlatTree(tuple(nodes), tuple(fields), tuple(clashes), full)
+
+
+def _inner(path: str, node: JsonNode) -> Iterable[tuple[str, JsonNode]]:
+    for key, inner in node.keys.items():
+        yield (f"{path}.{key}" if path else key), inner
+    for index, inner in enumerate(node.items):
+        yield f"{path}[{index}]", inner

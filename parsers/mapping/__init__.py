@@ -1,0 +1,20 @@
+"""Which channel becomes which canonical signal: user's mapping file, built-in profiles, column names."""
+
+from parsers.mapping.bindings import Binding, bind, needed_channels
+from parsers.mapping.map_file import MapEntry, MapFile, read_map
+from parsers.mapping.propose import missing_channels, propose
+from parsers.mapping.reasons import unmapped_reason
+from parsers.mapping.starter import starter_map
+
+__all__ = [
+    "Binding",
+    "MapEntry",
+    "MapFile",
+    "bind",
+    "missing_channels",
+    "needed_channels",
+    "propose",
+    "read_map",
+    "starter_map",
+    "unmapped_reason",
+]

@@ -1,0 +1,165 @@
+"""Profiles meet channels: every rule that fits becomes a binding, or a reason why it cannot."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+
+from parsers.channels import ChannelInfo
+from parsers.mapping.bindings import Binding
+from parsers.mapping.profiles import Pattern, Profile, Rule, Sibling, fits, tags_of
+from parsers.signals import SIGNALS
+from parsers.units import SI_TEXT, Unit, find_unit, quantities_of
+
+_SILENT = frozenset({"ratio", "count"})
+"""A unit text that means only these ("-", "1", "none") says nothing."""
+_WORSE = 4
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """A rule that fits a channel, and why the channel still cannot be the signal."""
+
+    channel: str
+    signal: str
+    reason: str
+
+
+@dataclass(frozen=True)
+class ChannelIndex:
+    """Channels by tag and value, so that a rule need not look at each channel."""
+
+    channels: tuple[ChannelInfo, ...]
+    tags: tuple[Mapping[str, str], ...]
+    by_tag: Mapping[str, Mapping[str, tuple[int, ...]]]
+    by_group: Mapping[str, tuple[int, ...]]
+    found: dict[tuple[str, str], frozenset[int]] = field(default_factory=dict)
+
+    def matching(self, pattern: Pattern) -> list[int]:
+        """Indexes of the channels that fit a pattern, in the log's order."""
+        sets = [self._one(tag, expression) for tag, expression in pattern]
+        return sorted(frozenset.intersection(*sets)) if sets else []
+
+    def sibling(self, main: int, pattern: Pattern) -> ChannelInfo | None:
+        """The channel of the same group that fits."""
+        for index in self.by_group[self.channels[main].group]:
+            if index != main and fits(pattern, self.tags[index]):
+                return self.channels[index]
+        return None
+
+    def _one(self, tag: str, expression: re.Pattern[str]) -> frozenset[int]:
+        key = (tag, expression.pattern)
+        if key not in self.found:
+            values = self.by_tag.get(tag, {})
+            hits = [
+                index for value, where in values.items() if expression.fullmatch(value) for index in where
+            ]
+            self.found[key] = frozenset(hits)
+        return self.found[key]
+
+
+def index_channels(channels: Sequence[ChannelInfo]) -> ChannelIndex:
+    """Index the number channels of a log."""
+    numbers = tuple(channel for channel in channels if channel.kind == "number")
+    tags = tuple(tags_of(channel) for channel in numbers)
+    by_tag: dict[str, dict[str, list[int]]] = defaultdict(lambda: defaultdict(list))
+    by_group: dict[str, list[int]] = defaultdict(list)
+    for index, (channel, own) in enumerate(zip(numbers, tags, strict=True)):
+        by_group[channel.group].append(index)
+        for tag, value in own.items():
+            by_tag[tag][value].append(index)
+    frozen = {tag: {value: tuple(at) for value, at in values.items()} for tag, values in by_tag.items()}
+    return ChannelIndex(numbers, tags, frozen, {group: tuple(at) for group, at in by_group.items()})
+
+
+def choose_unit(
+    channel: ChannelInfo, signal: str, fallback: str | None, fallback_from: str, *, required: bool = False
+) -> tuple[Unit, str] | str:
+    """The unit of a channel and where it is from, or the reason why it cannot be the signal.
+
+    The log's own unit wins; a unit of another quantity rules the channel out; a silent log leaves it to the
+    fallback, and without one SI is assumed (and said, for the checks to judge).
+    """
+    quantity = SIGNALS[signal].quantity
+    stated = find_unit(channel.unit, quantity)
+    if stated is not None:
+        return stated, "log"
+    meant = quantities_of(channel.unit) - _SILENT
+    if meant:
+        article = "an" if quantity[0] in "aeiou" else "a"
+        hint = ""
+        if quantity == "speed" and meant == {"angular_rate"}:
+            hint = " without the wheel's radius"
+        return f"unit {channel.unit} is no unit of {article} {quantity.replace('_', ' ')}{hint}"
+    if fallback is not None:
+        guess = find_unit(fallback, quantity)
+        if guess is not None:
+            return guess, fallback_from
+    if required:
+        return "its unit is not known, and the log does not say it"
+    return Unit(SI_TEXT[quantity], quantity, 1.0), "assumed SI"
+
+
+def profile_bindings(profile: Profile, index: ChannelIndex) -> Iterator[Binding | Refusal]:
+    """Every binding that a profile finds, and every refusal."""
+    for rule in profile.rules:
+        for at in index.matching(rule.pattern):
+            if index.channels[at].family in profile.families:
+                yield _bind_rule(profile, rule, index, at)
+
+
+def _bind_rule(profile: Profile, rule: Rule, index: ChannelIndex, at: int) -> Binding | Refusal:
+    main = index.channels[at]
+    source = f"profile {profile.name}"
+
+    def refuse(reason: str) -> Refusal:
+        return Refusal(main.name, rule.signal, reason)
+
+    unit = choose_unit(main, rule.signal, rule.unit, source, required=rule.require_unit)
+    if isinstance(unit, str):
+        return refuse(unit)
+    channels = [main.name]
+    for sibling in rule.add:
+        other = index.sibling(at, sibling.pattern)
+        if other is not None:
+            channels.append(other.name)
+        elif not sibling.optional:
+            return refuse(f"needs {_say(sibling)} beside it")
+    extra: list[ChannelInfo | None] = []
+    for each in (rule.sign, rule.where):
+        found = None if each is None else index.sibling(at, each.pattern)
+        if each is not None and found is None and not each.optional:
+            return refuse(f"needs {_say(each)} beside it")
+        extra.append(found)
+    sign, where = extra
+    worse = bool(rule.worse) and fits(rule.worse, index.tags[at])
+    return Binding(
+        signal=rule.signal,
+        channels=tuple(channels),
+        unit=unit[0],
+        unit_from=unit[1],
+        rule=f"{source}: {_what(index.tags[at], main)}",
+        scale=rule.scale,
+        offset=rule.offset,
+        invert=rule.invert,
+        sign_channel=None if sign is None else sign.name,
+        valid_range=rule.valid_range,
+        where=None if where is None or rule.where is None else (where.name, rule.where.low, rule.where.high),
+        rank=rule.rank + (_WORSE if worse else 0),
+        kind=rule.kind,
+    )
+
+
+def _say(sibling: Sibling) -> str:
+    return " and ".join(expression.pattern.replace("\\", "") for _, expression in sibling.pattern)
+
+
+def _what(tags: Mapping[str, str], channel: ChannelInfo) -> str:
+    """What was recognised, in the format's own words."""
+    if "type" in tags and "field" in tags:
+        return f"{tags['type']} {tags['field']}"
+    if "pgn" in tags and "spn" in tags:
+        return f"PGN {tags['pgn']} SPN {tags['spn']} ({channel.name})"
+    return channel.name

@@ -1,0 +1,246 @@
+"""Signals recognised by a column's name alone, by the table in `parsers/profiles/names.toml`."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from typing import Any
+
+from parsers.channels import ChannelInfo
+from parsers.mapping.bindings import Binding
+from parsers.mapping.match import Refusal, choose_unit
+from parsers.signals import COLUMNS, SIGNALS, WHEELS
+from parsers.units import SI_TEXT, STANDARD_GRAVITY, Unit, find_unit
+
+RANK_CANONICAL = 0
+RANK_CANONICAL_NAME = 2
+RANK_NAME = 60
+_RANK_WORSE = 10
+_RANK_WEAK = 8
+# ways in which a unit is glued to a name: "accel_y_mps2"
+_SUFFIX_UNITS = {
+    "mps2": "m/s2", "ms2": "m/s2", "m_s2": "m/s2", "radps": "rad/s", "rads": "rad/s", "rad_s": "rad/s",
+    "degps": "deg/s", "dps": "deg/s", "deg_s": "deg/s", "degs": "deg/s", "mps": "m/s", "m_s": "m/s", "kmh": "km/h",
+    "kph": "km/h", "km_h": "km/h", "mph": "mph", "kn": "kn", "kts": "kn", "deg": "deg", "rad": "rad",
+    "bar": "bar", "kpa": "kPa", "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "nm": "Nm", "g": "g",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class NameTable:
+    """The table: spelling -> word, and word sets -> signal with its place in the list."""
+
+    words: Mapping[str, str]
+    noise: frozenset[str]
+    worse: frozenset[str]
+    sets: Mapping[tuple[str, ...], tuple[str, int]]
+    weak: frozenset[tuple[str, ...]]
+    unit_free: frozenset[tuple[str, ...]]
+    blocked: frozenset[str]
+    ambiguous: Mapping[tuple[str, ...], str]
+
+
+@cache
+def load_names() -> NameTable:
+    """The built-in table."""
+    text = files("parsers.profiles").joinpath("names.toml").read_text(encoding="utf-8")
+    data: dict[str, Any] = tomllib.loads(text)
+    words = {spelling: word for word, spellings in data["words"].items() for spelling in spellings.split()}
+    sets: dict[tuple[str, ...], tuple[str, int]] = {}
+    for signal, rows in data["names"].items():
+        for place, row in enumerate(rows):
+            for key, name in zip(_wheel_keys(row), _wheel_names(signal, row), strict=True):
+                sets.setdefault(key, (name, place))
+    return NameTable(
+        words=words,
+        noise=frozenset(data["noise"]["words"].split()),
+        worse=frozenset(data["noise"]["worse"].split()),
+        sets=sets,
+        weak=_spread(data["weak"]["sets"]),
+        unit_free=_spread(data["weak"]["without_unit"]),
+        blocked=frozenset(data["blocked"]["words"].split()),
+        ambiguous={_key(row): reason for row, reason in data["ambiguous"].items()},
+    )
+
+
+def _spread(rows: list[str]) -> frozenset[tuple[str, ...]]:
+    return frozenset(key for row in rows for key in _wheel_keys(row))
+
+
+def _key(row: str) -> tuple[str, ...]:
+    return tuple(sorted(row.split()))
+
+
+def _wheel_keys(row: str) -> list[tuple[str, ...]]:
+    return [_key(row.replace("{w}", wheel)) for wheel in WHEELS] if "{w}" in row else [_key(row)]
+
+
+def _wheel_names(signal: str, row: str) -> list[str]:
+    return [signal.replace("{w}", wheel) for wheel in WHEELS] if "{w}" in row else [signal]
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """A name without the unit in brackets at its end, and that unit: "Speed (km/h)" -> ("Speed", "km/h")."""
+    found = re.fullmatch(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*", name.strip())
+    if found and found.group(1) and not found.group(2).strip().isdigit():
+        return found.group(1), found.group(2).strip() or None
+    return name.strip(), None
+
+
+def words_of(name: str, table: NameTable) -> list[str]:
+    """A name's words, each in the table's spelling: "LatAcc" -> ["lateral", "accel"]."""
+    text = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
+    text = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", text)
+    pieces = [piece for piece in re.split(r"[^A-Za-z0-9]+", text) if piece]
+    words: list[str] = []
+    for piece in pieces:
+        words += [table.words.get(part, part) for part in _cut(piece.lower(), table)]
+    return _pair_wheels(words)
+
+
+def _cut(piece: str, table: NameTable) -> list[str]:
+    """Cut "accely", "yawrate" or "wheelspeedfl" into known words; a piece that is not made of them stays whole."""
+    if piece in table.words or len(piece) < 4 or len(piece) > 40:
+        return [piece]
+    for at in range(len(piece) - 1, 1, -1):
+        head, tail = piece[:at], piece[at:]
+        if head in table.words and (tail in table.words or tail in ("x", "y", "z")):
+            return [head, tail]
+    for tail in (*WHEELS, "lf", "rf", "lr"):
+        head = piece.removesuffix(tail)
+        if head != piece:
+            parts = _cut(head, table)
+            if all(part in table.words for part in parts):
+                return [*parts, tail]
+    return [piece]
+
+
+def _pair_wheels(words: list[str]) -> list[str]:
+    """ "front left" -> fl."""
+    for end in ("front", "rear"):
+        for side in ("left", "right"):
+            if words.count(end) == 1 and words.count(side) == 1:
+                rest = [word for word in words if word not in (end, side)]
+                return [*rest, end[0] + side[0]]
+    return words
+
+
+def name_bindings(channel: ChannelInfo) -> Iterator[Binding | Refusal]:
+    """What a channel could be by its name: at most one signal."""
+    table = load_names()
+    blocked = table.blocked & set(words_of(channel.name, table))
+    for text in _texts(channel):
+        plain, bracket = split_unit(text)
+        canonical = None if blocked else _canonical(channel, plain)
+        if canonical is not None:
+            yield canonical
+            return
+        found = _find(plain, table)
+        if found is not None:
+            if blocked:
+                reason = f"{min(blocked)!r} in its name: not a measurement of this vehicle's {found.signal}"
+                yield Refusal(channel.name, found.signal, reason)
+            else:
+                yield _named(channel, found, bracket or found.suffix, table)
+            return
+
+
+def ambiguous_name(channel: ChannelInfo) -> str | None:
+    """Why a name is too general to be mapped, or None."""
+    table = load_names()
+    for text in _texts(channel):
+        words = [word for word in words_of(split_unit(text)[0], table) if word not in table.noise]
+        reason = table.ambiguous.get(tuple(sorted(words)))
+        if reason is not None:
+            return reason
+    return None
+
+
+def _texts(channel: ChannelInfo) -> list[str]:
+    """The texts to look at: the last part of a path first, then with the part before it."""
+    tags = channel.tags
+    if (
+        channel.family == "vbo"
+    ):  # a dot is an abbreviation there ("Lat._Vel."), a leading underscore a raw value
+        return [] if channel.name.startswith("_") else [channel.name]
+    name = tags.get("field") or tags.get("signal") or tags.get("column") or channel.name
+    parts = re.split(r"[./\\:]+", name) if not re.search(r"\s", name) else [name]
+    texts = [parts[-1], " ".join(parts[-2:]), " ".join(parts[-3:]), name]
+    return list(dict.fromkeys(text for text in texts if text))
+
+
+@dataclass(frozen=True)
+class _Found:
+    signal: str
+    key: tuple[str, ...]
+    place: int
+    worse: bool
+    suffix: str | None
+
+
+def _find(name: str, table: NameTable) -> _Found | None:
+    """Look a name up, with and without a unit glued to its end."""
+    for text, suffix in _without_suffix(name):
+        words = [word for word in words_of(text, table) if word not in table.noise]
+        kept = [word for word in words if word not in table.worse]
+        hit = table.sets.get(tuple(sorted(kept)))
+        if hit is not None:
+            return _Found(hit[0], tuple(sorted(kept)), hit[1], len(kept) < len(words), suffix)
+    return None
+
+
+def _without_suffix(name: str) -> Iterator[tuple[str, str | None]]:
+    yield name, None
+    pieces = name.rstrip().split("_") if "_" in name else name.split()
+    for count in (2, 1):
+        unit = _SUFFIX_UNITS.get("_".join(pieces[-count:]).lower())
+        if unit is not None and len(pieces) > count:
+            yield "_".join(pieces[:-count]), unit
+
+
+def _canonical(channel: ChannelInfo, name: str) -> Binding | None:
+    """A column of cogest's own store ("accel_y_mps2"), or a canonical name with the log's unit ("accel_y")."""
+    spec = COLUMNS.get(name)
+    if spec is not None and (spec.column != spec.name or spec.name not in SIGNALS):
+        stated = find_unit(channel.unit, spec.quantity)
+        if stated is None or stated.scale == 1.0:
+            unit = Unit(channel.unit or SI_TEXT[spec.quantity], spec.quantity, 1.0)
+            rule = f"canonical column {name!r}"
+            return Binding(spec.name, (channel.name,), unit, "name", rule, rank=RANK_CANONICAL)
+    if name not in SIGNALS:
+        return None
+    chosen = _unit(channel, name, split_unit(channel.name)[1])
+    if isinstance(chosen, str):
+        return None
+    unit, unit_from = chosen
+    rule = f"canonical name {name!r}"
+    return Binding(name, (channel.name,), unit, unit_from, rule, rank=RANK_CANONICAL_NAME)
+
+
+def _unit(channel: ChannelInfo, signal: str, text: str | None) -> tuple[Unit, str] | str:
+    """The log's unit, else the one in the name, else SI; a reason where either is of another quantity."""
+    chosen = choose_unit(channel, signal, text, "name")
+    if not isinstance(chosen, str) and chosen[1] == "assumed SI" and text:
+        return choose_unit(replace(channel, unit=text), signal, None, "")
+    return chosen
+
+
+def _named(channel: ChannelInfo, found: _Found, text: str | None, table: NameTable) -> Binding | Refusal:
+    quantity = SIGNALS[found.signal].quantity
+    chosen = _unit(channel, found.signal, text)
+    if isinstance(chosen, str):
+        return Refusal(channel.name, found.signal, chosen)
+    unit, unit_from = chosen
+    if unit_from == "assumed SI" and "g" in found.key and quantity == "acceleration":
+        unit, unit_from = Unit("g", quantity, STANDARD_GRAVITY), "name"
+    weak = found.key in table.weak
+    guessed = unit_from == "assumed SI"
+    if guessed and (channel.family == "can" or (weak and found.key not in table.unit_free)):
+        reason = f"the name alone is too general for {found.signal}: say its unit, or map it"
+        return Refusal(channel.name, found.signal, reason)
+    rank = RANK_NAME + found.place + (_RANK_WORSE if found.worse else 0) + (_RANK_WEAK if weak else 0)
+    return Binding(found.signal, (channel.name,), unit, unit_from, f"column name {channel.name!r}", rank=rank)

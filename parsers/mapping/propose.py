@@ -1,0 +1,120 @@
+"""All that a log's channels could be: candidates for each signal, best first."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping, Sequence
+
+from parsers.channels import ChannelInfo
+from parsers.errors import MappingError
+from parsers.mapping.bindings import Binding
+from parsers.mapping.map_file import MapEntry, MapFile, nearest
+from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
+from parsers.mapping.names import name_bindings
+from parsers.mapping.profiles import load_profiles
+from parsers.signals import SIGNALS
+
+
+def propose(channels: Sequence[ChannelInfo], user: MapFile | None) -> Mapping[str, tuple[Binding, ...]]:
+    """Candidates for each signal that the log can give, best first, in the order of the canonical table.
+
+    An entry of the user's mapping file wins outright: it is then the only candidate. Raises MappingError where such
+    an entry names a channel that the log lacks (unless the file is not strict), or channels of two groups.
+    """
+    found: dict[str, list[Binding]] = defaultdict(list)
+    for candidate in candidates(channels):
+        if isinstance(candidate, Binding):
+            found[candidate.signal].append(candidate)
+    order = {channel.name: (-(channel.count or 0), place) for place, channel in enumerate(channels)}
+    proposals: dict[str, tuple[Binding, ...]] = {}
+    for signal in SIGNALS:
+        ranked = sorted(found.get(signal, ()), key=lambda each: (each.rank, order[each.channels[0]]))
+        unique: dict[str, Binding] = {}
+        for binding in ranked:
+            unique.setdefault(binding.channels[0], binding)
+        if unique:
+            proposals[signal] = tuple(unique.values())
+    return proposals if user is None else _with_user(proposals, channels, user)
+
+
+def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
+    """Every binding that a profile or a name gives, and every refusal with its reason."""
+    index = index_channels(channels)
+    families = {channel.family for channel in index.channels}
+    for profile in load_profiles():
+        if families & profile.families:
+            yield from profile_bindings(profile, index)
+    for channel in index.channels:
+        yield from name_bindings(channel)
+
+
+def missing_channels(channels: Sequence[ChannelInfo], user: MapFile) -> tuple[str, ...]:
+    """A sentence for every entry of a mapping file that names a channel which the log does not have."""
+    known = {channel.name for channel in channels}
+    return tuple(
+        f"{user.path.name} maps {entry.signal} to {name!r}, which is not in this log"
+        for entry in user.signals.values()
+        for name in entry.needed
+        if name not in known
+    )
+
+
+def _with_user(
+    proposals: dict[str, tuple[Binding, ...]], channels: Sequence[ChannelInfo], user: MapFile
+) -> Mapping[str, tuple[Binding, ...]]:
+    known = {channel.name: channel for channel in channels}
+    result = dict(proposals)
+    for signal, entry in user.signals.items():
+        if entry.ignore:
+            result.pop(signal, None)
+            continue
+        missing = [name for name in entry.needed if name not in known]
+        if missing and user.strict:
+            raise _missing(missing[0], entry, user, list(known))
+        if not missing:
+            result[signal] = (_from_entry(entry, known, user),)
+    return {signal: result[signal] for signal in SIGNALS if signal in result}
+
+
+def _missing(name: str, entry: MapEntry, user: MapFile, known: list[str]) -> MappingError:
+    contained = [each for each in known if name.casefold() in each.casefold()][:3]
+    hint = nearest(name, known)
+    if hint is None and contained:
+        hint = f"did you mean {' or '.join(map(repr, contained))}?"
+    hint = hint or "`cogest inspect` lists the channels of a log"
+    place = f"[signals.{entry.signal}]"
+    return MappingError(f"channel {name!r} is not in the log", path=user.path, place=place, hint=hint)
+
+
+def _from_entry(entry: MapEntry, known: Mapping[str, ChannelInfo], user: MapFile) -> Binding:
+    place = f"[signals.{entry.signal}]"
+    main = known[entry.channel]
+    for name in entry.needed:
+        if known[name].kind != "number":
+            raise MappingError(f"channel {name!r} holds text, not numbers", path=user.path, place=place)
+        if known[name].group != main.group:
+            problem = f"channels {main.name!r} and {name!r} do not share one clock"
+            hint = "only channels of one message, topic or table can be combined"
+            raise MappingError(problem, path=user.path, place=place, hint=hint)
+    if entry.unit is not None:
+        unit, unit_from = entry.unit, "map file"
+    else:
+        chosen = choose_unit(main, entry.signal, None, "")
+        if isinstance(chosen, str):
+            hint = 'say the unit in the mapping file: unit = "…"'
+            raise MappingError(f"{main.name!r}: {chosen}", path=user.path, place=place, hint=hint)
+        unit, unit_from = chosen
+    return Binding(
+        signal=entry.signal,
+        channels=(entry.channel, *entry.add),
+        unit=unit,
+        unit_from=unit_from,
+        rule=user.path.name,
+        scale=entry.scale,
+        offset=entry.offset,
+        invert=entry.invert,
+        sign_channel=entry.sign_channel,
+        valid_range=entry.valid_range,
+        where=entry.where,
+        rank=-1,
+    )

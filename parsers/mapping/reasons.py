@@ -1,0 +1,33 @@
+"""Why a channel is not mapped, in a few words for `inspect`."""
+
+from __future__ import annotations
+
+from parsers.channels import ChannelInfo
+from parsers.mapping.bindings import Binding
+from parsers.mapping.match import Refusal
+from parsers.mapping.names import ambiguous_name
+from parsers.mapping.profiles import fits, load_profiles, tags_of
+from parsers.mapping.propose import candidates
+
+
+def unmapped_reason(channel: ChannelInfo) -> str:
+    """Why `propose` leaves a channel alone ("text", "unit rpm is no unit of a speed", …).
+
+    For a channel that could be a signal and was not chosen: that another one ranks above it.
+    """
+    if channel.kind != "number":
+        return "text"
+    tags = tags_of(channel)
+    for profile in load_profiles():
+        if channel.family in profile.families:
+            for pattern, reason in profile.unusable:
+                if fits(pattern, tags):
+                    return reason
+    found = list(candidates([channel]))
+    bindings = [each for each in found if isinstance(each, Binding)]
+    if bindings:
+        return f"could be {bindings[0].signal}; another channel ranks above it"
+    refusals = [each for each in found if isinstance(each, Refusal)]
+    if refusals:
+        return f"{refusals[0].signal}: {refusals[0].reason}"
+    return ambiguous_name(channel) or "no profile knows it"

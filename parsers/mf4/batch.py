@@ -1,0 +1,44 @@
+"""What readers of records hand on: rows of one group, and the variable-length records that go with them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from parsers.channels import ByteArray, IntArray
+from parsers.mf4.model import Group
+
+
+@dataclass(frozen=True)
+class Window:
+    """A piece of the records of variable length (VLSD group): u32 length and bytes, one after the other.
+
+    base: place of data[0] in all of them. starts: place of each record in this window, numbered from first.
+    lost: the file was damaged before, so that no place is certain any more.
+    """
+
+    base: int
+    data: ByteArray
+    first: int
+    starts: IntArray
+    lost: bool = False
+
+    @property
+    def end(self) -> int:
+        """Place behind the window's last byte."""
+        return self.base + self.data.size
+
+
+EMPTY = Window(0, np.zeros(0, np.uint8), 0, np.zeros(0, np.int64))
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Records of one group. rows: (n, record bytes). first: number of the first. windows: by the VLSD group's place."""
+
+    group: Group
+    first: int
+    rows: ByteArray
+    windows: dict[int, Window] = field(default_factory=dict)
+    file_at: int = 0

@@ -1,0 +1,129 @@
+"""The blocks of an MDF 4 file: bounded reads, checked against the file's length before anything is allocated."""
+
+from __future__ import annotations
+
+import bisect
+import os
+import re
+import struct
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import TracebackType
+
+from parsers.errors import LogError
+
+HEADER = struct.Struct("<4sIQQ")
+ID_SIZE = 64
+MAX_BLOCK = 64 << 20
+"""Bytes of one block of descriptions; data blocks are read piece by piece instead."""
+MAX_TEXT = 1 << 20
+_TX = re.compile(rb"<TX[^>]*>(.*?)</TX>", re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of descriptions: its links (file positions, 0 for none) and the bytes behind them."""
+
+    kind: str
+    at: int
+    links: tuple[int, ...]
+    data: bytes
+
+    def link(self, index: int) -> int:
+        """A link, 0 where the block has fewer."""
+        return self.links[index] if index < len(self.links) else 0
+
+
+@dataclass(frozen=True)
+class Head:
+    """A block's header alone. length: as the file says, which may be wrong."""
+
+    kind: str
+    at: int
+    length: int
+    links: int
+
+
+@dataclass
+class BlockFile:
+    """An open MF4 file. `with BlockFile(path) as file:`. seen: where blocks begin, as far as they have been met."""
+
+    path: Path
+    size: int = 0
+    seen: list[int] = field(default_factory=list)
+    _fd: int = -1
+
+    def __enter__(self) -> BlockFile:
+        try:
+            self._fd = os.open(self.path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+        except OSError as error:
+            raise LogError(f"cannot be opened ({error.strerror})", path=self.path) from error
+        self.size = os.fstat(self._fd).st_size
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        os.close(self._fd)
+        self._fd = -1
+
+    def fail(self, problem: str, at: int) -> LogError:
+        """The error for something wrong at a place."""
+        return LogError(problem, path=self.path, place=f"byte {at}", hint="the file is damaged or cut short")
+
+    def read(self, at: int, size: int) -> bytes:
+        """Exactly `size` bytes. Raises LogError where the file has fewer."""
+        if at < 0 or size < 0 or at + size > self.size:
+            raise self.fail(f"{size} bytes expected, the file ends at {self.size}", at)
+        os.lseek(self._fd, at, os.SEEK_SET)
+        parts: list[bytes] = []
+        while size:
+            part = os.read(self._fd, min(size, 1 << 30))
+            if not part:
+                raise self.fail("the file became shorter while it was read", at)
+            parts.append(part)
+            size -= len(part)
+        return parts[0] if len(parts) == 1 else b"".join(parts)
+
+    def head(self, at: int) -> Head:
+        """A block's header. Raises LogError where there is none."""
+        mark, _, length, links = HEADER.unpack(self.read(at, HEADER.size))
+        if mark[:2] != b"##":
+            raise self.fail(f"an MDF block expected, found {mark!r}", at)
+        return Head(mark[2:].decode("latin-1"), at, length, links)
+
+    def block(self, at: int, *kinds: str) -> Block:
+        """A whole block of one of the kinds. Raises LogError where it is another, or does not fit the file."""
+        head = self.head(at)
+        if kinds and head.kind not in kinds:
+            raise self.fail(f"a block {' or '.join(kinds)} expected, found {head.kind}", at)
+        if not HEADER.size + 8 * head.links <= head.length <= MAX_BLOCK:
+            raise self.fail(
+                f"block {head.kind} with {head.links} links cannot be {head.length} bytes long", at
+            )
+        body = self.read(at + HEADER.size, head.length - HEADER.size)
+        bisect.insort(self.seen, at)
+        links = struct.unpack_from(f"<{head.links}Q", body)
+        return Block(head.kind, at, links, body[8 * head.links :])
+
+    def text(self, at: int) -> str:
+        """The text of a TX or MD block (of an MD, its <TX>); empty where there is none or it is damaged."""
+        if not at:
+            return ""
+        try:
+            head = self.head(at)
+            if head.kind not in ("TX", "MD") or head.length < HEADER.size:
+                return ""
+            raw = self.read(at + HEADER.size, min(head.length - HEADER.size, MAX_TEXT))
+            bisect.insort(self.seen, at)
+        except LogError:
+            return ""
+        if head.kind == "MD":
+            found = _TX.search(raw)
+            raw = found.group(1) if found else b""
+        return raw.split(b"\0", 1)[0].decode("utf-8", errors="replace").strip()
+
+    def next_seen(self, at: int) -> int:
+        """Where the next known block begins behind a place, or the file's end."""
+        index = bisect.bisect_right(self.seen, at)
+        return self.seen[index] if index < len(self.seen) else self.size

@@ -1,0 +1,227 @@
+"""The data stream of a data group: one row of bytes, kept in DT, DV, SD or DZ blocks, in a list (DL, HL) or alone."""
+
+from __future__ import annotations
+
+import bisect
+import struct
+from collections import OrderedDict
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from parsers.channels import ByteArray
+from parsers.errors import LogError
+from parsers.importer import ImportLog
+from parsers.mf4.blocks import HEADER, BlockFile
+from parsers.mf4.compression import inflate
+from parsers.mf4.model import UNFINISHED_LENGTH, UNFINISHED_LIST
+
+CHUNK = 4 << 20
+"""Bytes handed on at a time."""
+MAX_LISTS = 1 << 20
+_DZ = struct.Struct("<2sBxIQQ")
+_PLAIN = ("DT", "DV", "SD", "DI")
+_KEPT, _KEPT_BYTES = 4, 32 << 20
+
+
+@dataclass(frozen=True)
+class Fragment:
+    """A data block. at: of its bytes in the file. stored, size: bytes in the file and inflated. method: -1 plain."""
+
+    at: int
+    stored: int
+    size: int
+    method: int = -1
+    columns: int = 0
+
+
+@dataclass
+class DataStream:
+    """The fragments in order; `starts[i]` is the place in the stream of fragment i, `size` the stream's length.
+
+    values_only: records without invalidation bytes (DV blocks).
+    """
+
+    file: BlockFile
+    log: ImportLog
+    fragments: list[Fragment] = field(default_factory=list)
+    starts: list[int] = field(default_factory=list)
+    size: int = 0
+    values_only: bool = False
+    _kept: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
+
+    def add(self, fragment: Fragment) -> None:
+        """Append a fragment."""
+        if fragment.size > 0:
+            self.fragments.append(fragment)
+            self.starts.append(self.size)
+            self.size += fragment.size
+
+    def _inflated(self, index: int) -> bytes:
+        """A compressed fragment's bytes; the last few are kept. Raises LogError where it is damaged."""
+        if index in self._kept:
+            return self._kept[index]
+        fragment = self.fragments[index]
+        raw = inflate(
+            self.file.read(fragment.at, fragment.stored), fragment.method, fragment.size, fragment.columns
+        )
+        self._kept[index] = raw
+        while len(self._kept) > 1 and (
+            len(self._kept) > _KEPT or sum(map(len, self._kept.values())) > _KEPT_BYTES
+        ):
+            self._kept.popitem(last=False)
+        return raw
+
+    def read(self, start: int, stop: int) -> ByteArray:
+        """The bytes from start to stop. Raises LogError where they are not all there."""
+        if not 0 <= start <= stop <= self.size:
+            raise LogError(
+                f"bytes {start} to {stop} of a data stream of {self.size} bytes", path=self.file.path
+            )
+        parts: list[bytes] = []
+        index = bisect.bisect_right(self.starts, start) - 1
+        while start < stop:
+            begin, fragment = self.starts[index], self.fragments[index]
+            low, high = start - begin, min(stop - begin, fragment.size)
+            if fragment.method < 0:
+                parts.append(self.file.read(fragment.at + low, high - low))
+            else:
+                parts.append(self._inflated(index)[low:high])
+            start, index = begin + high, index + 1
+        return np.frombuffer(b"".join(parts), np.uint8)
+
+    def chunks(self) -> Iterator[tuple[int, ByteArray, int]]:
+        """(place in the stream, bytes, place in the file) in order, about CHUNK bytes each.
+
+        A damaged block is left out and said: the next chunk then begins later than the last one ended.
+        """
+        index, within = 0, 0
+        while index < len(self.fragments):
+            start, parts, room = self.starts[index] + within, list[bytes](), CHUNK
+            at = self.fragments[index].at + within
+            while index < len(self.fragments) and room > 0:
+                fragment = self.fragments[index]
+                try:
+                    if fragment.method < 0:
+                        take = min(room, fragment.size - within)
+                        parts.append(self.file.read(fragment.at + within, take))
+                    else:
+                        take = fragment.size
+                        parts.append(self._inflated(index))
+                except LogError as error:
+                    self._lost(fragment, error)
+                    index, within = index + 1, 0
+                    break
+                room, within = room - take, within + take
+                if within >= fragment.size:
+                    index, within = index + 1, 0
+            if parts:
+                yield start, np.frombuffer(b"".join(parts), np.uint8), at
+
+    def _lost(self, fragment: Fragment, error: LogError) -> None:
+        self.log.reject("damaged data block in the MF4 file")
+        self.log.worsen(
+            "malformed", f"the data block at byte {fragment.at} is damaged and was left out: {error.problem}"
+        )
+
+
+class _Builder:
+    """Collects a stream's fragments from the blocks that a data link leads to."""
+
+    def __init__(self, file: BlockFile, log: ImportLog, unfinished: int) -> None:
+        self.stream = DataStream(file, log)
+        self.file, self.log, self.unfinished = file, log, unfinished
+        self.end = 0
+        self.visited: set[int] = set()
+
+    def truncated(self, at: int) -> None:
+        self.log.worsen(
+            "truncated",
+            f"the file breaks off in the data block at byte {at}; all records that are whole were used",
+        )
+
+    def data_block(self, at: int, *, last: bool) -> None:
+        """Add one DT, DV, SD or DZ block; a plain one may be cut by the file's end."""
+        head = self.file.head(at)
+        begin = at + HEADER.size
+        if head.kind == "DZ":
+            inner, method, columns, size, stored = _DZ.unpack(self.file.read(begin, _DZ.size))
+            begin += _DZ.size
+            self.end = begin + stored
+            if inner.decode("latin-1") not in _PLAIN:
+                raise self.file.fail(f"a compressed block of kind {inner!r}", at)
+            if begin + stored > self.file.size:
+                self.truncated(at)
+                return
+            self.stream.values_only |= inner == b"DV"
+            self.stream.add(Fragment(begin, stored, size, method, columns))
+            return
+        if head.kind not in _PLAIN:
+            raise self.file.fail(f"a data block expected, found {head.kind}", at)
+        self.stream.values_only |= head.kind == "DV"
+        length = head.length
+        if last and head.kind != "SD" and (length <= HEADER.size or self.unfinished & UNFINISHED_LENGTH):
+            # the recorder never wrote the length: the data go on to the next block or the file's end
+            length = self.file.next_seen(at) - at
+        self.end = at + length
+        if self.end > self.file.size:
+            self.truncated(at)
+            length = self.file.size - at
+        self.stream.add(Fragment(begin, length - HEADER.size, length - HEADER.size))
+
+    def data_list(self, at: int) -> None:
+        """Add all blocks of a list of lists."""
+        blocks: list[int] = []
+        while at and at not in self.visited and len(self.visited) < MAX_LISTS:
+            self.visited.add(at)
+            block = self.file.block(at, "DL", "LD")
+            self.end = at + HEADER.size + 8 * len(block.links) + len(block.data)
+            count = int.from_bytes(block.data[4:8], "little")
+            # behind them an LD block has links to invalidation bits
+            for link in block.links[1 : 1 + count]:
+                if not link:
+                    break
+                blocks.append(link)
+            at = block.link(0)
+        for index, link in enumerate(blocks):
+            if link not in self.visited:
+                self.visited.add(link)
+                self.data_block(link, last=index + 1 == len(blocks))
+
+    def follow(self) -> None:
+        """The last list of an unfinished file misses blocks that stand behind it in the file: add them."""
+        while True:
+            at = (self.end + 7) // 8 * 8
+            try:
+                if at in self.visited or self.file.head(at).kind not in ("DT", "DV", "DZ"):
+                    return
+                self.visited.add(at)
+                self.data_block(at, last=True)
+            except LogError:
+                return
+
+
+def open_stream(file: BlockFile, link: int, unfinished: int, log: ImportLog) -> DataStream:
+    """The stream behind a data link; what cannot be read of it is left out at its end and said."""
+    builder = _Builder(file, log, unfinished)
+    if not link:
+        return builder.stream
+    try:
+        kind = file.head(link).kind
+        if kind == "HL":
+            link = file.block(link, "HL").link(0)
+            kind = "DL"
+        if kind in ("DL", "LD"):
+            builder.data_list(link)
+            if unfinished & UNFINISHED_LIST:
+                builder.follow()
+        else:
+            builder.data_block(link, last=True)
+    except LogError as error:
+        cut = link >= file.size or "the file ends" in error.problem
+        log.worsen(
+            "truncated" if cut else "malformed",
+            f"a data block cannot be read ({error.place}: {error.problem}); all records before it were used",
+        )
+    return builder.stream

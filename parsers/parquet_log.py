@@ -1,0 +1,311 @@
+"""Parquet: what `cogest convert` writes (a folder, one file a rate group), and tables of others with a time column."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import polars as pl
+
+from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
+from parsers.errors import LogError
+from parsers.importer import ImportLog, ReadOptions
+from parsers.table_cells import NumberStyle
+from parsers.table_names import ColumnName, split_header, unique_names
+from parsers.table_stamps import BoolArray
+from parsers.table_time import TimePlan, find_time
+
+_MAGIC = b"PAR1"
+_CHUNK_BYTES = 16 * 1024 * 1024
+_SAMPLE_ROWS = 200
+_BESIDE = (".parquet", ".pq", ".json", ".toml", ".md")
+"""What a folder of Parquet files may hold: the tables, and an import record or a description."""
+_FAILURES = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
+
+
+@dataclass(frozen=True)
+class ParquetGroup:
+    """One file. names: channel name of each column, unique in the whole log; the file's own in `headers`. rows."""
+
+    path: Path
+    name: str
+    names: tuple[ColumnName, ...]
+    headers: tuple[str, ...]
+    types: tuple[pl.DataType, ...]
+    time: TimePlan
+    rows: int
+
+
+class ParquetImporter:
+    """Parquet tables."""
+
+    name = "parquet"
+    title = "Parquet table"
+    suffixes = (".parquet", ".pq")
+
+    def claims(self, path: Path, head: bytes) -> bool:
+        """Whether a file begins with Parquet's magic bytes, or a folder holds Parquet files and no other data."""
+        if head:
+            return head.startswith(_MAGIC)
+        return (
+            path.is_dir() and bool(_files(path)) and all(p.suffix.lower() in _BESIDE for p in _visible(path))
+        )
+
+    def open(self, path: Path, options: ReadOptions, log: ImportLog) -> ParquetReader:
+        """Read the footers; raises LogError where one is damaged or a table has no time column."""
+        files = _files(path) if path.is_dir() else [path]
+        if not files:
+            raise LogError(
+                "the folder holds no Parquet file", path=path, hint="give a folder that cogest convert wrote"
+            )
+        opened = [_open_group(file, options, log) for file in files]
+        if len({group.time.absolute for group in opened}) > 1:
+            raise LogError(
+                "some files count time from 1970 and others from their own zero, so they have no common clock",
+                path=path,
+                hint="give the files one by one",
+            )
+        groups = _with_unique_names(opened, log)
+        return ParquetReader(path, groups, options, log)
+
+
+def _visible(path: Path) -> list[Path]:
+    return [entry for entry in path.iterdir() if not entry.name.startswith((".", "_"))]
+
+
+def _files(path: Path) -> list[Path]:
+    return sorted(
+        entry
+        for entry in _visible(path)
+        if entry.suffix.lower() in ParquetImporter.suffixes and entry.is_file()
+    )
+
+
+def _check_frame(path: Path) -> None:
+    """Look at the magic bytes at both ends, for a clear word on files that break off."""
+    try:
+        with path.open("rb") as file:
+            size = file.seek(0, 2)
+            file.seek(max(0, size - 4))
+            tail = file.read(4)
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+    if size == 0:
+        raise LogError("the file is empty (0 bytes)", path=path, hint="check that it was copied whole")
+    if size < 12 or tail != _MAGIC:
+        raise LogError(
+            "the Parquet file is truncated: its table of contents, which stands at the end, is missing",
+            path=path,
+            place=f"byte {size}",
+            hint="copy or convert it again",
+        )
+
+
+def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGroup:
+    """The columns, time and row count of one file."""
+    _check_frame(path)
+    try:
+        frame = pl.scan_parquet(path, glob=False)
+        schema = frame.collect_schema()
+        rows = int(frame.select(pl.len()).collect().item())
+        head = frame.head(_SAMPLE_ROWS).collect()
+    except _FAILURES as error:
+        raise _damaged(path, error) from error
+    names = tuple(split_header(name) for name in schema.names())
+    types = tuple(schema.dtypes())
+    if rows == 0:
+        raise LogError("the Parquet file has no rows", path=path, hint="nothing was recorded in it")
+    plan = _calendar_time(names, types, options) or find_time(
+        names,
+        [_cells(head[name], kind) for name, kind in zip(schema.names(), types, strict=True)],
+        NumberStyle("."),
+        options,
+        path,
+    )
+    if plan.kind == "calendar" and not types[plan.columns[0]].is_temporal():
+        raise LogError(
+            f'the time in column "{names[plan.columns[0]].name}" is text',
+            path=path,
+            hint="write it as a timestamp or as nanoseconds in a column time_ns",
+        )
+    for note in plan.notes:
+        log.note(note)
+    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows)
+
+
+def _damaged(path: Path, error: BaseException) -> LogError:
+    first_line = str(error).splitlines()[0] if str(error) else type(error).__name__
+    return LogError(f"the Parquet file is damaged ({first_line})", path=path, hint="copy or convert it again")
+
+
+def _cells(column: pl.Series, kind: pl.DataType) -> list[str]:
+    """The first values as text, for the time column's recognition. Floats keep all their digits."""
+    if not kind.is_numeric() and kind != pl.String:
+        return []
+    return ["" if value is None else str(value) for value in column.to_list()]
+
+
+def _calendar_time(
+    names: tuple[ColumnName, ...], types: tuple[pl.DataType, ...], options: ReadOptions
+) -> TimePlan | None:
+    """A column of Parquet's own time stamps: the one that the map file names, else the first."""
+    for place, (column, kind) in enumerate(zip(names, types, strict=True)):
+        if not isinstance(kind, pl.Datetime) or options.time_channel not in (
+            None,
+            column.name,
+            column.header,
+        ):
+            continue
+        if options.time_channel is None and any(other.name == "time_ns" for other in names):
+            return None
+        notes: tuple[str, ...] = ()
+        if kind.time_zone is None:
+            notes = (f'the time stamps in column "{column.name}" state no time zone: taken as UTC',)
+        return TimePlan("calendar", (place,), f'column "{column.name}", UTC', True, notes=notes)
+    return None
+
+
+def _with_unique_names(groups: list[ParquetGroup], log: ImportLog) -> tuple[ParquetGroup, ...]:
+    """Number the columns that several files have in common, but for the time."""
+    flat = [
+        ColumnName(c.header, f"\0{g}" if k in group.time.columns else c.name, c.unit)
+        for g, group in enumerate(groups)
+        for k, c in enumerate(group.names)
+    ]
+    named, repeated = unique_names(flat)
+    for name in repeated:
+        if not name.startswith("\0"):
+            log.note(f"the column name {name!r} is repeated: further columns are called {name}_2 and so on")
+    result = []
+    at = 0
+    for group in groups:
+        own = named[at : at + len(group.names)]
+        at += len(group.names)
+        result.append(
+            ParquetGroup(group.path, group.name, own, group.headers, group.types, group.time, group.rows)
+        )
+    return tuple(result)
+
+
+class ParquetReader:
+    """Opened Parquet files."""
+
+    def __init__(
+        self, path: Path, groups: tuple[ParquetGroup, ...], options: ReadOptions, log: ImportLog
+    ) -> None:
+        self._path = path
+        self._groups = groups
+        self._options = options
+        self._log = log
+
+    @property
+    def channels(self) -> tuple[ChannelInfo, ...]:
+        """All columns of all files but the times."""
+        return tuple(
+            ChannelInfo(
+                column.name,
+                group.name,
+                column.unit,
+                "table",
+                "number" if _is_number(kind) else "text",
+                group.rows,
+                tags=MappingProxyType({"column": column.header}),
+            )
+            for group in self._groups
+            for k, (column, kind) in enumerate(zip(group.names, group.types, strict=True))
+            if k not in group.time.columns
+        )
+
+    @property
+    def clock(self) -> str:
+        """Which column the time is from."""
+        return self._groups[0].time.clock
+
+    @property
+    def absolute(self) -> bool:
+        """Whether the time column counts from 1970."""
+        return self._groups[0].time.absolute
+
+    @property
+    def start_utc_ns(self) -> int | None:
+        """Unknown: a relative time column says nothing of the wall clock."""
+        return None
+
+    def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
+        """Yield the wanted columns file by file; raises LogError where a file is damaged before its first row."""
+        total = sum(group.rows for group in self._groups)
+        done = 0
+        for group in self._groups:
+            for rows, chunk in self._read_group(group, wanted):
+                self._options.progress(done + rows, total)
+                yield chunk
+            done += group.rows
+
+    def _read_group(self, group: ParquetGroup, wanted: frozenset[str]) -> Iterator[tuple[int, Chunk]]:
+        """Chunks of one file, each with the rows read so far."""
+        columns = {
+            column.name: header
+            for k, (column, header, kind) in enumerate(
+                zip(group.names, group.headers, group.types, strict=True)
+            )
+            if column.name in wanted and k not in group.time.columns and _is_number(kind)
+        }
+        if wanted and not columns:
+            return
+        times = [group.headers[k] for k in group.time.columns]
+        frame = pl.scan_parquet(group.path, glob=False).select(*times, *columns.values())
+        step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
+        for start in range(0, group.rows, step):
+            try:
+                part = frame.slice(start, step).collect()
+            except _FAILURES as error:
+                if start == 0:
+                    raise _damaged(group.path, error) from error
+                self._log.worsen(
+                    "malformed", f"{group.path.name} is damaged after row {start} of {group.rows}"
+                )
+                self._log.reject("row in a damaged block", group.rows - start)
+                return
+            time_ns, valid = _time_of(part, times, group.time)
+            bad = len(valid) - int(valid.sum())
+            self._log.reject("row without a valid time", bad)
+            self._log.messages += len(valid) - bad
+            if bad < len(valid):
+                keep = slice(None) if bad == 0 else valid
+                values = {name: _floats(part[header])[keep] for name, header in columns.items()}
+                yield start + part.height, Chunk(group.name, time_ns[keep], values)
+
+
+def _is_number(kind: pl.DataType) -> bool:
+    return kind.is_numeric() or kind == pl.Boolean
+
+
+def _floats(column: pl.Series) -> FloatArray:
+    """A column as doubles, NaN where it has no value or an infinite one."""
+    values = column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
+    return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
+
+
+def _time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[IntArray, BoolArray]:
+    """time_ns and whether it is valid, each of shape (rows,)."""
+    if plan.kind == "calendar":
+        stamps = part[headers[0]].dt.cast_time_unit("ns").cast(pl.Int64)
+        return stamps.fill_null(0).to_numpy(), stamps.is_not_null().to_numpy()
+    units = (plan.unit_ns,) if plan.kind == "decimal" else (1_000_000_000, 1)
+    total = np.zeros(part.height, dtype=np.int64)
+    valid = np.ones(part.height, dtype=np.bool_)
+    for header, unit_ns in zip(headers, units, strict=True):
+        column = part[header]
+        if column.dtype.is_integer():
+            whole = column.cast(pl.Int64, strict=False)
+            fits = (whole.is_not_null() & (whole.abs() <= 2**63 // unit_ns - 1)).fill_null(False).to_numpy()
+            total += np.where(fits, whole.fill_null(0).to_numpy(), 0) * unit_ns
+        else:
+            scaled = _floats(column) * unit_ns
+            fits = np.abs(scaled) < 9.2e18
+            total += np.rint(np.where(fits, scaled, 0.0)).astype(np.int64)
+        valid &= fits
+    return total, valid

@@ -1,0 +1,1 @@
+"""Built-in mapping profiles (TOML). The schema is described in `parsers.mapping.profiles`."""

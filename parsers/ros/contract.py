@@ -1,0 +1,47 @@
+"""What a container (bag, MCAP) needs of a message decoder: fields of a type, and payloads to columns in bulk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from parsers.channels import ByteArray, FloatArray, IntArray
+
+
+@dataclass(frozen=True)
+class FieldInfo:
+    """One scalar inside a message type. path: "angular_velocity.z", "wheel_speeds[0]"; kind as in ChannelInfo."""
+
+    path: str
+    kind: str
+    unit: str | None = None
+    comment: str = ""
+
+
+@dataclass(frozen=True)
+class Decoded:
+    """Columns of a batch of payloads, in their order.
+
+    columns: field path -> (n,) float64, NaN where a message has no such element or could not be decoded.
+    stamp_ns: (n,) int64 header stamps, or None where the type has no header (0 where a header is empty).
+    bad: how many payloads were too short or malformed; their rows are NaN.
+    """
+
+    columns: Mapping[str, FloatArray]
+    stamp_ns: IntArray | None
+    bad: int
+
+
+class MessageDecoder(Protocol):
+    """Decodes one message type. `fields` lists what it can give (fixed-size arrays element by element)."""
+
+    @property
+    def fields(self) -> Sequence[FieldInfo]: ...
+
+    @property
+    def has_header(self) -> bool: ...
+
+    def decode(self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]) -> Decoded:
+        """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths."""
+        ...

@@ -1,0 +1,161 @@
+"""From the definition text of a ROS message type to plain records of its fields.
+
+The grammar of .msg and .idl text is rosbags' work; here the text is cut into its types and made regular first.
+Sources: http://wiki.ros.org/msg, https://design.ros2.org/articles/legacy_interface_definition.html.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from parsers.errors import LogError
+
+Encoding = Literal["ros1", "cdr"]
+Shape = Literal["scalar", "array", "sequence"]
+
+MAX_DEFINITION = 1 << 20
+"""Longest definition text that is parsed, in characters; real ones reach some 100 000."""
+
+TIME_TYPES = frozenset({"builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration"})
+
+# ROS 2 bags older than Iron hold no definitions; the types of these distributions are then taken.
+_STANDARD_STORES: dict[Encoding, tuple[str, ...]] = {
+    "ros1": ("ROS1_NOETIC",),
+    "cdr": ("ROS2_HUMBLE", "ROS2_JAZZY", "ROS2_FOXY"),
+}
+_RULE = re.compile(r"^={20,}[ \t]*$", re.MULTILINE)
+_TITLE = re.compile(r"\A\s*(MSG|IDL):[ \t]*(\S+)[ \t]*(?:\n|\Z)")
+_PREPROCESSOR = re.compile(r"^[ \t]*#[^\n]*$", re.MULTILINE)
+_FILLER = "structure_needs_at_least_one_member"
+_WIDE_BOUND = re.compile(r"^([ \t]*wstring)<=\d+", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class FieldSpec:
+    """One field of a type. `base` is a primitive's name, `ref` another type's; one of them is empty.
+
+    size: elements of a fixed array; a sequence's upper bound (0: none) otherwise.
+    """
+
+    name: str
+    base: str
+    ref: str
+    shape: Shape
+    size: int
+
+
+Types = Mapping[str, tuple[FieldSpec, ...]]
+
+
+def full_name(name: str) -> str:
+    """Type name as rosbags has it: "pkg/msg/Type", from "pkg/Type", "pkg/msg/Type" or "pkg::msg::Type"."""
+    parts = [part for part in name.replace("::", "/").split("/") if part]
+    if len(parts) == 2:
+        parts.insert(1, "msg")
+    return "/".join(parts)
+
+
+def short_name(name: str) -> str:
+    """Type name as cogest shows it: "pkg/Type" (services and actions keep their middle part)."""
+    parts = full_name(name).split("/")
+    if len(parts) == 3 and parts[1] == "msg":
+        del parts[1]
+    return "/".join(parts)
+
+
+def _spec(name: str, desc: Any) -> FieldSpec:
+    """Turn one of rosbags' field descriptions into a record."""
+    kind = desc[0].name
+    shape: Shape = "scalar"
+    size = 0
+    if kind in ("ARRAY", "SEQUENCE"):
+        shape = "array" if kind == "ARRAY" else "sequence"
+        desc, size = desc[1]
+        kind = desc[0].name
+    if kind == "BASE":
+        return FieldSpec(name, str(desc[1][0]), "", shape, int(size))
+    ref = str(desc[1])
+    if ref.endswith("/wstring"):  # rosbags' .msg grammar takes it for a type of the same package
+        return FieldSpec(name, "wstring", "", shape, int(size))
+    return FieldSpec(name, "", ref, shape, int(size))
+
+
+def _records(fielddefs: Mapping[str, Any]) -> dict[str, tuple[FieldSpec, ...]]:
+    # rosbags writes rosidl's filler of empty structures out, in ROS 1 too; the layout knows when it is there
+    return {
+        str(name): tuple(_spec(field, desc) for field, desc in entry[1] if field != _FILLER)
+        for name, entry in fielddefs.items()
+    }
+
+
+def standard_types(type_name: str, encoding: Encoding) -> Types | None:
+    """All types of the first ROS distribution that knows `type_name`, or None where none does."""
+    from rosbags.typesys import Stores, get_typestore
+
+    for store in _STANDARD_STORES[encoding]:
+        fielddefs = get_typestore(Stores[store]).fielddefs
+        if full_name(type_name) in fielddefs:
+            return _records(fielddefs)
+    return None
+
+
+def _sections(type_name: str, text: str) -> list[tuple[str, str]]:
+    """Cut a definition into (type name, text); the first section may lack its title."""
+    found: list[tuple[str, str]] = []
+    for piece in _RULE.split(text.replace("\r\n", "\n").replace("\r", "\n")):
+        title = _TITLE.match(piece)
+        if title:
+            found.append((title.group(2), piece[title.end() :]))
+        elif not found:
+            found.append((type_name, piece))
+    if len(found) > 1 and not found[0][1].strip() and full_name(found[1][0]) == full_name(type_name):
+        del found[0]  # the text began with a rule: what stood before it is nothing
+    return found
+
+
+def parse_types(type_name: str, text: str, encoding: Encoding, text_format: str) -> Types:
+    """All types that a definition text holds; blank text means the standard type of that name.
+
+    Raises LogError where the text cannot be parsed.
+    """
+    if len(text) > MAX_DEFINITION:
+        raise LogError(
+            f"the definition of message type {type_name} has {len(text)} characters, which cannot be right"
+        )
+    if not text.strip():
+        standard = standard_types(type_name, encoding)
+        return standard if standard is not None else {full_name(type_name): ()}
+    from rosbags.typesys import get_types_from_idl, get_types_from_msg
+
+    idl = text_format.lower() in ("idl", "ros2idl", "omgidl")
+    types: dict[str, tuple[FieldSpec, ...]] = {}
+    for name, section in _sections(type_name, text):
+        try:
+            if idl:
+                parsed = get_types_from_idl(_PREPROCESSOR.sub("", section))
+            else:
+                parsed = get_types_from_msg(_WIDE_BOUND.sub(r"\1", section), full_name(name))
+            found = _records(parsed)
+        except Exception as error:  # the parser meets untrusted text: whatever it raises means the same
+            what = " ".join(str(error).split())[:80]
+            raise LogError(f"the definition of message type {name} cannot be parsed ({what})") from error
+        for key, fields in found.items():
+            types.setdefault(key, fields)
+    return types
+
+
+def lookup(types: Types, name: str, encoding: Encoding) -> tuple[FieldSpec, ...]:
+    """Fields of a type; standard types may be missing from the text. Raises LogError for an unknown one."""
+    key = full_name(name)
+    if key in types:
+        return types[key]
+    same = [known for known in types if known.rsplit("/", 1)[-1] == key.rsplit("/", 1)[-1]]
+    if len(same) == 1:
+        return types[same[0]]
+    standard = standard_types(key, encoding)
+    if standard is None:
+        raise LogError(f"message type {short_name(name)} is not defined in the log and is no standard type")
+    return standard[key]

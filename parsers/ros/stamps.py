@@ -1,0 +1,133 @@
+"""Which time a message has: its header's stamp where that can be believed, else when the recorder received it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from parsers.channels import FloatArray, IntArray
+from parsers.importer import ImportLog
+
+SAME_CLOCK_NS = 60_000_000_000
+"""Header and receive time further apart than this are on different clocks (simulated time, time since boot)."""
+YEAR_2000_NS = 946_684_800_000_000_000
+"""Receive times before this are not of a wall clock: simulated time, or a computer that never learnt the date."""
+SAID_FROM_S = 0.1
+_KEPT = 256
+
+
+def is_wall_clock(first_receive_ns: int | None, log: ImportLog) -> bool:
+    """Whether a log's receive times count from 1970; a note where they do not. Unknown times are taken to."""
+    if first_receive_ns is None or first_receive_ns >= YEAR_2000_NS:
+        return True
+    log.note(
+        f"the log's clock is no wall clock (it begins at {first_receive_ns / 1e9:.1f} s: simulated time?)"
+    )
+    return False
+
+
+@dataclass
+class _Topic:
+    """What is known of one topic. uses_header: None until the first message with a stamp."""
+
+    has_header: bool
+    uses_header: bool | None = None
+    messages: int = 0
+    empty: int = 0
+    far: int = 0
+    delays_s: list[FloatArray] = field(default_factory=list)
+    other_clock_s: float = 0.0
+
+
+@dataclass
+class StampChooser:
+    """Chooses the time of messages, topic by topic, and writes down what it chose.
+
+    A topic's first messages decide: their header stamps are used where the median is within 60 s of the receive
+    time. Single messages without a stamp, or with one further off than that, get the receive time. All topics keep
+    the one clock on which the recorder ran; nothing is shifted. Usage: `choose` for every batch, then `finish`.
+    """
+
+    topics: dict[str, _Topic] = field(default_factory=dict)
+
+    def add(self, topic: str, *, has_header: bool) -> None:
+        """Announce a topic, so that `clock` can speak of it before anything is read."""
+        self.topics.setdefault(topic, _Topic(has_header))
+
+    def choose(self, topic: str, header_ns: IntArray | None, receive_ns: IntArray) -> IntArray:
+        """The time of each message of a batch; both inputs and the output have shape (n,), int64 nanoseconds."""
+        state = self.topics.setdefault(topic, _Topic(header_ns is not None))
+        state.messages += len(receive_ns)
+        if header_ns is None:
+            return receive_ns
+        stamped = header_ns > 0
+        delay = receive_ns.astype(np.float64) - header_ns.astype(np.float64)
+        if state.uses_header is None and stamped.any():
+            middle = float(np.median(delay[stamped]))
+            state.uses_header = abs(middle) <= SAME_CLOCK_NS
+            state.other_clock_s = middle / 1e9
+        if not state.uses_header:
+            state.empty += int((~stamped).sum())
+            return receive_ns
+        near = stamped & (np.abs(delay) <= SAME_CLOCK_NS)
+        state.empty += int((~stamped).sum())
+        state.far += int((stamped & ~near).sum())
+        used = delay[near]
+        state.delays_s.append(used[:: max(1, len(used) // _KEPT)] / 1e9)
+        return np.where(near, header_ns, receive_ns)
+
+    @property
+    def clock(self) -> str:
+        """Which clock the stamps are from, in words: as expected before reading, as found after it."""
+        read = {name: state for name, state in self.topics.items() if state.messages} or self.topics
+        by_receive = [name for name, state in read.items() if not self._by_header(state)]
+        if not by_receive:
+            return "header stamp"
+        if len(by_receive) == len(read):
+            return "receive time"
+        return f"header stamp (receive time for {_some(by_receive)})"
+
+    @staticmethod
+    def _by_header(state: _Topic) -> bool:
+        if state.uses_header is None:
+            return state.has_header and state.messages == 0
+        return state.uses_header
+
+    def finish(self, log: ImportLog) -> None:
+        """Write down which of the topics that were read used which time, and by how much the two differ."""
+        read = {name: state for name, state in self.topics.items() if state.messages}
+        plain = [name for name, state in read.items() if not state.has_header]
+        if plain and len(plain) < len(read):
+            log.note(f"no header, so the receive time is used: {_some(plain)}")
+        for name, state in read.items():
+            if not state.has_header:
+                continue
+            if state.uses_header is None:
+                log.note(f"{name}: header stamps are all zero, so the receive time is used")
+            elif not state.uses_header:
+                log.note(
+                    f"{name}: header stamps are on another clock ({abs(state.other_clock_s):.0f} s "
+                    f"{'before' if state.other_clock_s > 0 else 'after'} the receive time), "
+                    "so the receive time is used"
+                )
+            else:
+                self._differences(name, state, log)
+
+    @staticmethod
+    def _differences(name: str, state: _Topic, log: ImportLog) -> None:
+        if state.empty:
+            log.note(f"{name}: {state.empty} messages have no header stamp; they got the receive time")
+        if state.far:
+            log.note(f"{name}: {state.far} header stamps are more than 60 s off; they got the receive time")
+        delays = np.concatenate(state.delays_s) if state.delays_s else np.zeros(0)
+        middle = float(np.median(delays)) if len(delays) else 0.0
+        if abs(middle) > SAID_FROM_S:
+            side = "before" if middle > 0 else "after"
+            log.note(f"{name}: header stamps are {abs(middle):.2f} s {side} the receive time (median)")
+
+
+def _some(names: list[str]) -> str:
+    """Names for a sentence, not more than a line of them."""
+    shown = ", ".join(names[:6])
+    return shown if len(names) <= 6 else f"{shown} and {len(names) - 6} more"

@@ -1,0 +1,105 @@
+"""What a cell of a text table looks like: a number (and in which spelling), a date, a time of day, nothing, a word."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from parsers.table_numbers import MISSING_WORDS
+from parsers.table_rows import RowRules
+
+_EXPONENT = r"(?:[eEdD][+-]?\d+)?"
+_CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?(?:\s*[AaPp][Mm])?"
+_ZONE = r"(?:\s*(?:[zZ]|UTC|[+-]\d{2}(?::?\d{2})?))?"
+_DATE = r"(?:\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{4})"
+DATE_CELL = re.compile(rf"{_DATE}{_ZONE}")
+CLOCK_CELL = re.compile(rf"\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm])?{_ZONE}")
+CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}")
+_MISSING = frozenset(MISSING_WORDS) | {"inf", "-inf", "+inf", "infinity", "-infinity"}
+
+
+@dataclass(frozen=True)
+class NumberStyle:
+    """How numbers are written. thousands: "" where digits are not grouped."""
+
+    decimal: str
+    thousands: str = ""
+
+    @property
+    def pattern(self) -> re.Pattern[str]:
+        """What a number in this style looks like."""
+        point = re.escape(self.decimal)
+        whole = r"\d+"
+        if self.thousands:
+            whole = rf"(?:\d{{1,3}}(?:{re.escape(self.thousands)}\d{{3}})+|\d+)"
+        return re.compile(rf"[+-]?(?:{whole}(?:{point}\d*)?|{point}\d+){_EXPONENT}")
+
+    def value(self, cell: str) -> float | None:
+        """A cell as a number, for looking at samples; None where it is none."""
+        if not self.pattern.fullmatch(cell):
+            return None
+        text = cell.replace(self.thousands, "") if self.thousands else cell
+        return float(re.sub("[dD]", "e", text.replace(self.decimal, ".")))
+
+
+STYLES: tuple[NumberStyle, ...] = (
+    NumberStyle("."),
+    NumberStyle(","),
+    NumberStyle(".", ","),
+    NumberStyle(",", "."),
+    NumberStyle(",", " "),
+    NumberStyle(".", "'"),
+    NumberStyle(".", " "),
+)
+"""Tried in this order; the first that reads the most cells wins."""
+
+
+def is_missing(cell: str) -> bool:
+    """Whether a cell holds no value, or says so."""
+    return not cell or cell.lower() in _MISSING
+
+
+def is_time(cell: str) -> bool:
+    """Whether a cell is a date, a time of day or both."""
+    return any(pattern.fullmatch(cell) for pattern in (CALENDAR_CELL, DATE_CELL, CLOCK_CELL))
+
+
+def best_style(cells: Iterable[str]) -> NumberStyle:
+    """The style that reads most of the cells as numbers."""
+    kept = [cell for cell in cells if not is_missing(cell)]
+    counts = [sum(style.pattern.fullmatch(cell) is not None for cell in kept) for style in STYLES]
+    return STYLES[counts.index(max(counts))]
+
+
+def value_share(cells: Sequence[str], style: NumberStyle) -> float:
+    """Share of the cells that hold anything which are numbers or times; 0 where none holds anything."""
+    kept = [cell for cell in cells if not is_missing(cell)]
+    if not kept:
+        return 0.0
+    pattern = style.pattern
+    return sum(pattern.fullmatch(cell) is not None or is_time(cell) for cell in kept) / len(kept)
+
+
+def split_cells(line: str, rules: RowRules) -> list[str]:
+    """Split one line as the kernel does; for headers and samples."""
+    line = line.strip(" \r\n" if not rules.spaces else None)
+    if rules.row_quotes and len(line) >= 2 and line[0] == line[-1] == '"':
+        line = line[1:-1]
+    separator, quote = chr(rules.separator), chr(rules.quote) if rules.quote > 0 else ""
+    cells: list[str] = []
+    i = 0
+    while i <= len(line):
+        while i < len(line) and (line[i] == " " or (rules.spaces and line[i] == "\t")):
+            i += 1
+        if rules.spaces and i >= len(line):
+            break
+        start = i
+        if quote and i < len(line) and line[i] == quote:
+            end = line.find(quote, i + 1)
+            i = len(line) if end < 0 else end
+        while i < len(line) and line[i] != separator and not (rules.spaces and line[i] == "\t"):
+            i += 1
+        cells.append(line[start:i].strip().strip('"').strip())
+        i += 1
+    return cells

@@ -1,0 +1,155 @@
+"""Column headers: what is the name and what the unit. "AY [g]", "ay (m/s^2)", "speed_kmh", "Time[s]"."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from parsers.signals import COLUMNS
+from parsers.units import SI_TEXT, quantities_of
+
+
+@dataclass(frozen=True)
+class ColumnName:
+    """A column's header. header: as it stands in the file. name: without a unit in brackets. unit: or None."""
+
+    header: str
+    name: str
+    unit: str | None = None
+
+
+# Units that no signal of cogest has; known here only so that they are seen as units and not as part of a name.
+_OTHER_UNIT_WORDS = """
+    °c degc celsius c k °f degf v mv volt volts a ma amp w kw hp ps hz khz % %rh db l l/h l/min gal/h ml km/l mpg dbm
+    nm/s w/m2 wh kwh ah j kj n/m n/mm nm/rad ohm t tesla ut µt gauss mg/l g/s kg/h kg/s lambda afr bit bits count
+    counts raw bool boolean on/off enum state hh:mm:ss hh:mm:ss.sss yyyy-mm-dd utc unix unixtime iso8601 m2 m3 1/m
+    1/km rad/s2 rad/s^2 deg/s2 deg/s^2 °/s2 °/s^2 m/s3 m/s^3
+"""
+_OTHER_UNITS = frozenset(_OTHER_UNIT_WORDS.split())
+
+# "yaw_rate_degps": endings that are a unit. Single letters only where they are common and hardly end a word.
+_ENDINGS: dict[str, str] = {
+    "mps2": "m/s²",
+    "ms2": "m/s²",
+    "m/s2": "m/s²",
+    "m/s^2": "m/s²",
+    "m_s2": "m/s²",
+    "g": "g",
+    "radps": "rad/s",
+    "rad/s": "rad/s",
+    "rads": "rad/s",
+    "rad_s": "rad/s",
+    "degps": "deg/s",
+    "dps": "deg/s",
+    "deg/s": "deg/s",
+    "degs": "deg/s",
+    "deg_s": "deg/s",
+    "rad": "rad",
+    "deg": "deg",
+    "kmh": "km/h",
+    "kph": "km/h",
+    "kmph": "km/h",
+    "km/h": "km/h",
+    "km_h": "km/h",
+    "mph": "mph",
+    "mps": "m/s",
+    "m/s": "m/s",
+    "m_s": "m/s",
+    "knots": "knots",
+    "kts": "knots",
+    "rpm": "rpm",
+    "mm": "mm",
+    "cm": "cm",
+    "m": "m",
+    "nm": "N·m",
+    "kn": "kN",
+    "bar": "bar",
+    "kpa": "kPa",
+    "mpa": "MPa",
+    "psi": "psi",
+    "pct": "%",
+    "percent": "%",
+    "ns": "ns",
+    "nsec": "ns",
+    "us": "us",
+    "usec": "us",
+    "ms": "ms",
+    "msec": "ms",
+    "s": "s",
+    "sec": "s",
+    "seconds": "s",
+}
+_BRACKETS = re.compile(
+    r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\{(?P<c>[^{}]*)\}|<(?P<d>[^<>]*)>)\s*$"
+)
+_AFTER_MARK = re.compile(r"^(?P<name>.*\S)\s*(?:,|\s/|\sin)\s+(?P<unit>\S+)$")
+_TIME_WORDS = re.compile(r"(time|stamp|^t|zeit|sec|elapsed|duration|dt)", re.IGNORECASE)
+
+
+def is_unit(text: str) -> bool:
+    """Whether a text stands for a unit, known or of a quantity that cogest has no use for."""
+    plain = text.strip().strip("[](){}<>").strip()
+    return bool(plain) and (bool(quantities_of(plain)) or plain.lower() in _OTHER_UNITS)
+
+
+def plain_unit(text: str | None) -> str | None:
+    """A unit without brackets and blanks; None where there is none."""
+    plain = (text or "").strip().strip("[](){}<>").strip()
+    return plain or None
+
+
+def split_header(header: str) -> ColumnName:
+    """Split a column header into name and unit.
+
+    A unit in brackets, after a comma, " / " or " in " leaves the name ("AY [g]" -> "AY", "g"). A unit as an ending
+    stays part of it ("speed_kmh" -> "speed_kmh", "km/h"), as in the canonical columns.
+    """
+    header = header.strip()
+    spec = COLUMNS.get(header)
+    if spec is not None:
+        si = "deg" if spec.quantity == "geographic_angle" else SI_TEXT[spec.quantity]
+        return ColumnName(header, header, si.replace("–", "-"))
+    match = _BRACKETS.match(header)
+    if match is not None and match["name"]:
+        unit = next(part for part in (match["a"], match["b"], match["c"], match["d"]) if part is not None)
+        if is_unit(unit):
+            return ColumnName(header, match["name"], plain_unit(unit))
+    match = _AFTER_MARK.match(header)
+    if match is not None and is_unit(match["unit"]):
+        return ColumnName(header, match["name"], plain_unit(match["unit"]))
+    return ColumnName(header, header, unit_ending(header))
+
+
+def unit_ending(name: str) -> str | None:
+    """The unit at the end of a name, after an underscore: "YawRate_deg/s" -> "deg/s"."""
+    lower = name.lower()
+    for parts in (2, 1):
+        pieces = lower.rsplit("_", parts)
+        if len(pieces) != parts + 1 or not pieces[0]:
+            continue
+        ending = "_".join(pieces[1:])
+        unit = _ENDINGS.get(ending)
+        if unit is not None and not (unit == "s" and not _TIME_WORDS.search(pieces[0])):
+            return unit
+    return None
+
+
+def unique_names(names: Sequence[ColumnName]) -> tuple[tuple[ColumnName, ...], tuple[str, ...]]:
+    """Give repeated names a number (name, name_2 …) and nameless columns a name; also the names that were repeated."""
+    used = {column.name for column in names}
+    seen: set[str] = set()
+    repeated: list[str] = []
+    result = []
+    for place, column in enumerate(names, start=1):
+        name = column.name or f"column_{place}"
+        if name in seen or (not column.name and name in used):
+            if column.name and column.name not in repeated:
+                repeated.append(column.name)
+            number = 2
+            while f"{name}_{number}" in seen or f"{name}_{number}" in used:
+                number += 1
+            name = f"{name}_{number}"
+        seen.add(name)
+        result.append(ColumnName(column.header, name, column.unit))
+    return tuple(result), tuple(repeated)

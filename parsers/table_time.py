@@ -1,0 +1,294 @@
+"""Find a table's time: which column or columns, in which unit, on which clock."""
+
+from __future__ import annotations
+
+import difflib
+import re
+import statistics
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal
+
+from parsers.errors import LogError
+from parsers.importer import ReadOptions
+from parsers.table_cells import CALENDAR_CELL, CLOCK_CELL, DATE_CELL, NumberStyle, is_missing
+from parsers.table_names import ColumnName
+from parsers.table_stamps import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
+from parsers.units import find_unit
+
+ABSOLUTE_FROM_NS = 630_000_000_000_000_000
+ABSOLUTE_TO_NS = 4_100_000_000_000_000_000
+"""A stamp between 1990 and 2100 counts from 1970: no logger has run that long."""
+
+Shape = Literal["number", "moment", "date", "clock", "text"]
+Kind = Literal["decimal", "seconds_nanos", "calendar"]
+
+
+@dataclass(frozen=True)
+class TimePlan:
+    """How a table tells time.
+
+    kind: "decimal", one column of numbers in `unit_ns`; "seconds_nanos", two columns; "calendar", one column, or a
+    date's and a time of day's. columns: their places. order: of a date's parts. absolute: since 1970; else, for a
+    calendar, a time of day that runs on over midnight. clock: in words.
+    """
+
+    kind: Kind
+    columns: tuple[int, ...]
+    clock: str
+    absolute: bool
+    unit_ns: int = 1_000_000_000
+    order: int = YEAR_FIRST
+    notes: tuple[str, ...] = ()
+
+
+_TIME_WORDS = """
+    time t timestamp timestamps ts times zeit zeitstempel temps tiempo tempo utc utctime timeutc gpstime timegps unixtime
+    timeunix unixtimestamp epoch epochtime posixtime %time datetime dateandtime date datum elapsed elapsedtime timeelapsed
+    reltime relativetime rectime recordtime logtime logtimestamp systemtime systime sampletime timesec timesecs
+    timeseconds timens timems timeus rosbagtimestamp rosbagtime bagtime runtime clock localtime measurementtime testtime
+    gpsutctime xtime timestampns timestampms timestampus timestamputc utctimestamp gpstimestamp hosttime
+"""
+_TIME_NAMES = frozenset(_TIME_WORDS.split())
+_WITH_ZONE = re.compile(r"(?:[zZ]|UTC|:\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$")
+_STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
+_STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
+_HEADER_STAMP = re.compile(r"(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
+_UNIT_TAIL = re.compile(r"_(?:n?s|[um]s|n?sec|[um]sec|seconds)$", re.IGNORECASE)
+_NS_NAMES = re.compile(r"^%time$|rosbag_?timestamp|(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
+
+
+def shape_of(cells: Sequence[str], style: NumberStyle) -> Shape:
+    """What the sampled cells of a column are: for most of those that hold anything."""
+    kept = [cell for cell in cells if not is_missing(cell)]
+    if not kept:
+        return "text"
+    shapes: tuple[tuple[Shape, re.Pattern[str]], ...] = (
+        ("number", style.pattern),
+        ("moment", CALENDAR_CELL),
+        ("date", DATE_CELL),
+        ("clock", CLOCK_CELL),
+    )
+    for shape, pattern in shapes:
+        if sum(pattern.fullmatch(cell) is not None for cell in kept) > 0.5 * len(kept):
+            return shape
+    return "text"
+
+
+def find_time(
+    names: Sequence[ColumnName],
+    samples: Sequence[Sequence[str]],
+    style: NumberStyle,
+    options: ReadOptions,
+    path: Path,
+) -> TimePlan:
+    """Find the time column. samples: for each column its first cells as text.
+
+    Raises LogError where there is none, or the one that the map file names is not there or holds no time.
+    """
+    shapes = [shape_of(cells, style) for cells in samples]
+    if options.time_channel is not None:
+        place = _named_column(names, options.time_channel, path)
+        return _plan_for(place, names, samples, shapes, style, options, path)
+    pair = _stamp_pair(names, samples, shapes)
+    if pair is not None:
+        return TimePlan(
+            "seconds_nanos",
+            pair,
+            f'header stamp (columns "{names[pair[0]].name}" and "{names[pair[1]].name}")',
+            _is_absolute(samples[pair[0]], style, 1_000_000_000),
+        )
+    ranked = sorted(
+        (rank, place)
+        for place in range(len(names))
+        if (rank := _rank(names[place], samples[place], shapes[place])) is not None
+    )
+    if not ranked:
+        raise LogError(
+            f"no time column among {_listed(names)}",
+            path=path,
+            hint='name it in the map file: [time] channel = "…", unit = "s" (or ms, us, ns, iso8601)',
+        )
+    return _plan_for(ranked[0][1], names, samples, shapes, style, options, path)
+
+
+def _listed(names: Sequence[ColumnName]) -> str:
+    shown = ", ".join(f'"{column.name}"' for column in names[:8])
+    return f"the {len(names)} columns {shown}{' …' if len(names) > 8 else ''}"
+
+
+def _named_column(names: Sequence[ColumnName], wanted: str, path: Path) -> int:
+    """The place of the column that the map file names: by name, else by its whole header, else without case."""
+    for match in (
+        [k for k, c in enumerate(names) if c.name == wanted],
+        [k for k, c in enumerate(names) if c.header == wanted],
+        [k for k, c in enumerate(names) if wanted.strip().lower() in (c.name.lower(), c.header.lower())],
+    ):
+        if match:
+            return match[0]
+    near = difflib.get_close_matches(wanted, [c.name for c in names], n=1)
+    hint = f'did you mean "{near[0]}"?' if near else f"it has {_listed(names)}"
+    raise LogError(f'no column "{wanted}", which the map file names as the time', path=path, hint=hint)
+
+
+def _stamp_pair(
+    names: Sequence[ColumnName], samples: Sequence[Sequence[str]], shapes: Sequence[Shape]
+) -> tuple[int, int] | None:
+    """Two columns "…stamp.secs" and "…stamp.nsecs" that move."""
+    nanos = {
+        m["head"].lower(): k for k, c in enumerate(names) if (m := _STAMP_NANOS.match(c.header or c.name))
+    }
+    for k, column in enumerate(names):
+        match = _STAMP_SECONDS.match(column.header or column.name)
+        other = nanos.get(match["head"].lower()) if match else None
+        if (
+            other is not None
+            and shapes[k] == shapes[other] == "number"
+            and not (_stands(samples[k]) and _stands(samples[other]))
+        ):
+            return k, other
+    return None
+
+
+def _stands(cells: Sequence[str]) -> bool:
+    return len(cells) > 1 and len({cell for cell in cells if cell}) == 1
+
+
+def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
+    """How well a column stands for the time: lower is better, None not at all."""
+    if shape == "text" or (_stands(cells) and shape != "date"):
+        return None
+    name = column.name.strip()
+    if _HEADER_STAMP.search(name):
+        return 0
+    if name == "time_ns":
+        return 1
+    plain = re.sub(r"[^a-z0-9%]+", "", _UNIT_TAIL.sub("", name.lower()))
+    if shape in ("moment", "clock") and plain in _TIME_NAMES:
+        return 2
+    if plain in _TIME_NAMES and not (shape == "number" and plain in ("date", "datum")):
+        return 4 if shape == "date" else 3
+    if shape == "moment":
+        return 5
+    if (
+        shape == "number"
+        and find_unit(column.unit, "time") is not None
+        and re.search("time|stamp", name, re.IGNORECASE)
+    ):
+        return 6
+    return 7 if shape == "clock" else None
+
+
+def _plan_for(
+    place: int,
+    names: Sequence[ColumnName],
+    samples: Sequence[Sequence[str]],
+    shapes: Sequence[Shape],
+    style: NumberStyle,
+    options: ReadOptions,
+    path: Path,
+) -> TimePlan:
+    """The plan for a chosen column."""
+    shape, column = shapes[place], names[place]
+    if shape == "text":
+        shown = next((cell for cell in samples[place] if cell), "")
+        raise LogError(
+            f'column "{column.name}" holds no time that cogest knows ({shown!r})',
+            path=path,
+            hint="a time is a number, an ISO 8601 date and time, or a time of day",
+        )
+    if shape == "number":
+        if (options.time_unit or "").lower().startswith("iso"):
+            raise LogError(
+                f'column "{column.name}" holds numbers, not ISO 8601 times',
+                path=path,
+                hint="give its unit: s, ms, us or ns",
+            )
+        return _decimal_plan(place, column, samples[place], style, options, path)
+    columns = [place]
+    partner: Shape | None = {"date": "clock", "clock": "date"}.get(shape)  # type: ignore[assignment]
+    if partner is not None:
+        columns += [k for k, other in enumerate(shapes) if other == partner][:1]
+    if shape == "date" and len(columns) == 1:
+        raise LogError(
+            f'column "{column.name}" holds dates without a time of day',
+            path=path,
+            hint="name the time column in the map file: [time] channel",
+        )
+    return _calendar_plan(tuple(columns), names, samples)
+
+
+def _calendar_plan(
+    columns: tuple[int, ...], names: Sequence[ColumnName], samples: Sequence[Sequence[str]]
+) -> TimePlan:
+    cells = [cell for k in columns for cell in samples[k] if not is_missing(cell)]
+    dates = [cell for cell in cells if not CLOCK_CELL.fullmatch(cell)]
+    said = " and ".join(f'"{names[k].name}"' for k in columns)
+    clock = f"column{'s' if len(columns) > 1 else ''} {said}"
+    if not dates:
+        note = f"{clock} holds the time of day without a date: taken as a time that runs on over midnight"
+        return TimePlan("calendar", columns, f"time of day ({clock})", False, notes=(note,))
+    notes = []
+    order = YEAR_FIRST
+    if not re.match(r"\d{4}", dates[0]):
+        parts = [[int(part) for part in re.split(r"[-/.]", cell)[:2]] for cell in dates]
+        order = MONTH_FIRST if max(p[1] for p in parts) > 12 else DAY_FIRST
+        if order == DAY_FIRST and max(p[0] for p in parts) <= 12 and "." not in dates[0][:6]:
+            notes.append(f"dates such as {dates[0]!r} can be read in two ways: taken as day, month, year")
+    if not any(_WITH_ZONE.search(cell) for cell in cells):
+        notes.append(f"the times in {clock} state no time zone: taken as UTC")
+    return TimePlan("calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes))
+
+
+def _is_absolute(cells: Sequence[str], style: NumberStyle, unit_ns: int) -> bool:
+    value = next((v for cell in cells if (v := style.value(cell)) is not None), 0.0)
+    return ABSOLUTE_FROM_NS <= value * unit_ns <= ABSOLUTE_TO_NS
+
+
+def _decimal_plan(
+    place: int, column: ColumnName, cells: Sequence[str], style: NumberStyle, options: ReadOptions, path: Path
+) -> TimePlan:
+    """The plan for a column of numbers: its unit as stated, else by magnitude, which is then said."""
+    stated = options.time_unit or column.unit
+    if stated is None and (tail := _UNIT_TAIL.search(column.name)):
+        stated = tail.group().strip("_")
+    if stated is None and _NS_NAMES.search(column.name):
+        stated = "ns"
+    unit = find_unit(stated, "time")
+    if options.time_unit and unit is None:
+        raise LogError(
+            f"unit {options.time_unit!r} of the time column is no unit of time",
+            path=path,
+            hint="use s, ms, us, ns or iso8601",
+        )
+    notes: tuple[str, ...] = ()
+    if unit is not None:
+        unit_ns = round(unit.scale * 1e9)
+    else:
+        unit_ns, why = guess_unit([v for cell in cells if (v := style.value(cell)) is not None])
+        text = {1: "ns", 1000: "us", 1_000_000: "ms"}.get(unit_ns, "s")
+        notes = (
+            f'column "{column.name}" states no unit: taken as {text}, {why}; state it in the map file: [time] unit',
+        )
+    absolute = _is_absolute(cells, style, unit_ns)
+    stamp = "header stamp" if _HEADER_STAMP.search(column.name) else "time"
+    clock = f'{stamp} (column "{column.name}"{", since 1970" if absolute else ""})'
+    return TimePlan("decimal", (place,), clock, absolute, unit_ns, notes=notes)
+
+
+def guess_unit(values: Sequence[float]) -> tuple[int, str]:
+    """The unit, in ns, of time stamps that state none; and the reason, for the import record."""
+    if not values:
+        return 1_000_000_000, "as most logs are"
+    size = statistics.median(abs(value) for value in values)
+    for least, unit_ns in ((1e17, 1), (1e14, 1000), (1e11, 1_000_000), (3e8, 1_000_000_000)):
+        if size >= least:
+            return unit_ns, f"since values near {size:.4g} are then times since 1970"
+    steps = [b - a for a, b in pairwise(values) if b > a]
+    step = statistics.median(steps) if steps else 0.0
+    for least, unit_ns in ((2e6, 1), (2e3, 1000), (2.0, 1_000_000)):
+        if step >= least:
+            return unit_ns, f"since its steps are {step:g}"
+    return 1_000_000_000, f"since its steps are {step:g}"

@@ -1,0 +1,37 @@
+"""Thinning a trace for drawing without losing its peaks or its gaps."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.timebase import GAP_PERIODS, MIN_GAP_S
+
+
+def thin_minmax(time_s: FloatArray, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
+    """At most about `points` points: the least and the greatest of each bucket of rows, in order; NaN at gaps.
+
+    time_s (n,) increasing, values (n,) finite -> (m,), (m,) with one NaN row inside each gap.
+    """
+    n = len(values)
+    if n > points:
+        bucket = -(-2 * n // points)
+        whole = n // bucket * bucket
+        blocks = values[:whole].reshape(-1, bucket)
+        start = np.arange(0, whole, bucket)
+        rows = np.concatenate(
+            [start + blocks.argmin(axis=1), start + blocks.argmax(axis=1), np.arange(whole, n), [0, n - 1]]
+        )
+        rows = np.unique(rows)
+    else:
+        rows = np.arange(n)
+    if n > 2:
+        step = np.diff(time_s)
+        gaps = np.flatnonzero(step > max(GAP_PERIODS * float(np.median(step)), MIN_GAP_S))
+        # the samples beside a gap stay, so that it is drawn where it is
+        rows = np.unique(np.concatenate([rows, gaps, gaps + 1]))[: 4 * points]
+        gaps = gaps[gaps + 1 <= rows[-1]]
+        at = np.searchsorted(rows, gaps + 1)
+        middle = (time_s[gaps] + time_s[gaps + 1]) / 2
+        return np.insert(time_s[rows], at, middle), np.insert(values[rows], at, np.nan)
+    return time_s[rows], values[rows]

@@ -1,0 +1,259 @@
+"""Racelogic VBO: the text logs of VBOX units.
+
+[column names]
+sats time lat long velocity heading height vert-vel YawRate Y_Accel
+[data]
+018 083856.300 +3608.22250787 -1086.93269549 008.931 231.91 +0036.11 -0000.06 -3.000000E-02 +1.247217E-02
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+
+from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
+from parsers.errors import LogError
+from parsers.importer import ImportLog, ReadOptions
+from parsers.table_cells import split_cells
+from parsers.table_names import ColumnName, unique_names
+from parsers.table_rows import RowBlock, RowRules, read_rows
+from parsers.table_stamps import DAY_NS, BoolArray, decimal_ns, unwrap_days
+from parsers.table_text import Encoding, decode, find_encoding, text_blocks
+from parsers.vbo_header import VboColumn, name_columns, read_head
+
+_GROUP = "vbo"
+_HEAD_LIMIT = 4 * 1024 * 1024
+_SECOND_NS = 1_000_000_000
+
+
+class VboImporter:
+    """Racelogic VBO."""
+
+    name = "vbo"
+    title = "Racelogic VBO"
+    suffixes = (".vbo",)
+
+    def claims(self, path: Path, head: bytes) -> bool:
+        """Whether the first bytes are text with a VBO file's first line or its sections."""
+        encoding = find_encoding(head)
+        if encoding is None or encoding.wide:
+            return False
+        lower = head.lower()
+        sections = (b"[header]", b"[column names]", b"[channel units]", b"[data]")
+        return sum(section in lower for section in sections) >= 2 or (
+            lower.lstrip(b"\xef\xbb\xbf \r\n").startswith(b"file created on") and b"[" in lower
+        )
+
+    def open(self, path: Path, options: ReadOptions, log: ImportLog) -> VboReader:
+        """Read the head; raises LogError where there is no data, no time column, or no text."""
+        try:
+            with path.open("rb") as file:
+                start = file.read(_HEAD_LIMIT)
+            size = path.stat().st_size
+        except OSError as error:
+            raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+        if not start:
+            raise LogError(
+                "the file is empty (0 bytes)", path=path, hint="check that the recording was copied whole"
+            )
+        at = start.lower().find(b"[data]")
+        if at < 0:
+            raise LogError(
+                "no [data] section: the log breaks off within its head",
+                path=path,
+                hint="nothing was recorded in it",
+            )
+        encoding = find_encoding(start[:at]) or Encoding("cp1252")
+        body = start.find(b"\n", at) + 1 or len(start)
+        rules, first = _rules(start[body : body + 65536], encoding, path)
+        head = read_head(decode(start[encoding.mark : at], encoding))
+        columns, notes = name_columns(head, rules.width)
+        names, repeated = unique_names([ColumnName(c.title, c.name, c.unit) for c in columns])
+        for note in notes:
+            log.note(note)
+        for name in repeated:
+            log.note(f"the column name {name!r} is repeated: further columns are called {name}_2 and so on")
+        time_at = next((k for k, column in enumerate(names) if column.name.lower() == "time"), None)
+        if time_at is None:
+            shown = ", ".join(column.name for column in names[:10])
+            raise LogError(f"no column called time among {shown}", path=path, place="[column names]")
+        midnight = _midnight(
+            head.created, head.swapped_date, first[time_at] if time_at < len(first) else "", log
+        )
+        named = tuple(VboColumn(n.name, c.title, c.unit) for n, c in zip(names, columns, strict=True))
+        return VboReader(
+            path, encoding, named, time_at, rules, body - encoding.mark, midnight, options, log, size
+        )
+
+
+def _rules(start: bytes, encoding: Encoding, path: Path) -> tuple[RowRules, list[str]]:
+    """How the rows are written, by the commonest width of the first ones; and the first row of that width."""
+    lines = [decode(line, encoding) for line in start.split(b"\n")]
+    if len(lines) > 1:
+        lines = lines[:-1]
+    plain = RowRules(32, 0, 0, spaces=True, quote=-1, comment=-1)
+    rows = [row for line in lines if (row := split_cells(line, plain))]
+    if not rows:
+        raise LogError("[data] holds no rows", path=path, hint="nothing was recorded in it")
+    widths = [len(row) for row in rows]
+    width = max(set(widths), key=widths.count)
+    first = next(row for row in rows if len(row) == width)
+    comma = any("," in cell for cell in first) and not any("." in cell for cell in first)
+    return RowRules(32, width, width, spaces=True, quote=-1, comment=-1, decimal=44 if comma else 46), first
+
+
+def _midnight(created: datetime | None, swapped: bool, first_time: str, log: ImportLog) -> int | None:
+    """Nanoseconds since 1970 of the midnight before the first row; None where the log has no date."""
+    if created is None:
+        log.note("the log has no date of creation: its times count from midnight UTC of an unknown day")
+        return None
+    day = created.replace(hour=0, minute=0, second=0)
+    try:
+        clock = float(first_time.replace(",", "."))
+    except ValueError:
+        clock = 0.0
+    start = timedelta(hours=clock // 10000, minutes=clock // 100 % 100, seconds=clock % 100)
+    if day + start > created + timedelta(hours=12):
+        day -= timedelta(days=1)
+    said = "as month/day/year, since the month would else be above 12; " if swapped else ""
+    log.note(
+        f"the date {day:%Y-%m-%d} is from 'File created on {created:%d/%m/%Y %H:%M}' ({said}the unit's clock may show "
+        "local time, so near midnight the day can be off by one); the time of day is UTC"
+    )
+    return round(day.timestamp()) * _SECOND_NS
+
+
+class VboReader:
+    """An opened VBO log."""
+
+    def __init__(
+        self,
+        path: Path,
+        encoding: Encoding,
+        columns: tuple[VboColumn, ...],
+        time_at: int,
+        rules: RowRules,
+        body: int,
+        midnight: int | None,
+        options: ReadOptions,
+        log: ImportLog,
+        size: int,
+    ) -> None:
+        self._path = path
+        self._encoding = encoding
+        self._columns = columns
+        self._time_at = time_at
+        self._rules = rules
+        self._body = body
+        self._midnight = midnight
+        self._options = options
+        self._log = log
+        self._size = size
+        self._last: int | None = None
+
+    @property
+    def channels(self) -> tuple[ChannelInfo, ...]:
+        """All columns but the time. Positions are raw minutes, and longitudes count west: tag "positive"."""
+        return tuple(
+            ChannelInfo(c.name, _GROUP, c.unit, "vbo", comment=c.title, tags=MappingProxyType(_tags(c)))
+            for k, c in enumerate(self._columns)
+            if k != self._time_at
+        )
+
+    @property
+    def clock(self) -> str:
+        """The satellites' clock."""
+        return "UTC time of day from satellites"
+
+    @property
+    def absolute(self) -> bool:
+        """Whether the log has a date."""
+        return self._midnight is not None
+
+    @property
+    def start_utc_ns(self) -> int | None:
+        """None: stamps are since 1970 already, or the day is unknown."""
+        return None
+
+    def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
+        """Yield the wanted columns block by block; raises LogError where no row at all can be read."""
+        places = {c.name: k for k, c in enumerate(self._columns) if c.name in wanted and k != self._time_at}
+        rows = 0
+        for text in text_blocks(self._path, self._encoding, self._body):
+            block = read_rows(text.data, self._rules, tuple(places.values()), (self._time_at,))
+            self._count(block, text.lost_lines)
+            time_ns, valid = self._time(block)
+            bad = len(valid) - int(valid.sum())
+            self._log.reject("row without a valid time", bad)
+            if text.ends_open and block.rows and not block.counts.last_row_short:
+                # a unit ends every row; "1.2E" of "1.2E-03" would be a number too, and a wrong one
+                self._log.reject("row cut off at the end of the file", int(valid[-1]))
+                bad += int(valid[-1])
+                valid[-1] = False
+            if text.ends_open:
+                whole = rows + block.rows - bad
+                self._log.worsen(
+                    "truncated", f"the last row has no end: the log was cut; {whole} rows before it are whole"
+                )
+            rows += block.rows - bad
+            self._log.messages += block.rows - bad
+            self._options.progress(text.done, self._size)
+            if block.rows > bad:
+                values = {name: block.numbers[k][valid] for k, name in enumerate(places)}
+                yield Chunk(_GROUP, time_ns[valid], self._without_flags(values))
+        if rows == 0:
+            raise LogError(
+                "no row of [data] could be read", path=self._path, hint="cogest inspect shows what was found"
+            )
+
+    def _time(self, block: RowBlock) -> tuple[IntArray, BoolArray]:
+        """HHMMSS.ss as nanoseconds that run on over midnight."""
+        digits = np.empty(block.rows, dtype=np.int64)
+        valid = np.empty(block.rows, dtype=np.bool_)
+        decimal_ns(block.data, block.spans[0], self._rules.decimal, 0, _SECOND_NS, digits, valid)
+        whole, part = np.divmod(digits, _SECOND_NS)
+        hours, minutes, seconds = whole // 10000, whole // 100 % 100, whole % 100
+        valid &= (digits >= 0) & (hours < 24) & (minutes < 60) & (seconds < 61)
+        clock = (hours * 3600 + minutes * 60 + seconds) * _SECOND_NS + part
+        kept = unwrap_days(clock[valid], self._last)
+        if len(kept):
+            if int(kept.max()) >= DAY_NS:
+                self._log.note("the time of day passes midnight: it runs on into the next day")
+            self._last = int(kept[-1])
+        clock[valid] = kept
+        return clock + (self._midnight or 0), valid
+
+    def _without_flags(self, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
+        """Take the flags out of the satellite count: 64 for a brake trigger, 128 for differential corrections."""
+        count = values.get("sats")
+        if count is not None and bool(np.any(count >= 64)):
+            values["sats"] = np.where(count >= 0, np.mod(count, 64.0), count)
+            self._log.note(
+                "the satellite count carries flags (64 brake trigger, 128 differential corrections): taken out"
+            )
+        return values
+
+    def _count(self, block: RowBlock, lost_lines: int) -> None:
+        """Write down what a block lacked."""
+        counts, log = block.counts, self._log
+        log.reject("row with too few columns", counts.too_few)
+        log.reject("row with too many columns", counts.too_many)
+        log.reject("row with bytes that are no text", counts.binary + lost_lines)
+        log.reject("cell with text where a number was expected", counts.text_cells)
+        log.reject("cell with an infinite value", counts.infinite_cells)
+        if counts.binary or lost_lines:
+            log.worsen(
+                "malformed",
+                "a part of the file is not text (a damaged block, or a disk that filled with zeros)",
+            )
+
+
+def _tags(column: VboColumn) -> dict[str, str]:
+    tags = {"column": column.name, "title": column.title}
+    if column.name.lower() in ("long", "_long"):
+        tags["positive"] = "west"
+    return tags

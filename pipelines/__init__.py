@@ -1,0 +1,1 @@
+"""From a drive's signals to a verdict: preparation, models, filters, estimators, priors."""

@@ -1,0 +1,138 @@
+"""One drive from log files to results: load, prepare, estimate, verdict, rollover, and what a report needs."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+
+from parsers.drive import Drive
+from parsers.load import LoadOptions, Progress, load_drive, quiet
+from parsers.mapping import read_map
+from parsers.signals import SIGNALS
+from parsers.thin import thin_minmax
+from parsers.timebase import NS
+from parsers.units import SI_TEXT
+from pipelines.estimators.base import Estimator, Settings
+from pipelines.estimators.registry import estimators
+from pipelines.limits import what_limits
+from pipelines.needs import readiness
+from pipelines.results import Assumption, DriveResults, Estimate, Inputs, Trace
+from pipelines.rollover import assess_rollover
+from pipelines.settings import choose, read_settings
+from pipelines.vehicles.priors import standing
+from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+from pipelines.verdict.combine import combine
+
+TRACE_POINTS = 2000
+"""Points a trace keeps for the report; extremes are kept when thinning."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to analyse and how. Paths as given; None where there is no such file."""
+
+    logs: tuple[Path, ...]
+    vehicle: Path | None = None
+    map: Path | None = None
+    dbc: tuple[Path, ...] = ()
+    settings: Path | None = None
+    estimators: str | None = None
+    seed: int = 0
+    fix: bool = True
+    command: str = ""
+    version: str = ""
+
+
+def _sha256(path: Path | None) -> str | None:
+    return None if path is None else hashlib.sha256(path.read_bytes()).hexdigest()
+
+
+def run_estimator(estimator: Estimator, drive: Drive, vehicle: Vehicle, settings: Settings, seed: int) -> Estimate:
+    """Run one estimator, or say exactly what it lacks. Its generator depends on the seed and its name alone."""
+    ready = readiness(estimator, drive.signals.keys(), vehicle)
+    if not ready.ready:
+        lacks = "; ".join((*ready.missing_signals, *ready.missing_vehicle))
+        return Estimate(estimator.name, "skipped", f"lacks {lacks}")
+    started = time.perf_counter()
+    rng = np.random.default_rng([seed, zlib.crc32(estimator.name.encode())])
+    try:
+        prepared = estimator.prepare(drive, settings)
+        estimate = estimator.estimate(prepared, vehicle, settings, rng)
+    except (np.linalg.LinAlgError, FloatingPointError, ZeroDivisionError) as error:
+        # one method's numerics must not cost the others their say; its failure is reported, not hidden
+        estimate = Estimate(estimator.name, "failed", f"numerical failure: {error}")
+    return replace(estimate, runtime_s=time.perf_counter() - started)
+
+
+def signal_traces(drive: Drive) -> tuple[Trace, ...]:
+    """The drive's signals for the report, thinned; gaps stay gaps."""
+    traces = []
+    for signal in drive.signals.values():
+        seconds = (signal.time_ns - drive.start_ns) / NS
+        t, v = thin_minmax(seconds, signal.values, TRACE_POINTS)
+        spec = SIGNALS[signal.name]
+        traces.append(Trace(signal.name, t, {signal.name: v}, {signal.name: SI_TEXT[spec.quantity]}, signal.source))
+    return tuple(traces)
+
+
+def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
+    """Analyse one drive.
+
+    Raises LogError, MappingError, DatabaseError, VehicleError, SettingsError. A drive that cannot tell is no error.
+    """
+    known = estimators()
+    chosen = choose(request.estimators, known)
+    settings = read_settings(request.settings, known)
+    vehicle = read_vehicle(request.vehicle) if request.vehicle else Vehicle()
+    mapping = read_map(request.map) if request.map else None
+    drive = load_drive(request.logs, LoadOptions(mapping, request.dbc, request.fix, progress))
+    results: list[Estimate] = []
+    for number, estimator in enumerate(chosen):
+        progress(f"estimating: {estimator.title}", number / len(chosen))
+        results.append(run_estimator(estimator, drive, vehicle, settings[estimator.name], request.seed))
+    progress("weighing the evidence", 1.0)
+    verdict = combine(results, vehicle)
+    height = verdict.get("cg_height_m")
+    mass = vehicle.get("mass_kg")
+    placed = None
+    if vehicle.body is not None or (height is not None and height.value is not None):
+        learned = height is not None and height.status != "not_identifiable"
+        placed = standing(
+            vehicle.body, height.value if height is not None and learned else None, mass.value if mass else None
+        )
+    return DriveResults(
+        inputs=Inputs(
+            logs=tuple(str(path) for path in request.logs),
+            log_sha256=drive.record.sha256,
+            vehicle=str(request.vehicle) if request.vehicle else None,
+            vehicle_sha256=_sha256(request.vehicle),
+            map=str(request.map) if request.map else None,
+            settings=str(request.settings) if request.settings else None,
+            dbc=tuple(str(path) for path in request.dbc),
+            seed=request.seed,
+            command=request.command,
+            version=request.version,
+            created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        ),
+        record=drive.record,
+        vehicle_name=vehicle.name,
+        verdict=verdict,
+        estimates=tuple(results),
+        rollover=assess_rollover(verdict, vehicle, drive),
+        standing=placed,
+        assumptions=_assumptions(results),
+        limits=what_limits(drive.record, results, verdict, vehicle),
+        signals=signal_traces(drive),
+    )
+
+
+def _assumptions(results: Sequence[Estimate]) -> tuple[Assumption, ...]:
+    """Every assumption of every estimator, once."""
+    return tuple(dict.fromkeys(entry for estimate in results for entry in estimate.assumptions))

@@ -1,0 +1,25 @@
+"""Files that belong to a log: the nearest vehicle.toml and map.toml up the folders, the DBCs beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+def nearest(name: str, log: Path) -> Path | None:
+    """The file `name` in the log's folder or the nearest folder above it."""
+    start = log.resolve()
+    folders = [start, *start.parents] if start.is_dir() else list(start.parents)
+    for folder in folders:
+        candidate = folder / name
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+def databases_beside(log: Path) -> tuple[Path, ...]:
+    """The *.dbc files in the log's folder (and in the log, where it is a folder), by name."""
+    start = log.resolve()
+    folders = [start, start.parent] if start.is_dir() else [start.parent]
+    return tuple(
+        path for folder in folders for path in sorted(folder.iterdir()) if path.suffix.lower() == ".dbc" and path.is_file()
+    )

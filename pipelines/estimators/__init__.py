@@ -1,0 +1,1 @@
+"""Estimators: one file a method, one line each in the registry."""

@@ -1,0 +1,23 @@
+"""The estimators that cogest has: one line each."""
+
+from __future__ import annotations
+
+import importlib
+from functools import cache
+from typing import cast
+
+from pipelines.estimators.base import Estimator
+
+ESTIMATORS: tuple[str, ...] = ("pipelines.estimators.roll_map:RollMap",)
+
+
+@cache
+def estimator_at(line: str) -> Estimator:
+    """The estimator that a registry line "module:Class" names. Loaded when first asked for."""
+    module, _, name = line.partition(":")
+    return cast("Estimator", getattr(importlib.import_module(module), name)())
+
+
+def estimators() -> tuple[Estimator, ...]:
+    """All estimators, in the registry's order."""
+    return tuple(estimator_at(line) for line in ESTIMATORS)

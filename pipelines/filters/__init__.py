@@ -1,0 +1,1 @@
+"""Compiled filters on arrays. Nothing in here knows a vehicle."""

@@ -1,0 +1,203 @@
+"""What is in a log: channels with rates, gaps and ranges, what maps to what, and which estimators could run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
+from parsers.drive import Drive
+from parsers.errors import LogError
+from parsers.load import LoadOptions, load_drive, open_log
+from parsers.mapping import Binding, propose, starter_map, unmapped_reason
+from parsers.timebase import GAP_PERIODS, JUMP_AHEAD_NS, MIN_GAP_S, NS
+from pipelines.estimators.registry import estimators
+from pipelines.needs import Readiness, readiness
+from pipelines.vehicles.vehicle import Vehicle
+
+_Fate = tuple[str | None, str]
+
+
+@dataclass(frozen=True)
+class ChannelReport:
+    """One channel: samples with a value, mean rate, gaps (steps of over five usual periods), range in its own unit.
+
+    signal: the canonical signal that it became, None where it became none; `reason` says why, either way.
+    """
+
+    name: str
+    unit: str | None
+    kind: str
+    samples: int
+    rate_hz: float
+    gaps: int
+    low: float | None
+    high: float | None
+    signal: str | None
+    reason: str
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What `cogest inspect` shows. drive: None where nothing maps to a signal, `problem` then says why."""
+
+    path: Path
+    format: str
+    status: str
+    clock: str
+    messages: int
+    duration_s: float
+    start_utc: str | None
+    channels: tuple[ChannelReport, ...]
+    drive: Drive | None
+    problem: str | None
+    readiness: tuple[Readiness, ...]
+    starter_map: str
+    rejected: Mapping[str, int]
+    notes: tuple[str, ...]
+
+
+@dataclass
+class _Clock:
+    """Running facts of one group's stamps."""
+
+    first: int = 0
+    last: int = 0
+    rows: int = 0
+    gaps: int = 0
+    period_ns: float = 0.0
+
+    def add(self, time_ns: IntArray) -> None:
+        """Take in the next stamps."""
+        if len(time_ns) == 0:
+            return
+        step = np.diff(time_ns)
+        if self.period_ns == 0 and len(step) > 0:
+            # the usual step of the first chunk stands for all: memory stays bounded
+            self.period_ns = float(np.median(step))
+        if self.rows:
+            step = np.append(step, time_ns[0] - self.last)
+        limit = max(GAP_PERIODS * self.period_ns, MIN_GAP_S * NS)
+        self.gaps += int(((step > limit) & (step < JUMP_AHEAD_NS)).sum()) if self.period_ns else 0
+        low, high = int(time_ns.min()), int(time_ns.max())
+        self.first = min(self.first, low) if self.rows else low
+        self.last = max(self.last, high) if self.rows else high
+        self.rows += len(time_ns)
+
+
+@dataclass
+class _Range:
+    """Running facts of one channel's values."""
+
+    samples: int = 0
+    low: float = np.inf
+    high: float = -np.inf
+
+    def add(self, values: FloatArray) -> None:
+        """Take in the next values."""
+        valid = values[np.isfinite(values)]
+        if len(valid):
+            self.samples += len(valid)
+            self.low = min(self.low, float(valid.min()))
+            self.high = max(self.high, float(valid.max()))
+
+
+@dataclass
+class _Survey:
+    """All groups and channels of one pass over the log."""
+
+    clocks: dict[str, _Clock] = field(default_factory=dict)
+    ranges: dict[str, _Range] = field(default_factory=dict)
+
+    def add(self, chunk: Chunk) -> None:
+        """Take in a chunk."""
+        self.clocks.setdefault(chunk.group, _Clock()).add(chunk.time_ns)
+        for name, values in chunk.columns.items():
+            self.ranges.setdefault(name, _Range()).add(values)
+
+
+def _fates(proposals: Mapping[str, tuple[Binding, ...]], drive: Drive | None) -> dict[str, _Fate]:
+    """Channel -> the signals that it became (None where another channel ranks before it), and why."""
+    chosen = {entry.signal: entry for entry in drive.record.mapped} if drive else {}
+    fates: dict[str, _Fate] = {}
+    for signal, bindings in proposals.items():
+        entry = chosen.get(signal)
+        for binding in bindings if entry else ():
+            assert entry is not None
+            taken = entry.channel == " + ".join(binding.channels)
+            for name in binding.channels:
+                before = fates.get(name, (None, ""))
+                if taken:
+                    fates[name] = (signal if before[0] is None else f"{before[0]}, {signal}", binding.rule)
+                elif before[0] is None:
+                    fates[name] = (None, f"could be {signal}, but {entry.channel} ranks before it")
+    return fates
+
+
+def _report(info: ChannelInfo, survey: _Survey, fates: Mapping[str, _Fate]) -> ChannelReport:
+    clock = survey.clocks.get(info.group, _Clock())
+    seen = survey.ranges.get(info.name, _Range())
+    span = (clock.last - clock.first) / NS
+    signal, reason = fates.get(info.name, (None, ""))
+    if info.kind == "number" and seen.samples == 0:
+        reason = "no valid sample"
+    elif not reason:
+        reason = unmapped_reason(info)
+    return ChannelReport(
+        name=info.name,
+        unit=info.unit,
+        kind=info.kind,
+        samples=seen.samples,
+        rate_hz=(clock.rows - 1) / span if span > 0 else 0.0,
+        gaps=clock.gaps,
+        low=seen.low if seen.samples else None,
+        high=seen.high if seen.samples else None,
+        signal=signal,
+        reason=reason,
+    )
+
+
+def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> Inspection:
+    """Look at a whole log. Raises LogError where it cannot be read at all; a log that maps to nothing is no error."""
+
+    def progress(done: int, total: int) -> None:
+        options.progress(f"reading {path.name}", done / total if total else 0.0)
+
+    opened = open_log(path, options, progress)
+    channels = opened.reader.channels
+    survey = _Survey()
+    numbers = frozenset(info.name for info in channels if info.kind == "number")
+    if numbers:
+        for chunk in opened.reader.read(numbers):
+            survey.add(chunk)
+    drive, problem = None, None
+    try:
+        drive = load_drive([path], options)
+    except LogError as error:
+        problem = error.problem + (f"; {error.hint}" if error.hint else "")
+    proposals = propose(channels, options.map)
+    firsts = [clock.first for clock in survey.clocks.values() if clock.rows]
+    lasts = [clock.last for clock in survey.clocks.values() if clock.rows]
+    signals = drive.signals.keys() if drive else ()
+    fate = _fates(proposals, drive)
+    return Inspection(
+        path=path,
+        format=opened.importer.title,
+        status=opened.log.status,
+        clock=opened.reader.clock,
+        messages=opened.log.messages,
+        duration_s=(max(lasts) - min(firsts)) / NS if firsts else 0.0,
+        start_utc=drive.record.start_utc if drive else None,
+        channels=tuple(
+            _report(info, survey, fate) for info in channels
+        ),
+        drive=drive,
+        problem=problem,
+        readiness=tuple(readiness(estimator, signals, vehicle) for estimator in estimators()),
+        starter_map=starter_map(channels, proposals),
+        rejected=dict(opened.log.rejected),
+        notes=tuple(opened.log.notes),
+    )

@@ -1,0 +1,46 @@
+"""What limited a result, in words, the weightiest first: for the report's first screen."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from parsers.drive import ImportRecord
+from pipelines.results import Estimate, ParameterEstimate
+from pipelines.vehicles.vehicle import Vehicle
+
+
+def _data_limits(record: ImportRecord) -> list[str]:
+    limits: list[str] = []
+    if record.status != "complete":
+        limits.append(f"The log is {record.status}: only what was whole is used.")
+    whole = [gap for gap in record.gaps if gap.signal is None]
+    if whole:
+        missing = sum(gap.end_s - gap.start_s for gap in whole)
+        limits.append(
+            f"{len(whole)} gap{'s' if len(whole) > 1 else ''} in the log, {missing:.1f} s of {record.duration_s:.1f} s: "
+            "nothing is interpolated across a gap."
+        )
+    if record.clock_jumps:
+        limits.append(f"The clock jumped {record.clock_jumps} times: only one stretch of it is used.")
+    doubtful = [d for d in record.decisions if not d.applied and d.kind in ("sign", "unit", "spikes")]
+    limits += [f"{d.found[:1].upper()}{d.found[1:]}: not corrected." for d in doubtful]
+    return limits
+
+
+def what_limits(
+    record: ImportRecord,
+    estimates: Sequence[Estimate],
+    verdict: Mapping[str, ParameterEstimate],
+    vehicle: Vehicle,
+) -> tuple[str, ...]:
+    """Sentences: what the estimators lacked, what the vehicle file left open, what the data lost."""
+    limits = [f"{e.estimator} did not run: {e.reason}." for e in estimates if e.status == "skipped"]
+    limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
+    height = verdict.get("cg_height_m")
+    if height is not None and height.status != "identified":
+        limits.append(f"CG height {height.status.replace('_', ' ')}: {height.reason}")
+    if not vehicle.quantities:
+        limits.append("No vehicle file: mass, track and springs are unknown; give one with --vehicle.")
+    elif not vehicle.load_stated:
+        limits.append("The vehicle file has no [load]: the drive's load is taken as unknown.")
+    return tuple(dict.fromkeys(limits + _data_limits(record)))

@@ -1,0 +1,1 @@
+"""Vehicle models as pure functions on arrays."""

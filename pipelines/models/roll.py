@@ -1,0 +1,128 @@
+"""Roll of the sprung mass about its roll axis, as a body-mounted accelerometer sees it.
+
+Berntorp et al., equations (1)-(4): (I + m h²) φ'' + D φ' + K φ = m h (a_y cos φ + g sin φ), with the sprung mass m, its
+CG's height h above the roll axis, and its roll inertia I. The bracket is the specific force that an accelerometer on
+the body reads at the roll axis. One that sits z above the axis reads z φ'' less, so that with its reading f
+
+    c φ'' + b φ' + a φ = f,    a = K / (m h),   b = D / (m h),   c = I / (m h) + h - z
+
+and no gravity appears: bank and grade drop out. Only a, b, c can be seen in f and φ.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.jit import kernel
+from pipelines.results import FloatArray
+
+GRAVITY = 9.80665
+DEGREES = 180 / math.pi
+
+
+@kernel
+def exponential(matrix: FloatArray) -> FloatArray:
+    """e to a small square matrix: Taylor's series on a scaled matrix, squared back.
+
+    The library's routine costs milliseconds on a busy machine (its threads wait for each other), and a fit calls it
+    thousands of times. Good to 1e-14 of the largest entry for the well-scaled matrices here.
+    """
+    n = matrix.shape[0]
+    norm = 0.0
+    for i in range(n):
+        total = 0.0
+        for j in range(n):
+            total += abs(matrix[i, j])
+        norm = max(norm, total)
+    halvings = 0
+    while norm > 0.25 and halvings < 60:
+        norm *= 0.5
+        halvings += 1
+    scaled = matrix / 2.0**halvings
+    result = np.eye(n)
+    term = np.eye(n)
+    work = np.zeros((n, n))
+    for order in range(1, 14):
+        for i in range(n):
+            for j in range(n):
+                total = 0.0
+                for m in range(n):
+                    total += term[i, m] * scaled[m, j]
+                work[i, j] = total / order
+        term[:] = work
+        result += term
+    for _ in range(halvings):
+        for i in range(n):
+            for j in range(n):
+                total = 0.0
+                for m in range(n):
+                    total += result[i, m] * result[m, j]
+                work[i, j] = total
+        result[:] = work
+    return result
+
+
+@dataclass(frozen=True)
+class RollCoefficients:
+    """a in (m/s²)/rad, b in (m/s²)/(rad/s), c in (m/s²)/(rad/s²) = m."""
+
+    a: float
+    b: float
+    c: float
+
+
+def roll_gradient_degpg(a: FloatArray | float) -> FloatArray | float:
+    """Steady roll angle in degrees per g of *sensed* lateral acceleration (which includes g sin φ)."""
+    return GRAVITY * DEGREES / a
+
+
+def undamped_frequency_hz(a: FloatArray, c: FloatArray, z: FloatArray | float) -> FloatArray:
+    """sqrt(K / J) / 2π with J = I + m h² about the roll axis; z is the accelerometer's height above that axis."""
+    return np.asarray(np.sqrt(a / (c + z)) / (2 * math.pi))
+
+
+def damping_ratio(a: FloatArray, b: FloatArray, c: FloatArray, z: FloatArray | float) -> FloatArray:
+    """D / (2 sqrt(K J)), with J about the roll axis."""
+    return np.asarray(b / (2 * np.sqrt(a * (c + z))))
+
+
+def state_matrix(roll: RollCoefficients) -> tuple[FloatArray, FloatArray]:
+    """A (2, 2) and B (2,) of d/dt (φ, φ') = A (φ, φ') + B f."""
+    a = np.array([[0.0, 1.0], [-roll.a / roll.c, -roll.b / roll.c]])
+    return a, np.array([0.0, 1.0 / roll.c])
+
+
+def ramp_response(roll: RollCoefficients, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Exact motion over `step` seconds (which may be negative) under an input that runs straight.
+
+    x(t + step) = phi x(t) + level f(t) + slope f'(t). Returns phi (2, 2), level (2,), slope (2,).
+    """
+    a, b = state_matrix(roll)
+    block = np.zeros((4, 4))
+    block[:2, :2] = a
+    block[:2, 2] = b
+    block[2, 3] = 1.0
+    moved = exponential(block * step)
+    return moved[:2, :2].copy(), moved[:2, 2].copy(), moved[:2, 3].copy()
+
+
+def discretise(roll: RollCoefficients, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """First-order hold: x[k+1] = phi x[k] + before f[k] + after f[k+1]."""
+    phi, level, slope = ramp_response(roll, step)
+    after = slope / step
+    return phi, level - after, after
+
+
+def process_noise(roll: RollCoefficients, intensity: float, step: float) -> FloatArray:
+    """Covariance (2, 2) that white noise on f gathers over a step; `intensity` in (m/s²)²/Hz (Van Loan)."""
+    a, b = state_matrix(roll)
+    block = np.zeros((4, 4))
+    block[:2, :2] = -a
+    block[:2, 2:] = np.outer(b, b) * intensity
+    block[2:, 2:] = a.T
+    moved = exponential(block * step)
+    noise = moved[2:, 2:].T @ moved[:2, 2:]
+    return np.asarray(0.5 * (noise + noise.T))

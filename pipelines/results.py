@@ -1,0 +1,183 @@
+"""Typed results of one drive: what estimators return, what the verdict says, and what reports are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parsers.drive import ImportRecord
+
+FloatArray = NDArray[np.float64]
+Identification = Literal["identified", "weak", "not_identifiable"]
+RunStatus = Literal["ran", "skipped", "failed"]
+
+
+@dataclass(frozen=True)
+class Prior:
+    """What was known before the log: mean and standard deviation, and where it came from, in words."""
+
+    value: float
+    std: float
+    source: str
+
+
+@dataclass(frozen=True)
+class ParameterEstimate:
+    """One parameter. value, std, low, high are None where there is nothing to say (no prior, not identifiable).
+
+    low-high: 95 % interval. reason: in words, why this status, and what was missing. prior: None where nothing was
+    known. reference: the truth from the vehicle file, for error tables. sources: estimators or relations behind it.
+    """
+
+    name: str
+    value: float | None
+    std: float | None
+    low: float | None
+    high: float | None
+    status: Identification
+    reason: str
+    prior: Prior | None = None
+    reference: float | None = None
+    sources: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Track:
+    """A parameter's estimate over the drive, as data came in. All shape (n,); time_s from the drive's start."""
+
+    parameter: str
+    time_s: FloatArray
+    value: FloatArray
+    low: FloatArray
+    high: FloatArray
+
+
+@dataclass(frozen=True)
+class Trace:
+    """Named columns over time for a figure: signals, fits, residuals. time_s (n,), columns name -> (n,); NaN = gap.
+
+    spread: filled by reports when a trace is thinned; the quantiles of each column before that, in equal steps from
+    0 to 1, so that a histogram stays true.
+    """
+
+    name: str
+    time_s: FloatArray
+    columns: Mapping[str, FloatArray]
+    units: Mapping[str, str] = field(default_factory=dict)
+    note: str = ""
+    spread: Mapping[str, FloatArray] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Scatter:
+    """A relation between two quantities with its fit and 95 % band (roll against lateral acceleration).
+
+    x, y: (n,) points. fit_x, fit_y, band_low, band_high: (m,).
+    """
+
+    name: str
+    title: str
+    x_label: str
+    y_label: str
+    x: FloatArray
+    y: FloatArray
+    fit_x: FloatArray
+    fit_y: FloatArray
+    band_low: FloatArray
+    band_high: FloatArray
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """One thing taken as given: a quantity or a choice, its value in words, and where it came from."""
+
+    name: str
+    value: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """What one estimator says about one drive.
+
+    parameters: by name. tracks, traces (fits and residuals), scatters: for the report. used_fraction: how much of the
+    drive met the gates. diagnostics: named figures (log-likelihood, residual autocorrelation …).
+    """
+
+    estimator: str
+    status: RunStatus
+    reason: str
+    parameters: Mapping[str, ParameterEstimate] = field(default_factory=dict)
+    tracks: tuple[Track, ...] = ()
+    traces: tuple[Trace, ...] = ()
+    scatters: tuple[Scatter, ...] = ()
+    assumptions: tuple[Assumption, ...] = ()
+    diagnostics: Mapping[str, float] = field(default_factory=dict)
+    used_fraction: float = 0.0
+    runtime_s: float = 0.0
+
+
+@dataclass(frozen=True)
+class Rollover:
+    """Static rollover measures of the vehicle, and how near this drive came. None where not known."""
+
+    static_stability_factor: ParameterEstimate | None = None
+    threshold_g: ParameterEstimate | None = None
+    peak_lateral_acceleration_g: float | None = None
+    peak_rollover_coefficient: float | None = None
+    peak_time_s: float | None = None
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Standing:
+    """Where this vehicle stands among the measured ones: their CG heights, and ours with its interval.
+
+    population: (n,) CG heights in m. same_body: (k,) those of the same body style. percentile of our value in
+    `same_body` (0-100), None without a value.
+    """
+
+    population: FloatArray
+    same_body: FloatArray
+    body: str | None
+    percentile: float | None
+    nearest: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Inputs:
+    """What went in, and its hashes."""
+
+    logs: tuple[str, ...]
+    log_sha256: str
+    vehicle: str | None
+    vehicle_sha256: str | None
+    map: str | None
+    settings: str | None
+    dbc: tuple[str, ...]
+    seed: int
+    command: str
+    version: str
+    created_utc: str
+
+
+@dataclass(frozen=True)
+class DriveResults:
+    """All that a report is made of. Nothing in here needs the log any more."""
+
+    inputs: Inputs
+    record: ImportRecord
+    vehicle_name: str | None
+    verdict: Mapping[str, ParameterEstimate]
+    estimates: tuple[Estimate, ...]
+    rollover: Rollover
+    standing: Standing | None
+    assumptions: tuple[Assumption, ...]
+    limits: tuple[str, ...]
+    signals: tuple[Trace, ...]
+    notes: tuple[str, ...] = ()

@@ -1,0 +1,1 @@
+"""Drives with known truth."""

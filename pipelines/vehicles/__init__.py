@@ -1,0 +1,1 @@
+"""The vehicle file, and what 1 270 measured vehicles say where it is silent."""

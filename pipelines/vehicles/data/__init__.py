@@ -1,0 +1,1 @@
+"""Measured vehicles (US NHTSA, public domain): CG heights and inertias."""

@@ -1,0 +1,206 @@
+"""The vehicle file (TOML): quantities with their uncertainty, the load, the sensors' places, and the reference."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from parsers.errors import VehicleError
+from pipelines.parameters import PARAMETERS
+
+POSITIVE = frozenset(
+    """mass_kg unsprung_mass_front_kg unsprung_mass_rear_kg cg_to_front_axle_m cg_height_m wheelbase_m track_front_m
+    track_rear_m roll_inertia_kgm2 pitch_inertia_kgm2 roll_stiffness_nmprad roll_damping_nmsprad spring_rate_front_npm
+    spring_rate_rear_npm damper_rate_front_nspm damper_rate_rear_nspm tire_vertical_rate_npm wheel_radius_m
+    wheel_inertia_kgm2 steering_ratio brake_gain_nmppa drag_area_m2""".split()
+)
+ZERO_OR_MORE = frozenset(
+    "anti_roll_stiffness_front_nmprad anti_roll_stiffness_rear_nmprad rolling_resistance".split()
+)
+ANY_SIGN = frozenset("roll_center_height_front_m roll_center_height_rear_m".split())
+SHARES = frozenset("brake_front_share drive_front_share".split())
+VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
+LOAD_KEYS = frozenset({"mass_kg", "height_m"})
+SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})
+TEXT_KEYS = frozenset({"name", "body"})
+
+RELATIVE_STD = {"mass_kg": 0.02, "wheelbase_m": 0.003, "track_front_m": 0.005, "track_rear_m": 0.005}
+"""What a bare number in a vehicle file is worth: a data sheet's figure, not a calibration."""
+DEFAULT_RELATIVE_STD = 0.05
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A known quantity in SI: value, standard deviation (0 = exact), and where it came from in words."""
+
+    value: float
+    std: float
+    source: str
+    std_stated: bool = True
+
+
+@dataclass(frozen=True)
+class Vehicle:
+    """A vehicle file. `quantities` are those of the empty vehicle; `load` and `sensors` by their own keys.
+
+    reference: the loaded vehicle's truth, by parameter name.
+    """
+
+    name: str | None = None
+    body: str | None = None
+    quantities: Mapping[str, Quantity] = field(default_factory=dict)
+    load: Mapping[str, Quantity] = field(default_factory=dict)
+    sensors: Mapping[str, Quantity] = field(default_factory=dict)
+    reference: Mapping[str, float] = field(default_factory=dict)
+    path: Path | None = None
+
+    def get(self, key: str) -> Quantity | None:
+        """A quantity of the empty vehicle, or None where the file is silent."""
+        return self.quantities.get(key)
+
+    @property
+    def load_stated(self) -> bool:
+        """Whether the file says anything about this drive's load."""
+        return bool(self.load)
+
+
+def _number(raw: object, key: str, table: str, path: Path) -> tuple[float, float | None]:
+    """Read a quantity: a number, or {value, std}."""
+    place = f"[{table}] {key}"
+    value: object = raw
+    std: object = None
+    if isinstance(raw, Mapping):
+        for inner in raw:
+            if inner not in ("value", "std"):
+                raise VehicleError(
+                    f"unknown key {inner!r}",
+                    path=path,
+                    place=place,
+                    hint="a quantity is a number or {value = …, std = …}",
+                )
+        if "value" not in raw:
+            raise VehicleError(
+                "no `value`", path=path, place=place, hint="a quantity is a number or {value = …, std = …}"
+            )
+        value, std = raw["value"], raw.get("std")
+    for part in (value, std):
+        if part is not None and (
+            isinstance(part, bool) or not isinstance(part, int | float) or not math.isfinite(part)
+        ):
+            raise VehicleError(f"found {part!r}, expected a finite number", path=path, place=place)
+    assert isinstance(value, int | float)
+    assert std is None or isinstance(std, int | float)
+    if std is not None and std < 0:
+        raise VehicleError(f"std is {std}, expected 0 or more", path=path, place=place)
+    return float(value), None if std is None else float(std)
+
+
+def _check_sign(key: str, value: float, place: str, path: Path) -> None:
+    if key in SHARES and not 0 <= value <= 1:
+        raise VehicleError(f"found {value:g}, expected a share from 0 to 1", path=path, place=place)
+    if key in POSITIVE and value <= 0:
+        raise VehicleError(f"found {value:g}, expected more than 0", path=path, place=place)
+    if (key in ZERO_OR_MORE or key in LOAD_KEYS) and value < 0:
+        raise VehicleError(f"found {value:g}, expected 0 or more", path=path, place=place)
+
+
+def _reject_unknown(key: str, known: frozenset[str], table: str, path: Path) -> None:
+    if key in known:
+        return
+    near = difflib.get_close_matches(key, sorted(known), n=1, cutoff=0.4)
+    hint = f"did you mean {near[0]!r}?" if near else f"known keys are {', '.join(sorted(known))}"
+    raise VehicleError(f"unknown key {key!r}", path=path, place=f"[{table}]", hint=hint)
+
+
+def _quantities(raw: Mapping[str, Any], table: str, known: frozenset[str], path: Path) -> dict[str, Quantity]:
+    found: dict[str, Quantity] = {}
+    for key, entry in raw.items():
+        _reject_unknown(key, known, table, path)
+        value, std = _number(entry, key, table, path)
+        _check_sign(key, value, f"[{table}] {key}", path)
+        stated = std is not None
+        if std is None:
+            std = abs(value) * RELATIVE_STD.get(key, DEFAULT_RELATIVE_STD)
+            if key in ANY_SIGN or table == "sensors":
+                std = max(std, 0.02)
+        found[key] = Quantity(value, std, "vehicle file", stated)
+    return found
+
+
+def _table(raw: Mapping[str, Any], name: str, path: Path) -> Mapping[str, Any]:
+    table = raw.get(name, {})
+    if not isinstance(table, Mapping):
+        raise VehicleError(f"{name!r} is no table", path=path, hint=f"write [{name}] on a line of its own")
+    return table
+
+
+def parse_vehicle(text: str, path: Path) -> Vehicle:
+    """Read a vehicle file's text. Raises VehicleError that names the key, what was found and the nearest right key."""
+    try:
+        raw = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise VehicleError(f"not valid TOML ({error})", path=path) from error
+    for table in raw:
+        _reject_unknown(table, frozenset({"vehicle", "load", "sensors", "reference"}), "top level", path)
+    main = dict(_table(raw, "vehicle", path))
+    texts: dict[str, str] = {}
+    for key in TEXT_KEYS & main.keys():
+        value = main.pop(key)
+        if not isinstance(value, str):
+            raise VehicleError(f"found {value!r}, expected text", path=path, place=f"[vehicle] {key}")
+        texts[key] = value
+    reference: dict[str, float] = {}
+    for key, entry in _table(raw, "reference", path).items():
+        _reject_unknown(key, frozenset(PARAMETERS), "reference", path)
+        reference[key] = _number(entry, key, "reference", path)[0]
+    unknown_text = TEXT_KEYS | VEHICLE_KEYS
+    for key in main:
+        _reject_unknown(key, unknown_text, "vehicle", path)
+    vehicle = Vehicle(
+        name=texts.get("name"),
+        body=texts.get("body"),
+        quantities=_quantities(main, "vehicle", VEHICLE_KEYS, path),
+        load=_quantities(_table(raw, "load", path), "load", LOAD_KEYS, path),
+        sensors=_quantities(_table(raw, "sensors", path), "sensors", SENSOR_KEYS, path),
+        reference=reference,
+        path=path,
+    )
+    _check_geometry(vehicle, path)
+    return vehicle
+
+
+def _check_geometry(vehicle: Vehicle, path: Path) -> None:
+    """Refuse what cannot be: more unsprung mass than mass, a CG outside the wheelbase."""
+    mass = vehicle.get("mass_kg")
+    unsprung = sum(
+        q.value for k in ("unsprung_mass_front_kg", "unsprung_mass_rear_kg") if (q := vehicle.get(k))
+    )
+    if mass and unsprung >= mass.value:
+        raise VehicleError(
+            f"unsprung masses sum to {unsprung:g} kg, the vehicle has {mass.value:g} kg",
+            path=path,
+            place="[vehicle]",
+        )
+    wheelbase, a = vehicle.get("wheelbase_m"), vehicle.get("cg_to_front_axle_m")
+    if wheelbase and a and a.value >= wheelbase.value:
+        raise VehicleError(
+            f"cg_to_front_axle_m {a.value:g} is not inside the wheelbase {wheelbase.value:g}",
+            path=path,
+            place="[vehicle]",
+        )
+
+
+def read_vehicle(path: Path) -> Vehicle:
+    """Read a vehicle file. Raises VehicleError where it cannot be read or is wrong."""
+    try:
+        text = path.read_text(encoding="utf-8")
+    except OSError as error:
+        raise VehicleError(f"cannot be read ({error.strerror})", path=path) from error
+    except UnicodeDecodeError as error:
+        raise VehicleError("not UTF-8 text", path=path, place=f"byte {error.start}") from error
+    return parse_vehicle(text, path)

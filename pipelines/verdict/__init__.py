@@ -1,0 +1,1 @@
+"""One answer a parameter, from all that the estimators say."""

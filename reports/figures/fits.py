@@ -1,0 +1,113 @@
+"""What was measured and what the fitted model gives, over time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from pipelines.results import DriveResults, FloatArray, Trace
+from reports.figures.drawing import Drawing, Missing
+from reports.figures.grid import panels
+from reports.figures.series import (
+    Series,
+    draw_series,
+    gap_spans,
+    make_series,
+    shade_gaps,
+    time_limits,
+    unit_of,
+)
+from reports.figures.style import LINES, finish, styled
+from reports.text import clean, sentence
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+MOST = 16
+BUCKETS = 700
+
+
+def quantiles(values: FloatArray) -> FloatArray:
+    """201 quantiles in equal steps from the least to the greatest finite value; empty where there is none."""
+    finite = values[np.isfinite(values)]
+    return np.quantile(finite, np.linspace(0.0, 1.0, 201)) if finite.size else np.empty(0)
+
+
+@dataclass(frozen=True)
+class TracePanel:
+    """Lines of one unit that share a panel."""
+
+    title: str
+    unit: str
+    lines: tuple[Series, ...]
+    note: str = ""
+
+
+def is_residual(trace: Trace, column: str) -> bool:
+    """Whether a column holds residuals: it or its trace is named so."""
+    words = f"{trace.name} {column}".lower()
+    return "residual" in words or "innovation" in words
+
+
+def trace_panels(results: DriveResults, *, residual: bool) -> list[TracePanel]:
+    """Estimators' traces as panels, one a trace and unit: the residual columns, or all the others."""
+    found: list[TracePanel] = []
+    for estimate in results.estimates:
+        for trace in estimate.traces:
+            by_unit: dict[str, list[Series]] = {}
+            for column, values in trace.columns.items():
+                if is_residual(trace, column) != residual or values.size != trace.time_s.size:
+                    continue
+                if not np.isfinite(values).any():
+                    continue
+                unit = unit_of(column, trace.units.get(column))
+                levels = (trace.spread.get(column, quantiles(values))) if residual else None
+                line = make_series(column.replace("_", " "), unit, trace.time_s, values, levels)
+                by_unit.setdefault(line.unit, []).append(line)
+            title = clean(f"{trace.name} ({estimate.estimator})", 80)
+            found += [
+                TracePanel(title, unit, tuple(lines[:6]), sentence(trace.note))
+                for unit, lines in by_unit.items()
+            ]
+    return found
+
+
+def draw_lines(axes: Axes, panel: TracePanel, gaps: FloatArray, duration_s: float) -> None:
+    """Draw a panel's lines, thinned, with a legend where there is more than one."""
+    shade_gaps(axes, gaps, duration_s)
+    for place, line in enumerate(panel.lines):
+        draw_series(
+            axes, line, gaps, BUCKETS, LINES[place % len(LINES)], linewidth=0.9 if place == 0 else 0.8
+        )
+    axes.set_title(panel.title)
+    axes.set_ylabel(panel.unit)
+    finish(axes)
+    time_limits(axes, duration_s, panel.lines)
+    if len(panel.lines) > 1:
+        axes.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.0, 0.98),
+            ncols=len(panel.lines),
+            borderaxespad=0.1,
+            handlelength=1.4,
+        )
+
+
+def draw(results: DriveResults) -> Drawing | Missing:
+    """One panel a trace and unit."""
+    found = trace_panels(results, residual=False)
+    if not found:
+        return Missing("Not drawn: no estimator that ran gave a fit over time.")
+    gaps = gap_spans(results.record.gaps)
+    with styled():
+        svgs = panels(
+            "fits", "Measured and modelled signals over time", found[:MOST],
+            lambda axes, panel: draw_lines(axes, panel, gaps, results.record.duration_s),
+            across=1, rows_a_piece=4, row_height=1.75,
+        )  # fmt: skip
+    notes = " ".join(dict.fromkeys(p.note for p in found[:MOST] if p.note))
+    left = f" {len(found) - MOST} more panels are not drawn." if len(found) > MOST else ""
+    shaded = " Shaded: gaps in the log." if gaps.size else ""
+    return Drawing(svgs, f"{notes}{shaded}{left}".strip(), "Fits over time")

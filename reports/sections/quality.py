@@ -1,0 +1,156 @@
+"""Data quality: what was read, what was not, and what the checks against physics found and did."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from parsers.drive import Decision, Gap, ImportRecord
+from pipelines.results import DriveResults
+from reports.blocks import Block, Bullets, Cell, Column, Fact, Facts, Heading, Item, Paragraph, Table, Tone
+from reports.sections.contract import Plots
+from reports.text import clean, count, number, seconds, sentence
+
+STATUS_TONES: dict[str, Tone] = {"complete": "good", "truncated": "warn", "malformed": "bad"}
+STATUS_WORDS = {
+    "complete": "read to the end",
+    "truncated": "the log breaks off; all that is whole was read",
+    "malformed": "the log is damaged; what is whole was read",
+}
+MOST_ON_CARD = 5
+MOST_DECISIONS = 100
+MOST_GAPS = 40
+MOST_REASONS = 30
+
+
+def decision_item(decision: Decision) -> Item:
+    """A decision as a sentence with its evidence, and whether it was carried out."""
+    found = clean(decision.found).rstrip(".")
+    action = clean(decision.action).rstrip(".")
+    evidence = f" ({clean(decision.evidence).rstrip('.')})" if decision.evidence else ""
+    signal = clean(decision.signal, 60)
+    lead = "" if signal and signal.lower() in found.lower() else f"{signal}: "
+    text = f"{lead}{found}{evidence}: {action}." if action else f"{lead}{found}{evidence}."
+    return Item(text, "corrected", "good") if decision.applied else Item(text, "only reported", "warn")
+
+
+def total_gap_s(gaps: Sequence[Gap]) -> float:
+    """Seconds in gaps of the whole drive, overlaps counted once."""
+    total, reach = 0.0, float("-inf")
+    for gap in sorted((g for g in gaps if g.signal is None), key=lambda g: g.start_s):
+        total += max(0.0, gap.end_s - max(gap.start_s, reach))
+        reach = max(reach, gap.end_s)
+    return total
+
+
+def _gap_fact(record: ImportRecord) -> Fact:
+    whole = [g for g in record.gaps if g.signal is None]
+    single = len(record.gaps) - len(whole)
+    text = count(len(whole), "gap") if whole else "none"
+    if whole:
+        text += f", {seconds(total_gap_s(whole))} in all"
+    return Fact(
+        "Gaps",
+        text,
+        f"{count(single, 'more gap')} in single signals" if single else "",
+        tone="warn" if whole else "plain",
+    )
+
+
+def facts(record: ImportRecord) -> Facts:
+    """The record's figures."""
+    rejected = sum(record.rejected.values())
+    reasons = "; ".join(
+        f"{number(float(n), 0)} × {clean(why, 80)}" for why, n in list(record.rejected.items())[:3]
+    )
+    order = [
+        count(n, one, many)
+        for n, one, many in (
+            (record.out_of_order, "sample out of order", "samples out of order"),
+            (record.duplicates, "repeated stamp", "repeated stamps"),
+            (record.clock_jumps, "clock jump", "clock jumps"),
+        )
+        if n
+    ]
+    return Facts(
+        (
+            Fact("Log", record.status, STATUS_WORDS[record.status], tone=STATUS_TONES[record.status]),
+            Fact("Read", count(record.messages, "message or row", "messages or rows"), f"{seconds(record.duration_s)} as {clean(record.format, 40)}"),
+            Fact("Rejected", number(float(rejected), 0) if rejected else "none", reasons, tone="warn" if rejected else "plain"),
+            _gap_fact(record),
+            Fact("Clock", clean(record.clock, 120), ", ".join(order)),
+        )
+    )  # fmt: skip
+
+
+def card(results: DriveResults) -> tuple[Block, ...]:
+    """The first screen's card with the figures of the import."""
+    return (facts(results.record),)
+
+
+def checks_card(results: DriveResults) -> tuple[Block, ...]:
+    """The first screen's card with the decisions; not applied ones first, as they need a reader."""
+    decisions = sorted(results.record.decisions, key=lambda d: d.applied)
+    items = [decision_item(d) for d in decisions[:MOST_ON_CARD]]
+    if len(decisions) > MOST_ON_CARD:
+        items.append(Item(f"{len(decisions) - MOST_ON_CARD} more under Data quality.", tone="quiet"))
+    if items:
+        return (Bullets(tuple(items)),)
+    if not results.record.mapped:
+        return (Paragraph("No signal to check.", "quiet"),)
+    return (
+        Paragraph(
+            "Nothing found: signs, units and ranges agree as far as the signals allow a check.", "quiet"
+        ),
+    )
+
+
+def _gap_table(record: ImportRecord) -> Table:
+    longest = sorted(record.gaps, key=lambda g: g.start_s - g.end_s)[:MOST_GAPS]
+    rows = tuple(
+        (
+            Cell(clean(g.signal, 60) if g.signal else "all signals"),
+            Cell(seconds(g.start_s)),
+            Cell(seconds(g.end_s)),
+            Cell(seconds(g.end_s - g.start_s)),
+        )
+        for g in sorted(longest, key=lambda g: g.start_s)
+    )
+    note = (
+        f"The {MOST_GAPS} longest of {len(record.gaps)}; all are in results.json."
+        if len(record.gaps) > MOST_GAPS
+        else ""
+    )
+    columns = (
+        Column("Gap in"),
+        Column("From", "right", 0),
+        Column("To", "right", 0),
+        Column("Length", "right", 0),
+    )
+    return Table(columns, rows, note=note)
+
+
+def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
+    """The chapter: every decision, every reason for a rejection, gaps and notes."""
+    record = results.record
+    blocks: list[Block] = []
+    if record.decisions:
+        items = [decision_item(d) for d in record.decisions[:MOST_DECISIONS]]
+        if len(record.decisions) > MOST_DECISIONS:
+            items.append(
+                Item(f"{len(record.decisions) - MOST_DECISIONS} more are in results.json.", tone="quiet")
+            )
+        blocks += [Heading("What the checks found"), Bullets(tuple(items))]
+    if record.rejected:
+        pairs = sorted(record.rejected.items(), key=lambda p: -p[1])[:MOST_REASONS]
+        rows = tuple((Cell(clean(why)), Cell(number(float(n), 0))) for why, n in pairs)
+        blocks += [
+            Heading("What was rejected"),
+            Table((Column("Reason"), Column("Rows or messages", "right", 0)), rows),
+        ]
+    if record.gaps:
+        blocks += [Heading("Gaps"), _gap_table(record)]
+    notes = dict.fromkeys((*record.notes, *results.notes))
+    if notes:
+        shown = [Item(sentence(note)) for note in list(notes)[:MOST_DECISIONS]]
+        blocks += [Heading("Notes"), Bullets(tuple(shown))]
+    return tuple(blocks) or (Paragraph("Nothing was rejected, missing, corrected or worth a note.", "quiet"),)

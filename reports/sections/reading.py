@@ -1,0 +1,24 @@
+"""How to read the report: the few words that a customer may not know."""
+
+from __future__ import annotations
+
+from pipelines.results import DriveResults
+from reports.blocks import Block, Fact, Facts
+from reports.sections.contract import Plots
+
+TERMS: tuple[tuple[str, str], ...] = (
+    ("95 % interval", "the range in which the true value lies with 95 % probability, if what was taken as given is right."),
+    ("identified", "the log narrowed the parameter well beyond what was known before."),
+    ("weak", "the log narrowed it little: most of the value is the prior, and the interval says so."),
+    ("not identifiable", "the log says nothing of use about it; the prior beside it is general knowledge, not a result."),
+    ("prior", "what was known before the log: the vehicle file, or the spread among measured vehicles."),
+    ("CG", "centre of gravity of the whole vehicle as loaded, its height taken above ground."),
+    ("static stability factor", "track over twice the CG height; with a rigid body and a flat road, the lateral acceleration in g at which the inner wheels lift."),
+    ("rollover threshold", "the same with the body's roll allowed for, which lowers it; quasi-static, no trip and no curb."),
+    ("axes", "ISO 8855: x forward, y left, z up. In a left turn lateral acceleration, yaw rate and roll are positive."),
+)  # fmt: skip
+
+
+def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
+    """The chapter."""
+    return (Facts(tuple(Fact(term, text) for term, text in TERMS), prose=True),)

@@ -1,0 +1,95 @@
+"""Static rollover measures, how near the drive came, and what NHTSA's old rating said of such a factor."""
+
+from __future__ import annotations
+
+import math
+
+from pipelines.results import DriveResults, ParameterEstimate
+from reports.blocks import Block, Bullets, Fact, Facts, Item, Paragraph
+from reports.sections.values import STATUS_TONES, STATUS_WORDS, has_result
+from reports.text import DASH, clean, decimals_for, number, seconds, sentence, span, with_unit
+
+BANDS: tuple[tuple[float, int, str], ...] = (
+    (1.45, 5, "less than 10 %"),
+    (1.25, 4, "10 to 20 %"),
+    (1.13, 3, "20 to 30 %"),
+    (1.04, 2, "30 to 40 %"),
+    (-math.inf, 1, "40 % or more"),
+)
+"""NHTSA's rating of model years 2001-2003 by the static stability factor alone: least factor, stars, share of
+single-vehicle crashes with a rollover (66 FR 3388, 12 January 2001; bands in hundredths, so 1.04 means 1.035 up)."""
+
+
+def band_of(factor: float) -> tuple[int, str]:
+    """Stars and risk of a factor under the rating of 2001-2003, which read two decimals."""
+    rounded = round(factor, 2)
+    return next((stars, risk) for least, stars, risk in BANDS if rounded >= least)
+
+
+def nhtsa_context(factor: ParameterEstimate) -> str:
+    """Careful words on what the old rating would have said; the interval, not only the value, is placed."""
+    if factor.value is None or not has_result(factor):
+        return ""
+    stars, risk = band_of(factor.value)
+    text = (
+        f"For scale: by this factor alone, NHTSA's rating of model years 2001–2003 put passenger cars and light trucks "
+        f"with such a value at {stars} of 5 stars (a rollover in {risk} of single-vehicle crashes)"
+    )
+    if factor.low is not None and factor.high is not None:
+        worst, best = band_of(factor.low)[0], band_of(factor.high)[0]
+        if worst != best:
+            text += f"; the 95 % interval reaches from {worst} to {best} stars"
+    return (
+        text + ". Since 2004 a driving test counts too. This is no rating of this vehicle, loaded as it was."
+    )
+
+
+def _fact(label: str, estimate: ParameterEstimate | None, unit: str) -> Fact:
+    if estimate is None or estimate.value is None or not has_result(estimate):
+        reason = clean(estimate.reason) if estimate is not None else "needs the CG height and the track"
+        if estimate is not None and estimate.value is not None and estimate.low is not None:
+            reason = f"prior only: {span(estimate.low, estimate.high, 2)}; {reason}"
+        return Fact(label, DASH, reason, tone="quiet")
+    half = None if estimate.low is None or estimate.high is None else 0.5 * (estimate.high - estimate.low)
+    decimals = min(3, max(1, decimals_for(half, 2)))
+    parts = [f"95 %: {span(estimate.low, estimate.high, decimals)}"] if half is not None else []
+    parts.append(STATUS_WORDS[estimate.status])
+    return Fact(
+        label,
+        with_unit(number(estimate.value, decimals), unit),
+        " · ".join(parts),
+        tone=STATUS_TONES[estimate.status],
+    )
+
+
+def build(results: DriveResults) -> tuple[Block, ...]:
+    """The card's blocks."""
+    rollover = results.rollover
+    facts = [
+        _fact("Static stability factor T/(2h)", rollover.static_stability_factor, ""),
+        _fact("Rollover threshold, quasi-static", rollover.threshold_g, "g"),
+    ]
+    if rollover.peak_lateral_acceleration_g is not None:
+        when = f"at {seconds(rollover.peak_time_s)}" if rollover.peak_time_s is not None else ""
+        facts.append(
+            Fact(
+                "Peak lateral acceleration",
+                with_unit(number(rollover.peak_lateral_acceleration_g, 2), "g"),
+                when,
+            )
+        )
+    if rollover.peak_rollover_coefficient is not None:
+        facts.append(
+            Fact(
+                "Peak rollover coefficient",
+                number(rollover.peak_rollover_coefficient, 2),
+                "0 = even, 1 = the inner wheels are off the road",
+            )
+        )
+    blocks: list[Block] = [Facts(tuple(facts))]
+    context = nhtsa_context(rollover.static_stability_factor) if rollover.static_stability_factor else ""
+    if context:
+        blocks.append(Paragraph(context, "quiet"))
+    if rollover.notes:
+        blocks.append(Bullets(tuple(Item(sentence(note)) for note in rollover.notes[:6])))
+    return tuple(blocks)

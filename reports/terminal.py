@@ -1,0 +1,69 @@
+"""The verdict as a table for the terminal: plain text, at most 100 columns."""
+
+from __future__ import annotations
+
+import textwrap
+
+from pipelines.results import DriveResults
+from reports.sections.values import (
+    STATUS_WORDS,
+    deviation_text,
+    has_result,
+    interval_text,
+    prior_only_text,
+    value_text,
+)
+from reports.sections.verdict import Line, lines
+from reports.text import DASH, NARROW, clean, spec_of, with_unit
+
+WIDTH = 100
+_STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}
+_RESET = "\x1b[0m"
+
+
+def _spaced(text: str) -> str:
+    return text.replace(NARROW, " ")
+
+
+def _value(line: Line) -> str:
+    if not has_result(line.estimate):
+        return DASH
+    deviation = deviation_text(line.estimate)
+    figures = value_text(line.estimate, unit=False) + ("" if deviation == DASH else f" {deviation}")
+    return _spaced(with_unit(figures, spec_of(line.estimate.name).unit))
+
+
+def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
+    """Parameter, value ± standard deviation, 95 % interval, status; below each line the reason.
+
+    colour: paint the status; for a terminal only. Every text is free of control characters.
+    """
+    if not results.verdict:
+        return "No parameter was asked for."
+    rows = [
+        (
+            line,
+            clean(line.title, 200),
+            _value(line),
+            _spaced(prior_only_text(line.estimate) or interval_text(line.estimate)),
+            STATUS_WORDS[line.estimate.status],
+        )
+        for line in lines(results)
+    ]
+    heads = ("Parameter", "Value ± std", "95 % interval", "Status")
+    title_width = min(36, max(len(heads[0]), *(len(r[1]) for r in rows)))
+    value_width = max(len(heads[1]), *(len(r[2]) for r in rows))
+    span_width = max(len(heads[2]), *(len(r[3]) for r in rows))
+    out = [
+        f"{heads[0]:<{title_width}}  {heads[1]:>{value_width}}  {heads[2]:>{span_width}}  {heads[3]}",
+        "-" * min(WIDTH, title_width + value_width + span_width + 6 + len("not identifiable")),
+    ]
+    for line, title, value, interval, status in rows:
+        pieces = textwrap.wrap(title, title_width) or [""]
+        painted = f"{_STYLES[line.estimate.status]}{status}{_RESET}" if colour else status
+        out.append(f"{pieces[0]:<{title_width}}  {value:>{value_width}}  {interval:>{span_width}}  {painted}")
+        out += pieces[1:]
+        out.append(f"    {textwrap.shorten(clean(line.estimate.reason), WIDTH - 4, placeholder=' …')}")
+    if any(prior_only_text(row[0].estimate) for row in rows):
+        out.append("(in brackets: what was known before the log; no result)")
+    return "\n".join(row[: WIDTH + 16] if colour else row[:WIDTH] for row in out)

@@ -1,0 +1,62 @@
+"""Write the report in every form that was asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from parsers.errors import ReportError
+from pipelines.results import DriveResults
+from reports.archive import FILE_NAME, save_results
+from reports.files import make_folder, write_whole
+
+FORMATS: dict[str, str] = {"html": "report.html", "pdf": "report.pdf", "json": "results.json"}
+"""What may be asked for, and the file that it gives."""
+
+
+def check_formats(formats: str | Sequence[str]) -> tuple[str, ...]:
+    """Formats in the order of `FORMATS`, each once; from a list or from "html,pdf".
+
+    Raises ReportError on one that is unknown or on none.
+    """
+    if isinstance(formats, str):
+        formats = [part.strip().lower() for part in formats.split(",") if part.strip()]
+    unknown = [f for f in formats if f not in FORMATS]
+    if unknown:
+        raise ReportError(f"unknown format {unknown[0]!r}", hint=f"known are {', '.join(FORMATS)}")
+    if not formats:
+        raise ReportError("no format was asked for", hint=f"known are {', '.join(FORMATS)}")
+    return tuple(f for f in FORMATS if f in formats)
+
+
+def write_reports(results: DriveResults, out: Path, formats: Sequence[str] = tuple(FORMATS)) -> list[Path]:
+    """Write report.html, report.pdf, results.json into `out` (made if needed) and give their paths.
+
+    The archive goes beside them, so that the report can be made again from the folder alone. The figures are drawn
+    once for all forms; all forms are made before the first is written. Raises ReportError.
+    """
+    wanted = check_formats(formats)
+    make_folder(out)
+    made: dict[str, bytes] = {}
+    if "json" in wanted:
+        from reports.results_json import json_text
+
+        made["json"] = json_text(results).encode("utf-8")
+    if "html" in wanted or "pdf" in wanted:
+        from reports.document import build_document
+        from reports.html import html_of
+        from reports.pdf import pdf_of
+
+        document = build_document(results)
+        printers: dict[str, Callable[[], bytes]] = {
+            "html": lambda: html_of(document).encode("utf-8"),
+            "pdf": lambda: pdf_of(document),
+        }
+        made.update({name: printers[name]() for name in wanted if name in printers})
+    save_results(results, out / FILE_NAME)
+    paths = []
+    for name in wanted:
+        path = out / FORMATS[name]
+        write_whole(path, made[name])
+        paths.append(path)
+    return paths

@@ -1,0 +1,1 @@
+"""Writers of the sample logs: each format by its own writer library."""

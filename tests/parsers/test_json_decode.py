@@ -1,0 +1,293 @@
+"""JSON payloads: every value equals what Python's json reads, and damaged ones are counted and cost only themselves."""
+
+from __future__ import annotations
+
+import json
+import math
+import random
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from parsers.errors import LogError
+from parsers.json_decode import JsonDecoder, make_json_decoder, needs_samples
+from parsers.ros.contract import Decoded
+
+
+def decode(decoder: JsonDecoder, payloads: Sequence[bytes], wanted: Sequence[str] | None = None) -> Decoded:
+    if wanted is None:
+        wanted = [info.path for info in decoder.fields if info.kind == "number"]
+    length = np.array([len(p) for p in payloads], dtype=np.int64)
+    offset = np.cumsum(length) - length
+    return decoder.decode(np.frombuffer(b"".join(payloads), dtype=np.uint8), offset, length, wanted)
+
+
+def values(texts: Sequence[str]) -> list[float]:
+    """The numbers that stand in {"x": …}."""
+    payloads = [f'{{"x": {text}}}'.encode() for text in texts]
+    decoded = decode(make_json_decoder(b"", [b'{"x": 1}']), payloads)
+    assert decoded.bad == 0
+    return decoded.columns["x"].tolist()
+
+
+def test_numbers_are_the_nearest_float64() -> None:
+    rng = random.Random(5)
+    texts = [repr(rng.gauss(0, 1) * 10.0 ** rng.randint(-300, 300)) for _ in range(3000)]
+    texts += [repr(rng.uniform(-100, 100)) for _ in range(3000)]
+    texts += [f"{rng.uniform(-100, 100):.{rng.randint(0, 8)}f}" for _ in range(1000)]
+    texts += [str(rng.randint(-(10**25), 10**25)) for _ in range(200)]
+    texts += [
+        "0",
+        "-0",
+        "0.0",
+        "-0.0",
+        "1E5",
+        "1e+05",
+        "2e-7",
+        "9007199254740993",
+        "9007199254740992",
+        "1e22",
+        "1e23",
+    ]
+    texts += ["123456789012345678", "1234567890123456789", "0.1e-400", "5e-324", "1.7976931348623157e308"]
+    texts += ["0." + "0" * 40 + "123", "0." + "1" * 60, "1" * 60 + ".5", "0e99999999999", "1e-99999999999"]
+    found = values(texts)
+    expected = [float(text) for text in texts]
+    assert [x.hex() for x in found] == [x.hex() for x in expected]
+
+
+def test_words_and_texts() -> None:
+    found = values(["true", "false", "null", "NaN", "Infinity", "-Infinity", '"12"', "{}", "[]", "1e999"])
+    np.testing.assert_array_equal(
+        found, [1, 0, np.nan, np.nan, np.inf, -np.inf, np.nan, np.nan, np.nan, np.inf]
+    )
+
+
+MESSAGES: list[Any] = [
+    {
+        "header": {"stamp": {"sec": 1_700_000_000, "nanosec": 5}},
+        "a": {"b": [1, 2.5, -3]},
+        "ok": True,
+        "s": "t{[,",
+    },
+    {"a": {"b": [], 'ä\n"k"': 7}, "list": [{"v": 1}, {"v": 2, "w": 3}], "ok": None, "s": ""},
+    {"a": {"b": list(range(12))}, "header": {"stamp": {"sec": 3, "nanosec": 999_999_999}}},
+    {"a": 4, "mixed": [1, "x", [5], {"y": 6}]},
+]
+
+
+def peer_value(message: Any, path: str) -> float:
+    """What Python's json has at a path of ours (no key here has a dot in it)."""
+    for part in path.replace("[", ".[").split("."):
+        if part.startswith("["):
+            k = int(part[1:-1])
+            message = message[k] if isinstance(message, list) and k < len(message) else None
+        else:
+            message = message.get(part) if isinstance(message, dict) else None
+    return float(message) if isinstance(message, (int, float)) else math.nan
+
+
+@pytest.mark.parametrize(
+    "style", [{}, {"indent": 2}, {"separators": (",", ":")}, {"ensure_ascii": False}, {"indent": "\t"}]
+)
+def test_every_value_equals_the_library(style: dict[str, Any]) -> None:
+    payloads = [json.dumps(message, **style).encode() for message in MESSAGES]
+    decoder = make_json_decoder(b"", payloads)
+    decoded = decode(decoder, payloads)
+    assert decoded.bad == 0
+    assert {"a.b[7]", "list[1].w", "mixed[2][0]", "mixed[3].y", 'a.ä\n"k"', "a", "ok"} <= set(decoded.columns)
+    assert "a.b[8]" not in decoded.columns
+    for path, column in decoded.columns.items():
+        np.testing.assert_array_equal(column, [peer_value(m, path) for m in MESSAGES], err_msg=path)
+    assert decoded.stamp_ns is not None
+    assert decoded.stamp_ns.tolist() == [1_700_000_000 * 10**9 + 5, 0, 3_999_999_999, 0]
+    assert [info.path for info in decoder.fields if info.kind == "text"] == ["s", "mixed[1]"]
+    assert decoder.notes == []
+
+
+def test_only_wanted_columns() -> None:
+    payloads = [json.dumps(message).encode() for message in MESSAGES]
+    decoder = make_json_decoder(b"", payloads)
+    decoded = decode(decoder, payloads, ["list[1].w", "nothing", "a.b[1]"])
+    assert list(decoded.columns) == ["list[1].w", "nothing", "a.b[1]"]
+    np.testing.assert_array_equal(decoded.columns["a.b[1]"], [2.5, np.nan, 1, np.nan])
+    assert np.isnan(decoded.columns["nothing"]).all()
+
+
+@pytest.mark.parametrize(
+    "stamp", [{"sec": 12, "nsec": 34}, {"nsecs": 34, "secs": 12}, {"seconds": 12, "nanos": 34}]
+)
+@pytest.mark.parametrize("name", ["timestamp", "stamp"])
+def test_stamps_of_other_dialects(stamp: dict[str, int], name: str) -> None:
+    payload = json.dumps({name: stamp, "x": 1}).encode()
+    decoder = make_json_decoder(b"", [payload])
+    wanted = ["x"]
+    stamps = decode(decoder, [payload, b'{"x":1}', b'{"%s":{}}' % name.encode()], wanted).stamp_ns
+    assert stamps is not None
+    assert stamps.tolist() == [12_000_000_034, 0, 0]
+
+
+def test_schema_gives_fields_units_and_comments() -> None:
+    schema = {
+        "$defs": {
+            "v": {"type": "object", "properties": {"x": {"type": "number"}, "y": {"$ref": "#/$defs/n"}}},
+            "n": {"type": ["null", "integer"]},
+        },
+        "type": "object",
+        "properties": {
+            "accel": {"$ref": "#/$defs/v", "description": "not looked at"},
+            "yaw": {"type": "number", "description": "yaw rate\n[deg/s]"},
+            "speed": {"type": "number", "unit": "km/h"},
+            "index": {"type": "integer", "description": "which one [1]"},
+            "wheels": {"type": "array", "items": {"type": "number"}, "maxItems": 4},
+            "pair": {"type": "array", "items": [{"type": "number"}, {"type": "string"}]},
+            "any": {"anyOf": [{"type": "null"}, {"type": "number"}]},
+            "name": {"type": "string"},
+        },
+    }
+    data = json.dumps(schema).encode()
+    assert not needs_samples(data)
+    decoder = make_json_decoder(data)
+    kinds = {info.path: info.kind for info in decoder.fields}
+    assert list(kinds) == [
+        "accel.x", "accel.y", "yaw", "speed", "index", *(f"wheels[{k}]" for k in range(4)),
+        "pair[0]", "pair[1]", "any", "name",
+    ]  # fmt: skip
+    assert kinds["name"] == kinds["pair[1]"] == "text"
+    units = {info.path: (info.unit, info.comment) for info in decoder.fields}
+    assert units["yaw"] == ("deg/s", "yaw rate [deg/s]")
+    assert units["speed"][0] == "km/h"
+    assert units["index"][0] is None
+    decoded = decode(decoder, [b'{"wheels":[1,2,3,4,5],"accel":{"y":2}}'])
+    assert decoded.columns["wheels[3]"].tolist() == [4.0]
+    assert decoded.columns["accel.y"].tolist() == [2.0]
+
+
+@pytest.mark.parametrize(
+    "schema",
+    [b"", b"no json", b'{"type":"object"}', b"[]", b'{"$ref":"#/x"}', b'{"$ref":"#"}', b'{"properties":{"a":{}}}',
+     b'{"type":"array"}', b'{"properties":{"a":{"type":"array"}}}'],
+)  # fmt: skip
+def test_schemas_that_leave_it_to_the_messages(schema: bytes) -> None:
+    assert needs_samples(schema)
+    decoder = make_json_decoder(schema, [b'{"a": {"b": 1}}'])
+    assert decode(decoder, [b'{"a": {"b": 2}}']).columns["a.b"].tolist() == [2.0]
+
+
+def test_recursive_schema_is_bounded() -> None:
+    schema = {
+        "type": "object",
+        "properties": {"v": {"type": "number"}, "l": {"$ref": "#"}, "r": {"$ref": "#"}},
+    }
+    decoder = make_json_decoder(json.dumps(schema).encode())
+    assert len(decoder.fields) <= 2048
+
+
+def test_keys_that_come_later_are_noted() -> None:
+    decoder = make_json_decoder(b"", [b'{"a": 1, "later": null}'])
+    assert decode(decoder, [b'{"a": 2, "later": null, "x": null}']).bad == 0
+    assert decoder.notes == []
+    decode(decoder, [b'{"a": 2, "new one": 1}', b'{"later": 5}'])
+    decode(decoder, [b'{"other": 5}'])
+    assert len(decoder.notes) == 1
+    assert "(3 times, the first is 'new one')" in decoder.notes[0]
+
+
+BROKEN = [
+    b"", b" ", b"{", b"}", b'{"a"', b'{"a":', b'{"a":1', b'{"a":1,}', b'{"a" 1}', b"{a:1}", b'{"a":1}}', b'{"a":01}',
+    b'{"a":1.}', b'{"a":.5}', b'{"a":-}', b'{"a":1e}', b'{"a":+1}', b'{"a":tru}', b'{"a":nulls}', b'{"a":[1,]}',
+    b'{"a":[1 2]}', b'{"a":[}', b'{"a":{]}', b'{"a":1}{"a":2}', b'{"a":"x}', b'{"a":"x\\"}', b"[" * 5000, b'{"a":1]',
+    b'{"a":1 "b":2}', b'{,"a":1}', b"[,1]", b'{"a":--1}', b'{"a":0x10}', b'{"a":1;}',
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("broken", BROKEN)
+def test_broken_payloads_are_counted_and_leave_the_others(broken: bytes) -> None:
+    with pytest.raises((json.JSONDecodeError, RecursionError)):
+        json.loads(broken)
+    decoder = make_json_decoder(b"", [b'{"a": 1}'])
+    decoded = decode(decoder, [b'{"a": 0.12345678901234567}', broken, b'{"a": 3.1415926535897932384}'])
+    assert decoded.bad == 1
+    np.testing.assert_array_equal(
+        decoded.columns["a"], [0.12345678901234567, math.nan, 3.1415926535897932384]
+    )
+
+
+def test_number_before_the_break_does_not_stay() -> None:
+    decoder = make_json_decoder(b"", [b'{"a": 1}'])
+    decoded = decode(decoder, [b'{"a": 0.12345678901234567890, "b": ', b'{"a": 2}'])
+    np.testing.assert_array_equal(decoded.columns["a"], [math.nan, 2])
+
+
+def test_what_writers_put_around_a_message() -> None:
+    decoder = make_json_decoder(b"", [b'{"a": 1}'])
+    decoded = decode(
+        decoder, [b'\xef\xbb\xbf{"a":1}', b'{"a":2}\0\0', b'\r\n {"a":3} \n', b'{"t":"a\nb","a":4}']
+    )
+    assert decoded.bad == 0
+    assert decoded.columns["a"].tolist() == [1, 2, 3, 4]
+
+
+def test_repeated_keys_last_one_holds() -> None:
+    decoder = make_json_decoder(b"", [b'{"a": 1}'])
+    payloads = [b'{"a":1,"a":2}', b'{"a":0.12345678901234567,"a":3}', b'{"a":3,"a":0.12345678901234567}']
+    payloads += [b'{"a":0.12345678901234567,"a":0.22345678901234567}']
+    decoded = decode(decoder, payloads)
+    assert decoded.columns["a"].tolist() == [json.loads(p)["a"] for p in payloads]
+
+
+def test_nothing_to_decode() -> None:
+    with pytest.raises(LogError, match="field"):
+        make_json_decoder(b"", [b"{}", b"broken", b'{"a": null}'])
+    decoder = make_json_decoder(b"", [b'{"a": 1}'])
+    assert decode(decoder, []).columns["a"].shape == (0,)
+
+
+json_values = st.recursive(
+    st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=5),
+    lambda inner: (
+        st.lists(inner, max_size=4) | st.dictionaries(st.text('abcé\\"', max_size=3), inner, max_size=4)
+    ),
+    max_leaves=12,
+)
+
+
+@settings(max_examples=150, deadline=None)
+@given(
+    st.lists(
+        st.dictionaries(st.sampled_from(["a", "b", "é"]), json_values, min_size=1), min_size=1, max_size=4
+    )
+)
+def test_any_message_equals_the_library(messages: list[dict[str, Any]]) -> None:
+    payloads = [json.dumps(m).encode() for m in messages]
+    try:
+        decoder = make_json_decoder(b"", payloads)
+    except LogError:
+        return
+    decoded = decode(decoder, payloads)
+    assert decoded.bad == 0
+    assert not any(note.startswith("a key") for note in decoder.notes)
+    for path, column in decoded.columns.items():
+        np.testing.assert_array_equal(column, [peer_value(m, path) for m in messages], err_msg=path)
+
+
+@settings(max_examples=300, deadline=None)
+@given(
+    st.lists(st.text('{}[]",:01.e-+atrufnl\\ \n', max_size=30) | st.binary(max_size=30).map(repr), max_size=5)
+)
+def test_random_text_never_crashes_and_agrees_on_what_is_json(texts: list[str]) -> None:
+    decoder = make_json_decoder(b"", [b'{"a": 1}'])
+    payloads = [text.encode() for text in texts]
+    good = 0
+    for text in texts:
+        try:
+            json.loads(text, strict=False)
+            good += 1
+        except ValueError:
+            pass
+    # an escape that JSON does not have is taken here, as it cannot change a number
+    assert good <= len(texts) - decode(decoder, payloads).bad <= good + sum("\\" in t for t in texts)

@@ -1,0 +1,219 @@
+"""Bindings, proposals and the names that columns carry."""
+
+import math
+
+import numpy as np
+import pytest
+
+from parsers.channels import ChannelInfo
+from parsers.errors import MappingError
+from parsers.mapping import Binding, bind, needed_channels, propose, read_map, unmapped_reason
+from parsers.units import require_unit
+
+
+def column(name, unit=None, **more):
+    return ChannelInfo(name, "table", unit, "table", tags={"column": name}, **more)
+
+
+def best(*channels):
+    return {signal: found[0] for signal, found in propose(channels, None).items()}
+
+
+def binding(signal="accel_y", channels=("a",), unit="m/s2", quantity="acceleration", **more):
+    return Binding(signal, channels, require_unit(unit, quantity, place=""), "log", "test", **more)
+
+
+def test_bind_converts_after_scale_offset_and_range():
+    made = binding(unit="g", scale=2.0, offset=0.5, valid_range=(-2.0, 2.0), invert=True)
+    values = bind(made, {"a": np.array([0.25, 5.0, np.nan, -1.5])})
+    # 0.25 * 2 + 0.5 = 1 g, inverted; 10.5 g is outside; -2.5 g is outside
+    assert values[0] == pytest.approx(-9.80665)
+    assert np.isnan(values[1:]).all()
+
+
+def test_bind_adds_channels_and_takes_the_sign_from_another():
+    made = binding("steering_wheel_angle", ("angle", "fraction"), "deg", "angle", sign_channel="sign")
+    columns = {
+        "angle": np.array([10.0, 10.0, 10.0]),
+        "fraction": np.array([0.5, -0.5, 0.0]),
+        "sign": np.array([0.0, 1.0, np.nan]),
+    }
+    values = np.rad2deg(bind(made, columns))
+    assert values[:2] == pytest.approx([10.5, -9.5])
+    assert np.isnan(values[2])
+    assert needed_channels([made]) == {"angle", "fraction", "sign"}
+
+
+def test_bind_keeps_only_the_rows_of_where():
+    made = binding("axle_load_front", ("weight",), "kg", "force", where=("place", 0, 15))
+    values = bind(made, {"weight": np.array([1000.0, 2000.0]), "place": np.array([3.0, 17.0])})
+    assert values[0] == pytest.approx(9806.65)
+    assert np.isnan(values[1])
+
+
+@pytest.mark.parametrize(("roll", "pitch", "yaw"), [(0.1, -0.2, 2.0), (-0.4, 0.05, -3.0), (0.0, 0.0, 0.3)])
+def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
+    cr, sr = math.cos(roll / 2), math.sin(roll / 2)
+    cp, sp = math.cos(pitch / 2), math.sin(pitch / 2)
+    cy, sy = math.cos(yaw / 2), math.sin(yaw / 2)
+    quaternion = {
+        "x": sr * cp * cy - cr * sp * sy,
+        "y": cr * sp * cy + sr * cp * sy,
+        "z": cr * cp * sy - sr * sp * cy,
+        "w": cr * cp * cy + sr * sp * sy,
+    }
+    columns = {name: np.array([value, 0.0]) for name, value in quaternion.items()}
+    names = ("x", "y", "z", "w")
+    for kind, signal, angle in (
+        ("roll_of_quaternion", "roll", roll),
+        ("pitch_of_quaternion", "pitch", pitch),
+    ):
+        values = bind(binding(signal, names, "rad", "angle", kind=kind), columns)
+        assert values[0] == pytest.approx(angle, abs=1e-12)
+        assert np.isnan(values[1])  # a quaternion of zeros is no attitude
+
+
+@pytest.mark.parametrize(
+    ("name", "signal"),
+    [
+        ("ay", "accel_y"),
+        ("acc_y", "accel_y"),
+        ("AccY", "accel_y"),
+        ("lat_acc", "accel_y"),
+        ("LatAcc", "accel_y"),
+        ("lateral_acceleration", "accel_y"),
+        ("AccelerationY", "accel_y"),
+        ("IMU.AccelY", "accel_y"),
+        ("Querbeschleunigung", "accel_y"),
+        ("Longitudinal Acceleration", "accel_x"),
+        ("gyro_z", "yaw_rate"),
+        ("YawRate", "yaw_rate"),
+        ("psi_dot", "yaw_rate"),
+        ("Gierrate", "yaw_rate"),
+        ("gyroX", "roll_rate"),
+        ("v", "speed"),
+        ("vx", "speed"),
+        ("velocity", "speed"),
+        ("VEH_SPEED", "speed"),
+        ("GPS_Speed", "gps_speed_2d"),
+        ("whl_spd_lf", "wheel_speed_fl"),
+        ("Wheel Speed Rear Right", "wheel_speed_rr"),
+        ("WheelSpeedRL", "wheel_speed_rl"),
+        ("Damper Pos FR", "suspension_deflection_fr"),
+        ("susp_travel_lr", "suspension_deflection_rl"),
+        ("StrgAngle", "steering_wheel_angle"),
+        ("Brake Pressure", "brake_pressure"),
+        ("phi", "roll"),
+        ("RollAngle", "roll"),
+        ("lat", "latitude"),
+    ],
+)
+def test_names_of_loggers_are_known(name, signal):
+    found = best(column(name))
+    assert list(found) == [signal]
+    assert not found[signal].unit_stated
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "signal", "scale"),
+    [
+        ("accel_y_mps2", None, "accel_y", 1.0),
+        ("accel_y", "g", "accel_y", 9.80665),
+        ("accel_y_g", None, "accel_y", 9.80665),
+        ("Lateral G", None, "accel_y", 9.80665),
+        ("yaw rate (deg/s)", None, "yaw_rate", math.pi / 180),
+        ("roll_rate_dps", None, "roll_rate", math.pi / 180),
+        ("Speed", "km/h", "speed", 1 / 3.6),
+        ("wheel_speed_fl_kmh", None, "wheel_speed_fl", 1 / 3.6),
+        ("susp_travel_rr_mm", None, "suspension_deflection_rr", 0.001),
+        ("brake_pressure_bar", None, "brake_pressure", 1e5),
+        ("r", "°/s", "yaw_rate", math.pi / 180),
+        ("p", "deg/s", "roll_rate", math.pi / 180),
+    ],
+)
+def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
+    found = best(column(name, unit))[signal]
+    assert found.unit.scale == pytest.approx(scale)
+    assert found.unit_stated
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "words"),
+    [
+        ("speed", "rpm", "unit rpm is no unit of a speed"),
+        ("wheel_speed_fl", "rad/s", "wheel's radius"),
+        ("speed [rpm]", None, "unit rpm"),
+        ("r", None, "too general"),
+        ("p", "bar", "unit bar"),
+        ("acceleration", "g", "which axis"),
+        ("wheel speed", "km/h", "which wheel"),
+        ("GPS LatAcc", "g", "no specific force"),
+        ("engine_speed", "rpm", "no profile knows it"),
+        ("target.yaw_rate", "deg/s", "not a measurement"),
+        ("steer_torque", "Nm", "no profile knows it"),
+        ("temperature", "°C", "no profile knows it"),
+    ],
+)
+def test_doubtful_channels_are_left_alone_with_a_reason(name, unit, words):
+    assert best(column(name, unit)) == {}
+    assert words in unmapped_reason(column(name, unit))
+
+
+def test_text_is_never_mapped():
+    channel = column("accel_y_mps2", kind="text")
+    assert best(channel) == {}
+    assert unmapped_reason(channel) == "text"
+
+
+def test_candidates_are_ranked_and_kept():
+    found = propose(
+        [column("YawRate raw", "deg/s"), column("gyro_z", "deg/s"), column("yaw_rate", "deg/s")], None
+    )
+    assert [each.channels[0] for each in found["yaw_rate"]] == ["yaw_rate", "gyro_z", "YawRate raw"]
+    assert "ranks above" in unmapped_reason(column("gyro_z", "deg/s"))
+
+
+def test_more_samples_win_between_equals():
+    few = ChannelInfo(
+        "/a.y",
+        "/a",
+        None,
+        "ros",
+        count=10,
+        tags={"topic": "/a", "type": "sensor_msgs/Imu", "field": "linear_acceleration.y"},
+    )
+    many = ChannelInfo(
+        "/b.y",
+        "/b",
+        None,
+        "ros",
+        count=99,
+        tags={"topic": "/b", "type": "sensor_msgs/Imu", "field": "linear_acceleration.y"},
+    )
+    assert [each.channels[0] for each in propose([few, many], None)["accel_y"]] == ["/b.y", "/a.y"]
+
+
+def test_user_entries_win_outright(tmp_path):
+    path = tmp_path / "map.toml"
+    path.write_text('[signals.accel_y]\nchannel = "Foo"\nunit = "g"\n[signals.speed]\nignore = true\n')
+    channels = [column("accel_y", "m/s2"), column("Foo", "V"), column("speed", "m/s")]
+    found = propose(channels, read_map(path))
+    assert list(found) == ["accel_y"]
+    (only,) = found["accel_y"]
+    assert (only.channels, only.unit_from, only.rule) == (("Foo",), "map file", "map.toml")
+
+
+def test_a_user_channel_that_is_not_there_names_the_nearest(tmp_path):
+    path = tmp_path / "map.toml"
+    path.write_text('[signals.accel_y]\nchannel = "Latral_G"\n')
+    with pytest.raises(MappingError, match=r"\[signals.accel_y\].*'Latral_G' is not in the log.*'Lateral_G'"):
+        propose([column("Lateral_G"), column("v")], read_map(path))
+    assert "accel_y" in propose([column("Lateral_G")], read_map(path, strict=False))
+
+
+def test_user_channels_of_two_groups_cannot_be_combined(tmp_path):
+    path = tmp_path / "map.toml"
+    path.write_text('[signals.accel_y]\nchannel = "a"\nsign_channel = "b"\n')
+    channels = [ChannelInfo("a", "one"), ChannelInfo("b", "two")]
+    with pytest.raises(MappingError, match="do not share one clock"):
+        propose(channels, read_map(path))

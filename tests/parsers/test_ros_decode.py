@@ -1,0 +1,434 @@
+"""ROS messages in bulk, against rosbags' own decoding of every single one."""
+
+from __future__ import annotations
+
+import math
+import struct
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from parsers.errors import LogError
+from parsers.importer import ImportLog
+from parsers.ros.contract import Decoded, MessageDecoder
+from parsers.ros.decoder import make_decoder, make_standard_decoder
+from parsers.ros.grammar import Encoding, full_name, short_name
+from parsers.ros.stamps import StampChooser
+
+ROS1 = get_typestore(Stores.ROS1_NOETIC)
+ROS2 = get_typestore(Stores.ROS2_HUMBLE)
+STRINGS = ("", "a", "base_link", "ein längerer Text", "x" * 37)
+
+
+def value_of(store: Any, desc: Any, rng: np.random.Generator) -> Any:
+    """A random value for one of rosbags' field descriptions."""
+    kind, what = desc[0].name, desc[1]
+    if kind == "BASE":
+        return scalar_of(what[0], rng)
+    if kind == "NAME":
+        return message_of(store, what, rng)
+    inner, size = what
+    count = size if kind == "ARRAY" else int(rng.integers(0, 12))
+    values = [value_of(store, inner, rng) for _ in range(count)]
+    if inner[0].name == "BASE" and inner[1][0] != "string":
+        dtype = {"byte": "int8", "char": "uint8", "bool": "bool"}.get(inner[1][0], inner[1][0])
+        return np.array(values, dtype=dtype)
+    return values
+
+
+def scalar_of(name: str, rng: np.random.Generator) -> Any:
+    if name == "string":
+        return str(rng.choice(STRINGS))
+    if name == "bool":
+        return bool(rng.integers(0, 2))
+    if name.startswith("float"):
+        return float(np.float32(rng.normal(scale=100.0)))
+    if name == "byte":  # an octet in ROS 2 (where rosbags has it signed), signed in ROS 1: alike below 128
+        return int(rng.integers(0, 128))
+    info = np.iinfo("uint8" if name == "char" else name)
+    return int(rng.integers(info.min, info.max, endpoint=True, dtype=info.dtype))
+
+
+def message_of(store: Any, name: str, rng: np.random.Generator) -> Any:
+    if name.endswith(("/Time", "/Duration")):
+        return store.types[name](int(rng.integers(1, 2**31)), int(rng.integers(0, 10**9)))
+    fields = store.fielddefs[name][1]
+    return store.types[name](*[value_of(store, desc, rng) for _, desc in fields])
+
+
+def expected(message: Any, path: str) -> float:
+    """The number at a field path of a decoded message, NaN where there is none."""
+    value = message
+    for part in path.replace("[", ".[").split("."):
+        if part.startswith("["):
+            index = int(part[1:-1])
+            if index >= len(value):
+                return math.nan
+            value = value[index]
+        else:
+            value = getattr(value, part)
+    if hasattr(value, "nanosec"):
+        return float(value.sec + value.nanosec * 1e-9)
+    return float(value)
+
+
+def numbers(decoder: MessageDecoder) -> list[str]:
+    return [info.path for info in decoder.fields if info.kind == "number"]
+
+
+def run(decoder: MessageDecoder, payloads: list[bytes], wanted: list[str]) -> Decoded:
+    """Decode payloads that lie in one buffer with odd gaps between them."""
+    parts, offset, at = [], [], 0
+    for i, payload in enumerate(payloads):
+        gap = b"\xff" * (i % 3)
+        parts += [gap, payload]
+        offset.append(at + len(gap))
+        at += len(gap) + len(payload)
+    data = np.frombuffer(b"".join(parts), dtype=np.uint8)
+    return decoder.decode(
+        data, np.array(offset, dtype=np.int64), np.array([len(p) for p in payloads]), wanted
+    )
+
+
+def compare(
+    store: Any, name: str, decoder: MessageDecoder, payloads: list[bytes], messages: list[Any]
+) -> None:
+    wanted = numbers(decoder)
+    decoded = run(decoder, payloads, wanted)
+    assert decoded.bad == 0
+    for path in wanted:
+        np.testing.assert_array_equal(
+            decoded.columns[path], [expected(m, path) for m in messages], err_msg=path
+        )
+    for path in wanted[:: max(1, len(wanted) // 5)]:
+        alone = run(decoder, payloads, [path])
+        np.testing.assert_array_equal(alone.columns[path], decoded.columns[path], err_msg=path)
+
+
+def payloads_of(store: Any, name: str, encoding: str, messages: list[Any]) -> list[bytes]:
+    if encoding == "ros1":
+        return [bytes(store.serialize_ros1(m, name)) for m in messages]
+    return [bytes(store.serialize_cdr(m, name, little_endian=i % 3 != 1)) for i, m in enumerate(messages)]
+
+
+TYPES = (
+    "sensor_msgs/msg/Imu",
+    "nav_msgs/msg/Odometry",
+    "geometry_msgs/msg/TwistStamped",
+    "sensor_msgs/msg/JointState",
+    "sensor_msgs/msg/NavSatFix",
+    "sensor_msgs/msg/LaserScan",
+    "sensor_msgs/msg/PointCloud2",
+    "nav_msgs/msg/Path",
+    "diagnostic_msgs/msg/DiagnosticArray",
+    "tf2_msgs/msg/TFMessage",
+    "std_msgs/msg/Empty",
+    "std_msgs/msg/Header",
+    "std_msgs/msg/Float64MultiArray",
+    "visualization_msgs/msg/Marker",
+)
+
+
+@pytest.mark.parametrize("name", TYPES)
+@pytest.mark.parametrize("encoding", ["ros1", "cdr"])
+def test_every_value_of_standard_types_equals_the_peers(name: str, encoding: Encoding) -> None:
+    store = ROS1 if encoding == "ros1" else ROS2
+    if name not in store.fielddefs:
+        pytest.skip(f"{name} is not in rosbags' types of this ROS version")
+    definition, _ = store.generate_msgdef(name, ros_version=1 if encoding == "ros1" else 2)
+    rng = np.random.default_rng(len(name))
+    messages = [message_of(store, name, rng) for _ in range(12)]
+    decoder = make_decoder(name, definition, encoding)
+    compare(store, name, decoder, payloads_of(store, name, encoding, messages), messages)
+    standard = make_standard_decoder(name, encoding)
+    assert standard is not None
+    assert list(standard.fields) == list(decoder.fields)
+
+
+CUSTOM = """\
+# a type of nobody's package
+Header header
+string name
+uint8 MODE_OFF=0
+string GREETING=hello # there
+bool on
+float32[3] small
+Wheel[] wheels
+Wheel[2] axles
+int16[<=5] trims
+string[] labels
+string[2] two
+byte b
+char c
+duration age
+time[] marks
+float64 last
+================================================================================
+MSG: my_car/Wheel
+string<=9 corner
+float64 speed
+uint8 state
+float32[] slip
+Spring[] springs
+================================================================================
+MSG: my_car/Spring
+int8 id
+float64 force
+================================================================================
+MSG: std_msgs/Header
+time stamp
+string frame_id
+"""
+
+
+@pytest.mark.parametrize("encoding", ["ros1", "cdr"])
+def test_custom_nested_type_with_texts_and_sequences(encoding: Encoding) -> None:
+    name = "my_car/msg/State"
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(CUSTOM, "my_car/State"))
+    rng = np.random.default_rng(5)
+    messages = [message_of(store, name, rng) for _ in range(40)]
+    for message in messages:
+        message.trims = message.trims[:5]
+    decoder = make_decoder("my_car/State", CUSTOM.replace("\n", "\r\n"), encoding)
+    paths = numbers(decoder)
+    assert {"wheels[3].springs[1].force", "axles[1].slip[7]", "trims[4]", "marks[0]", "age"} <= set(paths)
+    assert "wheels[4].speed" not in paths
+    texts = {info.path for info in decoder.fields if info.kind == "text"}
+    assert {"header.frame_id", "name", "labels", "two", "wheels[0].corner"} <= texts
+    compare(store, name, decoder, payloads_of(store, name, encoding, messages), messages)
+    decoded = run(decoder, payloads_of(store, name, encoding, messages), ["last"])
+    stamps = [m.header.stamp.sec * 10**9 + m.header.stamp.nanosec for m in messages]
+    assert decoded.stamp_ns is not None
+    assert decoded.stamp_ns.tolist() == stamps
+
+
+PRIMITIVES = [
+    "bool",
+    "int8",
+    "uint8",
+    "int16",
+    "uint16",
+    "int32",
+    "uint32",
+    "int64",
+    "uint64",
+    "float32",
+    "float64",
+    "string",
+    "time",
+    "Inner",
+]
+FIELDS = st.lists(
+    st.tuples(st.sampled_from(PRIMITIVES), st.sampled_from(["", "[]", "[1]", "[3]"])), min_size=1, max_size=7
+)
+
+
+def definition_of(outer: list[tuple[str, str]], inner: list[tuple[str, str]]) -> str:
+    lines = [f"{kind}{shape} f{i}" for i, (kind, shape) in enumerate(outer)]
+    lines += ["=" * 80, "MSG: pkg/Inner"]
+    lines += [f"{'int16' if kind == 'Inner' else kind}{shape} g{i}" for i, (kind, shape) in enumerate(inner)]
+    return "\n".join(lines) + "\n"
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(outer=FIELDS, inner=FIELDS, seed=st.integers(0, 2**31), encoding=st.sampled_from(["ros1", "cdr"]))
+def test_any_type_round_trips(
+    outer: list[tuple[str, str]], inner: list[tuple[str, str]], seed: int, encoding: Encoding
+) -> None:
+    text = definition_of(outer, inner)
+    store = get_typestore(Stores.EMPTY)
+    store.register(get_types_from_msg(text, "pkg/Outer"))
+    rng = np.random.default_rng(seed)
+    messages = [message_of(store, "pkg/msg/Outer", rng) for _ in range(5)]
+    decoder = make_decoder("pkg/Outer", text, encoding)
+    compare(
+        store, "pkg/msg/Outer", decoder, payloads_of(store, "pkg/msg/Outer", encoding, messages), messages
+    )
+
+
+@pytest.mark.parametrize("encoding", ["ros1", "cdr"])
+def test_no_damage_crashes_or_goes_unseen(encoding: Encoding) -> None:
+    name = "diagnostic_msgs/msg/DiagnosticArray"
+    store = ROS1 if encoding == "ros1" else ROS2
+    rng = np.random.default_rng(1)
+    message = message_of(store, name, rng)
+    while len(message.status) < 2:
+        message = message_of(store, name, rng)
+    good = payloads_of(store, name, encoding, [message])[0]
+    decoder = make_standard_decoder(name, encoding)
+    assert decoder is not None
+    short = [good[:n] for n in range(len(good) - 4)]
+    assert run(decoder, short, numbers(decoder)).bad == len(short)
+    long = [good + b"\0" * 4]
+    assert run(decoder, long, numbers(decoder)).bad == 1
+    noisy = []
+    for _ in range(2000):
+        raw = bytearray(good)
+        for at in rng.integers(0, len(raw), 4):
+            raw[at] = int(rng.choice([0, 1, 127, 128, 255]))
+        noisy.append(bytes(raw))
+    decoded = run(decoder, [*noisy, good], ["header.stamp", "status[1].level"])
+    assert 0 < decoded.bad < 2000
+    assert decoded.columns["status[1].level"][-1] == float(message.status[1].level)
+
+
+def test_payloads_outside_the_buffer_are_bad() -> None:
+    decoder = make_decoder("std_msgs/Float64", "float64 data", "ros1")
+    data = np.frombuffer(struct.pack("<d", 2.5), dtype=np.uint8)
+    offset = np.array([0, 1, -8, 8, 2**62, -(2**63), 0])
+    length = np.array([8, 8, 8, 8, 2**62, 8, -8])
+    decoded = decoder.decode(data, offset, length, ["data"])
+    assert decoded.bad == 6
+    assert decoded.columns["data"][0] == 2.5
+    assert np.isnan(decoded.columns["data"][1:]).all()
+
+
+def test_huge_counts_end_at_once() -> None:
+    text = "Nothing[] a\nfloat64[] b\n" + "=" * 80 + "\nMSG: p/Nothing\nuint8 K=1\n"
+    decoder = make_decoder("p/T", text, "ros1")
+    fine = struct.pack("<IIdd", 2**32 - 1, 2, 1.5, 2.5)
+    huge = struct.pack("<IIdd", 0, 2**32 - 1, 1.5, 2.5)
+    decoded = run(decoder, [fine, huge], ["b[1]"])
+    assert decoded.bad == 1
+    assert decoded.columns["b[1]"][0] == 2.5
+
+
+def test_cdr_by_hand() -> None:
+    """Alignment counts from after the encapsulation; an empty structure is one byte; unknown encapsulations are bad."""
+    text = "uint8 a\nEmpty e\nfloat64 x\nuint8 c\nint16[] s\nint64 y\n" + "=" * 80 + "\nMSG: p/Empty\n"
+    body = struct.pack("<BBxxxxxxdBxxxIhh", 7, 0, 0.25, 9, 2, -3, 4) + b"\0" * 4 + struct.pack("<q", -5)
+    decoder = make_decoder("p/T", text, "cdr")
+    decoded = run(
+        decoder,
+        [b"\0\1\0\0" + body, b"\0\3\0\0" + body, b"\1\1\0\0" + body, b"\0\1\0\0" + body + b"\0\0\0"],
+        ["x", "s[0]", "y"],
+    )
+    assert decoded.bad == 2
+    np.testing.assert_array_equal(decoded.columns["y"], [-5, math.nan, math.nan, -5])
+    np.testing.assert_array_equal(decoded.columns["s[0]"], [-3, math.nan, math.nan, -3])
+    assert decoded.columns["x"][0] == 0.25
+
+
+@pytest.mark.parametrize("wide", [2, 4])
+def test_wide_texts_of_either_width_are_stepped_over(wide: int) -> None:
+    decoder = make_decoder("p/T", "wstring<=20 w\nint32 x\n", "cdr")
+    body = struct.pack("<I", 3) + b"abc".ljust(3 * wide, b"\0")
+    body += b"\0" * (-len(body) % 4) + struct.pack("<i", -9)
+    decoded = run(decoder, [b"\0\1\0\0" + body] * 2, ["x"])
+    assert decoded.bad == 0
+    assert decoded.columns["x"].tolist() == [-9, -9]
+
+
+def test_times_are_seconds_and_stamps_stay_exact() -> None:
+    text = "time stamp\nduration d\n"
+    payload = struct.pack("<IIii", 3_000_000_000, 123_456_789, -2, 500_000_000)
+    decoded = run(make_decoder("p/T", text, "ros1"), [payload], ["stamp", "d"])
+    assert decoded.stamp_ns is not None
+    assert decoded.stamp_ns[0] == 3_000_000_000_123_456_789
+    assert decoded.columns["d"][0] == -1.5
+    assert decoded.columns["stamp"][0] == pytest.approx(3_000_000_000.123456789, abs=1e-6)
+
+
+def test_idl_definition() -> None:
+    idl = """\
+================================================================================
+IDL: pkg/msg/Report
+#include "builtin_interfaces/msg/Time.idl"
+module pkg { module msg {
+  struct Report {
+    builtin_interfaces::msg::Time stamp;
+    float velocity;
+    sequence<double> gaps;
+    string text;
+    double angle;
+  };
+}; };
+================================================================================
+IDL: builtin_interfaces/msg/Time
+module builtin_interfaces { module msg {
+  struct Time { long sec; unsigned long nanosec; };
+}; };
+"""
+    decoder = make_decoder("pkg/msg/Report", idl, "cdr", "ros2idl")
+    body = struct.pack("<iIfI", 5, 7, 1.5, 1) + struct.pack("<dI3sxd", 0.5, 3, b"ab\0", -2.0)
+    decoded = run(decoder, [b"\0\1\0\0" + body], ["velocity", "gaps[0]", "gaps[1]", "angle"])
+    assert decoded.bad == 0
+    assert decoded.stamp_ns is not None
+    assert decoded.stamp_ns.tolist() == [5_000_000_007]
+    assert [float(c[0]) for c in decoded.columns.values()] == pytest.approx(
+        [1.5, 0.5, math.nan, -2.0], nan_ok=True
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("float64", "cannot be parsed"),
+        ("\x00\x01\x02", "cannot be parsed"),
+        ("nowhere_msgs/Thing t", "is not defined in the log"),
+        ("Own o\n" + "=" * 80 + "\nMSG: p/Own\nOwn again\n", "contains itself"),
+        ("uint8[99999999999] x", "array of"),
+        ("A[1000000] a\n" + "=" * 80 + "\nMSG: p/A\nfloat64[1000000] x\n", "absurdly large"),
+        ("float64 x\n" * 20_100, "too large"),
+        ("# long\n" * 300_000, "cannot be right"),
+    ],
+)
+def test_unusable_definitions_are_refused(text: str, words: str) -> None:
+    with pytest.raises(LogError, match=words):
+        make_decoder("p/T", text, "ros1")
+
+
+def test_exploding_nesting_is_refused_or_bounded() -> None:
+    rule = "=" * 80
+    levels = "".join(f"{rule}\nMSG: p/L{i}\nL{i + 1} a\nL{i + 1} b\nL{i + 1}[] c\n" for i in range(30))
+    text = "L0 x\n" + levels + f"{rule}\nMSG: p/L30\nfloat64 v\n"
+    with pytest.raises(LogError, match=r"too large|nested"):
+        make_decoder("p/T", text, "cdr")
+
+
+def test_names() -> None:
+    assert full_name("sensor_msgs/Imu") == full_name("sensor_msgs::msg::Imu") == "sensor_msgs/msg/Imu"
+    assert short_name("sensor_msgs/msg/Imu") == "sensor_msgs/Imu"
+    assert make_standard_decoder("no_such/Type", "cdr") is None
+    assert short_name("p/srv/Do_Request") == "p/srv/Do_Request"
+
+
+SECOND = 1_000_000_000
+
+
+def test_stamps_follow_the_header_where_it_can_be_believed() -> None:
+    chooser, log = StampChooser(), ImportLog()
+    receive = np.arange(10, dtype=np.int64) * SECOND + 1_700_000_000 * SECOND
+    header = receive - SECOND // 2
+    header[3] = 0
+    header[5] -= 100 * SECOND
+    expected_ns = header.copy()
+    expected_ns[[3, 5]] = receive[[3, 5]]
+    np.testing.assert_array_equal(chooser.choose("/imu", header, receive), expected_ns)
+    np.testing.assert_array_equal(
+        chooser.choose("/sim", receive - 1_700_000_000 * SECOND + 1, receive), receive
+    )
+    np.testing.assert_array_equal(chooser.choose("/zero", np.zeros(10, dtype=np.int64), receive), receive)
+    np.testing.assert_array_equal(chooser.choose("/plain", None, receive), receive)
+    chooser.finish(log)
+    notes = "\n".join(log.notes)
+    assert "/imu: header stamps are 0.50 s before the receive time (median)" in notes
+    assert "/imu: 1 messages have no header stamp" in notes
+    assert "/imu: 1 header stamps are more than 60 s off" in notes
+    assert "/sim: header stamps are on another clock" in notes
+    assert "/zero: header stamps are all zero" in notes
+    assert "no header, so the receive time is used: /plain" in notes
+    assert chooser.clock == "header stamp (receive time for /sim, /zero, /plain)"
+
+
+def test_clock_is_known_before_reading() -> None:
+    chooser = StampChooser()
+    chooser.add("/imu", has_header=True)
+    assert chooser.clock == "header stamp"
+    chooser.add("/speed", has_header=False)
+    assert chooser.clock == "header stamp (receive time for /speed)"

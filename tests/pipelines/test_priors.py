@@ -1,0 +1,82 @@
+"""Priors from the measured vehicles: calibrated on the vehicles themselves, silent outside their range."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pipelines.vehicles.priors import (
+    known_body,
+    measured_cg_height,
+    measured_inertias,
+    measured_roll_inertia,
+    measured_vehicles,
+    standing,
+)
+
+
+def test_tables_are_whole() -> None:
+    assert len(measured_vehicles().height) == 1270
+    assert len(measured_inertias().roll) == 204
+
+
+@pytest.mark.parametrize("style", ["Sedan", "SUV", "Pickup", "Hatchback", "Wagon", "Minivan", "Van", "Coupe"])
+def test_height_prior_covers_the_measured(style: str) -> None:
+    table = measured_vehicles()
+    inside = []
+    for body, mass, height in zip(table.body, table.mass, table.height, strict=True):
+        if body == style:
+            prior = measured_cg_height(body, mass)
+            assert prior is not None
+            inside.append(abs(height - prior.value) < 1.96 * prior.std)
+    # 34 wagons at 95 %: two standard errors are 0.075
+    assert 0.87 <= np.mean(inside) <= 1.0
+
+
+def test_hatchback_of_the_volvo() -> None:
+    prior = measured_cg_height("Hatchback", 1355)
+    assert prior is not None
+    assert prior.value == pytest.approx(0.555, abs=0.01)
+    assert 0.02 < prior.std < 0.04
+
+
+def test_no_prior_outside_what_was_measured() -> None:
+    assert measured_cg_height(None, None) is None
+    assert measured_cg_height("semi-trailer tractor", 8000) is None
+    assert measured_cg_height("Robot", 1000) is None
+    assert measured_cg_height("SUV", 9000) is None
+    assert measured_cg_height(None, 50) is None
+    assert measured_roll_inertia(50) is None
+    assert measured_roll_inertia(None) is None
+
+
+def test_inertia_prior_covers_the_measured() -> None:
+    table = measured_inertias()
+    inside = []
+    for mass, track, roll in zip(table.mass, table.track, table.roll, strict=True):
+        prior = measured_roll_inertia(mass, track)
+        assert prior is not None
+        inside.append(abs(roll - prior.value) < 1.96 * prior.std)
+    assert 0.92 <= np.mean(inside) <= 0.99
+    without, with_track = measured_roll_inertia(1500), measured_roll_inertia(1500, 1.5)
+    assert without is not None
+    assert with_track is not None
+    assert with_track.std / with_track.value < without.std / without.value
+
+
+def test_body_names() -> None:
+    assert known_body("Station Wagon") == "Wagon"
+    assert known_body("suv") == "SUV"
+    assert known_body("Pick-up") == "Pickup"
+    assert known_body("bus") is None
+    assert known_body(None) is None
+
+
+def test_standing() -> None:
+    where = standing("Hatchback", 0.55, 1355)
+    assert where.body == "Hatchback"
+    assert len(where.same_body) == 65
+    assert where.percentile is not None
+    assert 30 < where.percentile < 70
+    assert len(where.nearest) == 5
+    assert standing(None, None).percentile is None

@@ -1,0 +1,228 @@
+"""The HTML report: self-contained, escaped, complete, small."""
+
+from __future__ import annotations
+
+import re
+import time
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sample_results import bare, rich, signals
+
+from parsers.drive import Decision, Gap, MappedChannel
+from parsers.errors import ReportError
+from pipelines.results import ParameterEstimate, Prior, Trace
+from reports.blocks import Document
+from reports.html import breakable, html_of, render_html, write_html
+from reports.sections.rollover import band_of, nhtsa_context
+
+
+class Page(HTMLParser):
+    """Tags with their attributes, and all text."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.parts: list[str] = []
+        self.feed(text)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.parts.append(data)
+
+    @property
+    def text(self) -> str:
+        return re.sub(r"[ \n]+", " ", "".join(self.parts))
+
+
+def outside_links(html: str) -> list[str]:
+    links = [
+        v
+        for _, attrs in Page(html).tags
+        for k, v in attrs.items()
+        if k in ("src", "href", "xlink:href", "srcset", "action", "data")
+    ]
+    links += re.findall(r"url\(([^)]*)\)", html)
+    links += re.findall(r"@import[^;]*", html)
+    return [link for link in links if link and not link.startswith(("#", "data:"))]
+
+
+@pytest.mark.parametrize("which", ["rich_html", "hostile_html"])
+def test_nothing_is_fetched_and_nothing_runs(which: str, request: pytest.FixtureRequest) -> None:
+    html: str = request.getfixturevalue(which)
+    assert outside_links(html) == []
+    tags = {tag for tag, _ in Page(html).tags}
+    assert not tags & {"script", "link", "iframe", "object", "embed", "form", "img", "base"}
+    assert not [a for _, attrs in Page(html).tags for a in attrs if a.startswith("on")]
+    assert "default-src 'none'" in html
+
+
+def test_hostile_text_is_shown_not_run(hostile_html: str) -> None:
+    assert "<script" not in hostile_html
+    assert '<script>alert("x")</script>' in Page(hostile_html).text
+    assert not re.search(r"[\x00-\x08\x1b\u202e]", hostile_html)
+
+
+def test_the_first_screen_says_what_matters(rich_html: str) -> None:
+    first = Page(rich_html.split('id="errors"')[0]).text
+    for words in (
+        "Volvo V40 T2, 2 persons", "slalom_35kph.vbo", "2024-05-17 09:41:20 UTC", "CG height above ground", "0.558\u202fm", "± 0.029",
+        "0.502–0.614", "weak", "not identifiable", "The roll motion fixes K/(mh)", "Static stability factor", "1.38", "1.24–1.52", "NHTSA",
+        "What limited the result", "truncated", "1 gap, 3.70\u202fs in all", "UTC time of day", "yaw_rate has the sign opposite to lateral acceleration",
+        "inverted", "corrected", "only reported", "Sedan (640)", "61\u202f%",
+    ):  # fmt: skip
+        assert words in first, words
+
+
+def test_a_prior_is_never_printed_as_a_result(rich_document: Document) -> None:
+    heads = [c.title for c in rich_document.verdict.columns]
+    row = next(r for r in rich_document.verdict.rows if r[0].text == "Sprung mass")
+    cells = dict(zip(heads, row, strict=True))
+    assert cells["Value ± std"].text == "—"
+    assert cells["95 % interval"].text == "—"
+    assert cells["Prior (known before, not a result)"].text == "1380 ± 60\u202fkg"
+
+
+def test_what_repeats_the_prior_is_no_result() -> None:
+    prior = Prior(0.55, 0.03, "measured vehicles")
+    same = ParameterEstimate("cg_height_m", 0.55, 0.03, 0.49, 0.61, "not_identifiable", "no roll", prior)
+    html = render_html(replace(bare(), verdict={"cg_height_m": same}))
+    text = Page(html).text
+    assert "It gives no CG height: no roll." in text
+    assert "(0.490–0.610)prior only" in text
+    assert "0.550 ± 0.030\u202fm" in text
+
+
+def test_parameters_that_failed_alike_share_a_line(rich_document: Document) -> None:
+    titles = [row[0].text for row in rich_document.verdict.rows]
+    assert "Corner mass fl, fr, rl, rr" in titles
+    assert len(titles) == 11
+
+
+def test_the_error_table(rich_document: Document) -> None:
+    errors = next(s for s in rich_document.sections if s.anchor == "errors")
+    row = [c.text for c in errors.blocks[0].rows[0]]  # type: ignore[union-attr]
+    assert row == [
+        "CG height above ground",
+        "verdict",
+        "0.558\u202fm",
+        "0.549\u202fm",
+        "+0.009",
+        "+1.7",
+        "0.502–0.614",
+        "inside",
+        "+0.3",
+    ]
+    damping = [c.text for r in errors.blocks[0].rows if r[0].text == "Roll damping ratio" for c in r]  # type: ignore[union-attr]
+    assert "outside" in damping
+    assert "−2.8" in damping
+
+
+def test_without_a_reference_there_is_no_error_table(bare_document: Document) -> None:
+    assert "errors" not in [s.anchor for s in bare_document.sections]
+
+
+def test_contents_lead_to_every_chapter(rich_html: str) -> None:
+    page = Page(rich_html)
+    anchors = {attrs["id"] for _, attrs in page.tags if attrs.get("id")}
+    links = {str(attrs["href"])[1:] for tag, attrs in page.tags if tag == "a"}
+    assert links <= anchors
+    assert {
+        "errors",
+        "tracks",
+        "fits",
+        "signals",
+        "quality",
+        "mapping",
+        "estimators",
+        "assumptions",
+        "provenance",
+    } <= links
+
+
+def test_identifiers_are_unique(rich_html: str) -> None:
+    found = [attrs["id"] for _, attrs in Page(rich_html).tags if attrs.get("id")]
+    assert len(found) == len(set(found))
+
+
+def test_every_chapter_of_the_mapping_estimators_and_provenance(rich_html: str) -> None:
+    text = Page(rich_html).text
+    for words in (
+        "LatAcc", "from: channel units line", "VBOX profile", "/vehicle/wheel_odometry/twist.twist.linear.x", "needs drive_torque".capitalize(),
+        "load_transfer", "failed", "skipped", "cogest analyze logs/slalom_35kph.vbo --vehicle", "3f8a" * 16, "77ab" * 16, "roll_map.bank_std_deg",
+        "row with too few columns", "18\u202f234",
+    ):  # fmt: skip
+        assert words in text, words
+
+
+def test_a_bare_drive_gives_a_whole_report(bare_document: Document) -> None:
+    text = Page(html_of(bare_document)).text
+    assert "Vehicle not described (robot.mcap)" in text
+    assert text.count("Not drawn") >= 5
+    assert "no channel of the log became a signal" in text
+
+
+def test_long_names_may_break_but_stay_the_same_text() -> None:
+    made = breakable("/very/long/topic.name_of<b>&x")
+    assert "<wbr>" in made
+    assert Page(str(made)).text == "/very/long/topic.name_of<b>&x"
+
+
+def test_half_an_hour_of_thirty_signals_stays_small_and_quick() -> None:
+    long = signals(1800.0)[0]
+    rng = np.random.default_rng(0)
+    many = tuple(
+        Trace(f"accel_z_{i}", long.time_s, {f"c{i}": rng.normal(size=long.time_s.size)}, {f"c{i}": "m/s²"})
+        for i in range(30)
+    )
+    sample = rich()
+    gaps = tuple(Gap(float(a), float(a) + 0.01) for a in rng.uniform(0, 1790, 20_000))
+    decisions = tuple(Decision(f"s{i}", "range", "found " * 200, "left", "e", True) for i in range(3000))
+    mapped = tuple(MappedChannel("accel_x", "/topic" * 400, "m/s²", "x", "y", 1, 1.0) for _ in range(3000))
+    record = replace(
+        sample.record,
+        gaps=gaps,
+        decisions=decisions,
+        mapped=mapped,
+        duration_s=1800.0,
+        rejected={f"r{i}": 1 for i in range(9000)},
+    )
+    heavy = replace(sample, signals=many, record=record, notes=tuple(f"note {i}" for i in range(5000)))
+    start = time.perf_counter()
+    html = render_html(heavy)
+    assert time.perf_counter() - start < 30  # some 3 s on a free core; the bound only catches a blow-up
+    assert len(html.encode()) < 2_500_000
+
+
+def test_nhtsa_bands_and_careful_words() -> None:
+    assert [band_of(f)[0] for f in (1.50, 1.446, 1.44, 1.25, 1.244, 1.13, 1.04, 1.03)] == [
+        5,
+        5,
+        4,
+        4,
+        3,
+        3,
+        2,
+        1,
+    ]
+    spread = ParameterEstimate("static_stability_factor", 1.384, 0.07, 1.24, 1.52, "weak", "")
+    words = nhtsa_context(spread)
+    assert "4 of 5 stars" in words
+    assert "from 3 to 5 stars" in words
+    assert "no rating of this vehicle" in words
+    assert nhtsa_context(replace(spread, value=None)) == ""
+    assert nhtsa_context(replace(spread, status="not_identifiable")) == ""
+
+
+def test_a_file_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "taken").write_text("a file, no folder")
+    with pytest.raises(ReportError, match="taken") as caught:
+        write_html(bare(), tmp_path / "taken" / "report.html")
+    assert "\n" not in str(caught.value)
+    write_html(bare(), tmp_path / "new" / "deep" / "report.html")
+    assert [p.name for p in (tmp_path / "new" / "deep").iterdir()] == ["report.html"]

@@ -1,0 +1,55 @@
+"""The PDF report: the same document, set by Typst."""
+
+from __future__ import annotations
+
+import re
+import zlib
+from dataclasses import replace
+
+import pytest
+
+from parsers.errors import ReportError
+from reports.blocks import Document, Paragraph, Section
+from reports.pdf import pdf_of
+
+
+def page_count(pdf: bytes) -> int:
+    """Pages, from the page tree or, where that is packed, from the object streams."""
+    packed = re.findall(rb"stream\r?\n(.*?)\r?\nendstream", pdf, re.DOTALL)
+    parts = [pdf]
+    for part in packed:
+        try:
+            parts.append(zlib.decompress(part))
+        except zlib.error:
+            continue
+    return sum(len(re.findall(rb"/Type\s*/Page\b(?!s)", part)) for part in parts)
+
+
+def test_a_rich_drive_fills_a_few_pages(rich_document: Document) -> None:
+    pdf = pdf_of(rich_document)
+    assert pdf.startswith(b"%PDF")
+    assert 4 <= page_count(pdf) <= 9
+    assert len(pdf) < 2_000_000
+    assert pdf_of(rich_document) == pdf
+
+
+def test_a_bare_drive_is_short(bare_document: Document) -> None:
+    assert 1 <= page_count(pdf_of(bare_document)) <= 3
+
+
+def test_hostile_text_is_set_as_text(hostile_document: Document) -> None:
+    assert pdf_of(hostile_document).startswith(b"%PDF")
+
+
+def test_text_is_never_read_as_typst(bare_document: Document) -> None:
+    nasty = '#panic("run") #read("/etc/passwd") #import "@preview/x:1.0.0" $x$ = h \\ ` ``` <l> @r // /* #{'
+    document = replace(
+        bare_document, title=nasty, sections=(Section("a", nasty, "a", (Paragraph(nasty),), nasty),)
+    )
+    assert pdf_of(document).startswith(b"%PDF")
+
+
+def test_a_picture_that_typst_cannot_read_is_a_known_error(bare_document: Document) -> None:
+    broken = replace(bare_document.lead[0], svgs=("<svg",), missing="")
+    with pytest.raises(ReportError, match="PDF cannot be set"):
+        pdf_of(replace(bare_document, lead=(broken,)))

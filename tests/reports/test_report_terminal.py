@@ -1,0 +1,46 @@
+"""The verdict in the terminal."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+from sample_results import bare, hostile, rich
+
+from pipelines.results import DriveResults
+from reports.terminal import verdict_table
+
+
+@pytest.mark.parametrize("sample", [rich(), bare(), hostile()], ids=["rich", "bare", "hostile"])
+def test_no_line_is_wider_than_a_terminal_and_none_steers_it(sample: DriveResults) -> None:
+    table = verdict_table(sample)
+    assert max(len(line) for line in table.splitlines()) <= 100
+    assert "\x1b" not in table
+    assert "\u202e" not in table
+
+
+def test_columns_are_aligned_and_reasons_below() -> None:
+    lines = verdict_table(rich()).splitlines()
+    head = lines[0]
+    place = head.index("Status")
+    height = next(i for i, line in enumerate(lines) if line.startswith("CG height above ground"))
+    assert lines[height][place:] == "weak"
+    assert "0.558 ± 0.029 m" in lines[height]
+    assert "0.502–0.614" in lines[height]
+    assert lines[height + 1].startswith("    the roll motion fixes")
+    assert all(line[place - 2 : place] == "  " for line in lines if line.endswith(("weak", "identified")))
+
+
+def test_what_has_no_result_shows_a_dash_not_the_prior() -> None:
+    line = next(row for row in verdict_table(rich()).splitlines() if row.startswith("Sprung mass"))
+    assert "1380" not in line
+    assert line.split()[2:4] == ["—", "—"]
+
+
+def test_colour_only_when_asked_for() -> None:
+    painted = verdict_table(rich(), colour=True)
+    assert "\x1b[32midentified\x1b[0m" in painted
+
+
+def test_nothing_asked_nothing_said() -> None:
+    assert verdict_table(replace(bare(), verdict={})) == "No parameter was asked for."
