@@ -1,6 +1,6 @@
 """Start-up: `cogest --help` against a two-command Typer program that does nothing, as a ratio from one run.
 
-    python benchmarks/startup.py [runs]
+python benchmarks/startup.py [runs]
 """
 
 from __future__ import annotations
@@ -51,7 +51,9 @@ def main() -> None:
         pairs = [(once(ours), once(theirs)) for _ in range(runs)]
     a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
     ratio = statistics.median(x / y for x, y in pairs)
-    print(f"cogest --help {a * 1000:.0f} ms, Typer floor {b * 1000:.0f} ms, ratio {ratio:.2f} (target: at most 1.3)")
+    print(
+        f"cogest --help {a * 1000:.0f} ms, Typer floor {b * 1000:.0f} ms, ratio {ratio:.2f} (target: at most 1.3)"
+    )
 
 
 if __name__ == "__main__":

@@ -15,7 +15,9 @@ def analyze(
     logs: Logs,
     vehicle: Annotated[
         Path | None,
-        typer.Option(help="Vehicle file (TOML); default: the nearest vehicle.toml up the folders.", show_default=False),
+        typer.Option(
+            help="Vehicle file (TOML); default: the nearest vehicle.toml up the folders.", show_default=False
+        ),
     ] = None,
     map_file: Map = None,
     dbc: Dbc = None,
@@ -24,10 +26,13 @@ def analyze(
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("report"),
     settings: Annotated[
-        Path | None, typer.Option(help="Settings file (TOML): see `cogest estimators --settings`.", show_default=False)
+        Path | None,
+        typer.Option(help="Settings file (TOML): see `cogest estimators --settings`.", show_default=False),
     ] = None,
     formats: Annotated[str, typer.Option("--format", help="What to write.")] = "html,pdf,json",
-    seed: Annotated[int, typer.Option(help="Seed of the random numbers; the same seed gives the same result.", min=0)] = 0,
+    seed: Annotated[
+        int, typer.Option(help="Seed of the random numbers; the same seed gives the same result.", min=0)
+    ] = 0,
     no_fix: NoFix = False,
 ) -> None:
     """Analyse one drive: estimate the vehicle's parameters and write report.html, report.pdf, results.json."""
@@ -44,7 +49,10 @@ def analyze(
         logs=tuple(logs),
         vehicle=vehicle or nearest("vehicle.toml", logs[0]),
         map=map_file or nearest("map.toml", logs[0]),
-        dbc=tuple(dbc) if dbc else tuple(dict.fromkeys(path for log in logs for path in databases_beside(log))),
+        map_given=map_file is not None,
+        dbc=tuple(dbc)
+        if dbc
+        else tuple(dict.fromkeys(path for log in logs for path in databases_beside(log))),
         settings=settings,
         estimators=estimators,
         seed=seed,

@@ -8,7 +8,9 @@ import typer
 
 
 def estimators(
-    settings: Annotated[bool, typer.Option("--settings", help="Print a settings file with every default instead.")] = False,
+    settings: Annotated[
+        bool, typer.Option("--settings", help="Print a settings file with every default instead.")
+    ] = False,
 ) -> None:
     """List the estimators with their needs, parameters and sources."""
     from pipelines.estimators.registry import estimators as known

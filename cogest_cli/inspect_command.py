@@ -21,7 +21,9 @@ def inspect(
     ] = None,
     vehicle: Annotated[
         Path | None,
-        typer.Option(help="Vehicle file; default: the nearest vehicle.toml up the folders.", show_default=False),
+        typer.Option(
+            help="Vehicle file; default: the nearest vehicle.toml up the folders.", show_default=False
+        ),
     ] = None,
     no_fix: NoFix = False,
 ) -> None:

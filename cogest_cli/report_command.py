@@ -9,7 +9,9 @@ import typer
 
 
 def report(
-    results: Annotated[Path, typer.Argument(metavar="DIR", help="A folder that `cogest analyze` wrote.", show_default=False)],
+    results: Annotated[
+        Path, typer.Argument(metavar="DIR", help="A folder that `cogest analyze` wrote.", show_default=False)
+    ],
     out: Annotated[
         Path | None, typer.Option(help="Folder for the report; default: the same folder.", show_default=False)
     ] = None,

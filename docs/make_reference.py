@@ -19,13 +19,17 @@ NOTE = "<!-- made by docs/make_reference.py: edit the code's tables, not this pa
 
 def _table(head: list[str], rows: list[list[str]]) -> str:
     lines = [head, ["---"] * len(head), *rows]
-    return "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines) + "\n"
+    return (
+        "\n".join("| " + " | ".join(cell.replace("|", "\\|") for cell in line) + " |" for line in lines)
+        + "\n"
+    )
 
 
 def signals_page() -> str:
     """Signals, units, parameters."""
     signals = [
-        [f"`{s.name}`", f"`{s.column}`", SI_TEXT[s.quantity], s.description, f"{s.low:g} to {s.high:g}"] for s in SIGNALS.values()
+        [f"`{s.name}`", f"`{s.column}`", SI_TEXT[s.quantity], s.description, f"{s.low:g} to {s.high:g}"]
+        for s in SIGNALS.values()
     ]
     units = [
         [quantity.replace("_", " "), SI_TEXT[quantity], ", ".join(f"`{word}`" for word in words)]
@@ -59,10 +63,14 @@ def settings_page() -> str:
     for e in estimators():
         needs = [
             *([f"signal {' or '.join(f'`{n}`' for n in need.any_of)}", need.why] for need in e.signal_needs),
-            *([f"vehicle {' or '.join(f'`{n}`' for n in need.any_of)}", need.why] for need in e.vehicle_needs),
+            *(
+                [f"vehicle {' or '.join(f'`{n}`' for n in need.any_of)}", need.why]
+                for need in e.vehicle_needs
+            ),
         ]
         settings = [
-            [f"`{s.name}`", f"{s.default:g}", s.unit or "–", f"{s.low:g} to {s.high:g}", s.meaning] for s in e.settings
+            [f"`{s.name}`", f"{s.default:g}", s.unit or "–", f"{s.low:g} to {s.high:g}", s.meaning]
+            for s in e.settings
         ]
         parts.append(
             f"## {e.name}: {e.title}\n\nSource: {e.source}\n\nGives: {', '.join(f'`{p}`' for p in e.parameters)}\n\n"

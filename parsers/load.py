@@ -14,9 +14,9 @@ import numpy as np
 from parsers.channels import ChannelInfo, FloatArray, IntArray
 from parsers.checks import check_signals
 from parsers.drive import Drive, Gap, ImportRecord, MappedChannel, Signal
-from parsers.errors import LogError
+from parsers.errors import LogError, MappingError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
-from parsers.mapping import Binding, MapFile, bind, needed_channels, propose
+from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose
 from parsers.registry import find_importer
 from parsers.signals import SIGNALS
 from parsers.timebase import NS, drive_gaps, order, usual_period_s
@@ -74,7 +74,9 @@ class _Part:
     jumps: int
 
 
-def open_log(path: Path, options: LoadOptions, progress: Callable[[int, int], None] = no_progress) -> OpenedLog:
+def open_log(
+    path: Path, options: LoadOptions, progress: Callable[[int, int], None] = no_progress
+) -> OpenedLog:
     """Recognise and open a log. Raises LogError where that cannot be done."""
     importer = find_importer(path)
     log = ImportLog()
@@ -128,7 +130,9 @@ def _collect(opened: OpenedLog, wanted: frozenset[str]) -> tuple[dict[str, _Grou
     return groups, late, equal, jumps
 
 
-def _signal(binding: Binding, groups: Mapping[str, _Group], infos: Mapping[str, ChannelInfo]) -> Signal | None:
+def _signal(
+    binding: Binding, groups: Mapping[str, _Group], infos: Mapping[str, ChannelInfo]
+) -> Signal | None:
     """A binding's signal, or None where its channel has too few valid samples."""
     group = groups.get(infos[binding.channels[0]].group)
     if group is None or any(name not in group.columns for name in binding.channels):
@@ -165,12 +169,31 @@ def _mapped(binding: Binding, signal: Signal, others: Iterable[Binding]) -> Mapp
     )
 
 
+def _for_parts(paths: Sequence[Path], options: LoadOptions) -> LoadOptions:
+    """With several logs, a mapped channel need not be in each of them."""
+    if len(paths) > 1 and options.map is not None:
+        return replace(options, map=replace(options.map, strict=False))
+    return options
+
+
+def _require_mapped(parts: Sequence[_Part], mapping: MapFile | None) -> None:
+    """Raise MappingError where a mapping file that the user gave names a channel that no log has."""
+    if mapping is None or not mapping.strict or len(parts) < 2:
+        return
+    absent = [set(missing_channels(part.opened.reader.channels, mapping)) for part in parts]
+    for sentence in sorted(set.intersection(*absent)):
+        raise MappingError(sentence.replace("this log", "any of the logs"), path=mapping.path)
+
+
 def _read_part(path: Path, options: LoadOptions) -> _Part:
     def progress(done: int, total: int) -> None:
         options.progress(f"reading {path.name}", done / total if total else 0.0)
 
     opened = open_log(path, options, progress)
     infos = {info.name: info for info in opened.reader.channels}
+    if options.map is not None and not options.map.strict:
+        for sentence in missing_channels(opened.reader.channels, options.map):
+            opened.log.note(sentence)
     proposals = propose(opened.reader.channels, options.map)
     wanted = frozenset(name for bindings in proposals.values() for name in needed_channels(bindings))
     groups, late, equal, jumps = _collect(opened, wanted) if wanted else ({}, 0, 0, 0)
@@ -251,7 +274,8 @@ def _merge(parts: Sequence[_Part], notes: list[str]) -> dict[str, Signal]:
         )
     names = dict.fromkeys(name for part in parts for name in part.signals)
     return {
-        name: _joined(name, [part.signals[name] for part in parts if name in part.signals], notes) for name in names
+        name: _joined(name, [part.signals[name] for part in parts if name in part.signals], notes)
+        for name in names
     }
 
 
@@ -275,7 +299,8 @@ def load_drive(paths: Sequence[Path], options: LoadOptions | None = None) -> Dri
     with ThreadPoolExecutor(1) as pool:
         # hashing releases the GIL: it runs beside the decoding
         digest = pool.submit(hash_logs, paths)
-        parts = [_read_part(path, options) for path in paths]
+        parts = [_read_part(path, _for_parts(paths, options)) for path in paths]
+        _require_mapped(parts, options.map)
         if not any(part.signals for part in parts):
             raise _no_signal(parts)
         sha256 = digest.result()
@@ -292,7 +317,9 @@ def load_drive(paths: Sequence[Path], options: LoadOptions | None = None) -> Dri
     for log in logs:
         for reason, count in log.rejected.items():
             rejected[reason] = rejected.get(reason, 0) + count
-    lost = tuple(Gap((a - start_ns) / NS, (b - start_ns) / NS, "lost") for log in logs for a, b in log.lost_spans_ns)
+    lost = tuple(
+        Gap((a - start_ns) / NS, (b - start_ns) / NS, "lost") for log in logs for a, b in log.lost_spans_ns
+    )
     record = ImportRecord(
         format=", ".join(dict.fromkeys(part.opened.importer.title for part in parts)),
         paths=tuple(paths),

@@ -70,7 +70,9 @@ def write_drive(drive: Drive, folder: Path) -> list[Path]:
             group_frame(signals).write_parquet(path, compression="zstd")
             written.append(path)
         record = folder / RECORD_FILE
-        record.write_text(json.dumps(record_dict(drive.record), indent=1, ensure_ascii=False), encoding="utf-8")
+        record.write_text(
+            json.dumps(record_dict(drive.record), indent=1, ensure_ascii=False), encoding="utf-8"
+        )
     except OSError as error:
         raise LogError(f"cannot be written ({error.strerror or error})", path=folder) from error
     return [*written, record]

@@ -5,6 +5,7 @@ Importers deliver rows in the log's order; here they become strictly increasing,
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -53,7 +54,7 @@ def _runs(time_ns: IntArray) -> list[tuple[int, int]]:
     # after a step back every later row is behind the old maximum: only the row where the step happens counts
     first = [int(i) for i in back if time_ns[i] < time_ns[i - 1] - JUMP_BACK_NS]
     edges = sorted({0, len(time_ns), *first, *(int(i) for i in ahead)})
-    return list(zip(edges[:-1], edges[1:], strict=True))
+    return list(itertools.pairwise(edges))
 
 
 def _overlap(time_ns: IntArray, kept: list[tuple[int, int]], run: tuple[int, int]) -> bool:
@@ -70,7 +71,8 @@ def _far(time_ns: IntArray, kept: list[tuple[int, int]], run: tuple[int, int]) -
     """Whether a run lies more than JUMP_AHEAD away from all that is kept: another clock."""
     low, high = int(time_ns[run[0] : run[1]].min()), int(time_ns[run[0] : run[1]].max())
     return all(
-        low - int(time_ns[start:stop].max()) > JUMP_AHEAD_NS or int(time_ns[start:stop].min()) - high > JUMP_AHEAD_NS
+        low - int(time_ns[start:stop].max()) > JUMP_AHEAD_NS
+        or int(time_ns[start:stop].min()) - high > JUMP_AHEAD_NS
         for start, stop in kept
     )
 
@@ -142,5 +144,3 @@ def drive_gaps(times: Mapping[str, IntArray], start_ns: int) -> tuple[Gap, ...]:
         if not any(a - 1.0 <= gap.start_s and gap.end_s <= b + 1.0 for a, b in common)
     )
     return whole + single
-
-

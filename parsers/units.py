@@ -173,7 +173,10 @@ def find_unit(text: str | None, quantity: str) -> Unit | None:
 
 def spellings() -> dict[str, list[str]]:
     """Quantity -> the unit texts that are understood for it."""
-    return {quantity: [word for _, words in rows for word in words.split()] for quantity, rows in _SPELLINGS.items()}
+    return {
+        quantity: [word for _, words in rows for word in words.split()]
+        for quantity, rows in _SPELLINGS.items()
+    }
 
 
 def quantities_of(text: str | None) -> frozenset[str]:

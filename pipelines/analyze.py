@@ -36,11 +36,15 @@ TRACE_POINTS = 2000
 
 @dataclass(frozen=True)
 class Request:
-    """What to analyse and how. Paths as given; None where there is no such file."""
+    """What to analyse and how. Paths as given; None where there is no such file.
+
+    map_given: whether the user named the mapping file; one that was merely found may name channels of other logs.
+    """
 
     logs: tuple[Path, ...]
     vehicle: Path | None = None
     map: Path | None = None
+    map_given: bool = True
     dbc: tuple[Path, ...] = ()
     settings: Path | None = None
     estimators: str | None = None
@@ -54,7 +58,9 @@ def _sha256(path: Path | None) -> str | None:
     return None if path is None else hashlib.sha256(path.read_bytes()).hexdigest()
 
 
-def run_estimator(estimator: Estimator, drive: Drive, vehicle: Vehicle, settings: Settings, seed: int) -> Estimate:
+def run_estimator(
+    estimator: Estimator, drive: Drive, vehicle: Vehicle, settings: Settings, seed: int
+) -> Estimate:
     """Run one estimator, or say exactly what it lacks. Its generator depends on the seed and its name alone."""
     ready = readiness(estimator, drive.signals.keys(), vehicle)
     if not ready.ready:
@@ -78,7 +84,9 @@ def signal_traces(drive: Drive) -> tuple[Trace, ...]:
         seconds = (signal.time_ns - drive.start_ns) / NS
         t, v = thin_minmax(seconds, signal.values, TRACE_POINTS)
         spec = SIGNALS[signal.name]
-        traces.append(Trace(signal.name, t, {signal.name: v}, {signal.name: SI_TEXT[spec.quantity]}, signal.source))
+        traces.append(
+            Trace(signal.name, t, {signal.name: v}, {signal.name: SI_TEXT[spec.quantity]}, signal.source)
+        )
     return tuple(traces)
 
 
@@ -91,7 +99,7 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
     chosen = choose(request.estimators, known)
     settings = read_settings(request.settings, known)
     vehicle = read_vehicle(request.vehicle) if request.vehicle else Vehicle()
-    mapping = read_map(request.map) if request.map else None
+    mapping = read_map(request.map, strict=request.map_given) if request.map else None
     drive = load_drive(request.logs, LoadOptions(mapping, request.dbc, request.fix, progress))
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):
@@ -105,7 +113,9 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
     if vehicle.body is not None or (height is not None and height.value is not None):
         learned = height is not None and height.status != "not_identifiable"
         placed = standing(
-            vehicle.body, height.value if height is not None and learned else None, mass.value if mass else None
+            vehicle.body,
+            height.value if height is not None and learned else None,
+            mass.value if mass else None,
         )
     return DriveResults(
         inputs=Inputs(

@@ -21,5 +21,8 @@ def databases_beside(log: Path) -> tuple[Path, ...]:
     start = log.resolve()
     folders = [start, start.parent] if start.is_dir() else [start.parent]
     return tuple(
-        path for folder in folders for path in sorted(folder.iterdir()) if path.suffix.lower() == ".dbc" and path.is_file()
+        path
+        for folder in folders
+        for path in sorted(folder.iterdir())
+        if path.suffix.lower() == ".dbc" and path.is_file()
     )

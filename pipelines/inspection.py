@@ -191,9 +191,7 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
         messages=opened.log.messages,
         duration_s=(max(lasts) - min(firsts)) / NS if firsts else 0.0,
         start_utc=drive.record.start_utc if drive else None,
-        channels=tuple(
-            _report(info, survey, fate) for info in channels
-        ),
+        channels=tuple(_report(info, survey, fate) for info in channels),
         drive=drive,
         problem=problem,
         readiness=tuple(readiness(estimator, signals, vehicle) for estimator in estimators()),

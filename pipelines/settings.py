@@ -57,17 +57,23 @@ def read_settings(path: Path | None, known: Sequence[Estimator]) -> Mapping[str,
         if table not in specs:
             raise SettingsError(f"unknown table [{table}]", path=path, hint=_nearest(table, specs))
         if not isinstance(entries, Mapping):
-            raise SettingsError(f"{table!r} is no table", path=path, hint=f"write [{table}] on a line of its own")
+            raise SettingsError(
+                f"{table!r} is no table", path=path, hint=f"write [{table}] on a line of its own"
+            )
         for key, value in entries.items():
             place = f"[{table}] {key}"
             spec = specs[table].get(key)
             if spec is None:
-                raise SettingsError("unknown setting", path=path, place=place, hint=_nearest(key, specs[table]))
+                raise SettingsError(
+                    "unknown setting", path=path, place=place, hint=_nearest(key, specs[table])
+                )
             if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                 raise SettingsError(f"found {value!r}, expected a finite number", path=path, place=place)
             if not spec.low <= value <= spec.high:
                 raise SettingsError(
-                    f"found {value:g}, expected {spec.low:g} to {spec.high:g} {spec.unit}".rstrip(), path=path, place=place
+                    f"found {value:g}, expected {spec.low:g} to {spec.high:g} {spec.unit}".rstrip(),
+                    path=path,
+                    place=place,
                 )
             settings[table][key] = float(value)
     return settings

@@ -40,7 +40,10 @@ def test_no_module_is_named_like_a_library() -> None:
     libraries = {"mcap", "csv", "json", "dask", "rosbags", "can", "cantools", "polars", "typst", "html"}
     allowed = {"reports/html.py"}
     named = {
-        str(path.relative_to(ROOT)) for layer in LAYERS for path in (ROOT / layer).rglob("*.py") if path.stem in libraries
+        str(path.relative_to(ROOT))
+        for layer in LAYERS
+        for path in (ROOT / layer).rglob("*.py")
+        if path.stem in libraries
     }
     assert named <= allowed
 
@@ -48,18 +51,19 @@ def test_no_module_is_named_like_a_library() -> None:
 def test_all_packages_are_listed_for_installation() -> None:
     import tomllib
 
-    listed = set(tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"])
+    listed = set(
+        tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["setuptools"]["packages"]
+    )
     found = {
-        ".".join(path.parent.relative_to(ROOT).parts) for layer in LAYERS for path in (ROOT / layer).rglob("__init__.py")
+        ".".join(path.parent.relative_to(ROOT).parts)
+        for layer in LAYERS
+        for path in (ROOT / layer).rglob("__init__.py")
     }
     assert found <= listed
 
 
 def test_help_loads_no_heavy_library() -> None:
     heavy = ["numpy", "polars", "numba", "scipy", "matplotlib", "cantools", "typst", "jinja2"]
-    code = (
-        "import sys; import cogest_cli.main; "
-        f"print([name for name in {heavy!r} if name in sys.modules])"
-    )
+    code = f"import sys; import cogest_cli.main; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"

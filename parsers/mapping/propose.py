@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
@@ -51,11 +52,33 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
 def missing_channels(channels: Sequence[ChannelInfo], user: MapFile) -> tuple[str, ...]:
     """A sentence for every entry of a mapping file that names a channel which the log does not have."""
     known = {channel.name for channel in channels}
+    whole = _whole_headers(channels)
     return tuple(
         f"{user.path.name} maps {entry.signal} to {name!r}, which is not in this log"
-        for entry in user.signals.values()
+        for entry in (_resolved(entry, whole) for entry in user.signals.values())
         for name in entry.needed
         if name not in known
+    )
+
+
+def _whole_headers(channels: Sequence[ChannelInfo]) -> dict[str, str]:
+    """A table's header as it stands in the file ("AY [g]") -> the channel's name ("AY"): users copy either."""
+    names = {channel.name for channel in channels}
+    return {
+        header: channel.name
+        for channel in channels
+        if (header := channel.tags.get("column", channel.name)) not in names
+    }
+
+
+def _resolved(entry: MapEntry, whole: Mapping[str, str]) -> MapEntry:
+    """An entry with its channels by name, where it gives whole headers."""
+    return replace(
+        entry,
+        channel=whole.get(entry.channel, entry.channel),
+        add=tuple(whole.get(name, name) for name in entry.add),
+        sign_channel=whole.get(entry.sign_channel, entry.sign_channel) if entry.sign_channel else None,
+        where=(whole.get(entry.where[0], entry.where[0]), *entry.where[1:]) if entry.where else None,
     )
 
 
@@ -63,8 +86,10 @@ def _with_user(
     proposals: dict[str, tuple[Binding, ...]], channels: Sequence[ChannelInfo], user: MapFile
 ) -> Mapping[str, tuple[Binding, ...]]:
     known = {channel.name: channel for channel in channels}
+    whole = _whole_headers(channels)
     result = dict(proposals)
-    for signal, entry in user.signals.items():
+    for signal, written in user.signals.items():
+        entry = _resolved(written, whole)
         if entry.ignore:
             result.pop(signal, None)
             continue

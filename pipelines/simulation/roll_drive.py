@@ -49,7 +49,9 @@ class RollVehicle:
     @property
     def cg_height_m(self) -> float:
         """CG height of the whole vehicle."""
-        moment = self.sprung_mass_kg * self.sprung_cg_height_m + self.unsprung_mass_kg * self.unsprung_height_m
+        moment = (
+            self.sprung_mass_kg * self.sprung_cg_height_m + self.unsprung_mass_kg * self.unsprung_height_m
+        )
         return moment / self.mass_kg
 
     @property
@@ -142,7 +144,11 @@ def _integrate(lateral: FloatArray, dt: float, p: FloatArray) -> FloatArray:
 def _lateral(vehicle: RollVehicle, time_s: FloatArray, speed: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Yaw rate and lateral acceleration at the roll axis: a steady bicycle behind a short lag."""
     road_wheel = steering(time_s - 0.08) / vehicle.steering_ratio
-    yaw = speed * road_wheel / (vehicle.wheelbase_m + vehicle.understeer_radps2pm * speed**2 * vehicle.wheelbase_m)
+    yaw = (
+        speed
+        * road_wheel
+        / (vehicle.wheelbase_m + vehicle.understeer_radps2pm * speed**2 * vehicle.wheelbase_m)
+    )
     width = max(int(0.12 / (time_s[1] - time_s[0])), 1)
     window = np.hanning(width + 2)[1:-1]
     yaw = np.convolve(yaw, window / window.sum(), mode="same")
@@ -162,7 +168,7 @@ def simulate_roll_drive(
     vehicle, errors = vehicle or RollVehicle(), errors or SensorErrors()
     n = round(duration_s * rate_hz)
     dt = 1 / rate_hz / STEPS
-    fine = np.arange(n * STEPS) * dt
+    fine = np.asarray(np.arange(n * STEPS) * dt, dtype=np.float64)
     speed = speed_profile(fine)
     yaw, lateral = _lateral(vehicle, fine, speed)
     arm = vehicle.roll_arm_m

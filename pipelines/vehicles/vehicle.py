@@ -14,16 +14,36 @@ from parsers.errors import VehicleError
 from pipelines.parameters import PARAMETERS
 
 POSITIVE = frozenset(
-    """mass_kg unsprung_mass_front_kg unsprung_mass_rear_kg cg_to_front_axle_m cg_height_m wheelbase_m track_front_m
-    track_rear_m roll_inertia_kgm2 pitch_inertia_kgm2 roll_stiffness_nmprad roll_damping_nmsprad spring_rate_front_npm
-    spring_rate_rear_npm damper_rate_front_nspm damper_rate_rear_nspm tire_vertical_rate_npm wheel_radius_m
-    wheel_inertia_kgm2 steering_ratio brake_gain_nmppa drag_area_m2""".split()
+    [
+        "mass_kg",
+        "unsprung_mass_front_kg",
+        "unsprung_mass_rear_kg",
+        "cg_to_front_axle_m",
+        "cg_height_m",
+        "wheelbase_m",
+        "track_front_m",
+        "track_rear_m",
+        "roll_inertia_kgm2",
+        "pitch_inertia_kgm2",
+        "roll_stiffness_nmprad",
+        "roll_damping_nmsprad",
+        "spring_rate_front_npm",
+        "spring_rate_rear_npm",
+        "damper_rate_front_nspm",
+        "damper_rate_rear_nspm",
+        "tire_vertical_rate_npm",
+        "wheel_radius_m",
+        "wheel_inertia_kgm2",
+        "steering_ratio",
+        "brake_gain_nmppa",
+        "drag_area_m2",
+    ]
 )
 ZERO_OR_MORE = frozenset(
-    "anti_roll_stiffness_front_nmprad anti_roll_stiffness_rear_nmprad rolling_resistance".split()
+    ["anti_roll_stiffness_front_nmprad", "anti_roll_stiffness_rear_nmprad", "rolling_resistance"]
 )
-ANY_SIGN = frozenset("roll_center_height_front_m roll_center_height_rear_m".split())
-SHARES = frozenset("brake_front_share drive_front_share".split())
+ANY_SIGN = frozenset(["roll_center_height_front_m", "roll_center_height_rear_m"])
+SHARES = frozenset(["brake_front_share", "drive_front_share"])
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_KEYS = frozenset({"mass_kg", "height_m"})
 SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})

@@ -100,7 +100,11 @@ def frames(drive: SimulatedDrive) -> list[can.Message]:
             )
         )
         if number % 200 == 0:
-            out.append(can.Message(timestamp=stamp / 1e9, arbitration_id=0x700, is_extended_id=False, data=b"\x01", channel=0))
+            out.append(
+                can.Message(
+                    timestamp=stamp / 1e9, arbitration_id=0x700, is_extended_id=False, data=b"\x01", channel=0
+                )
+            )
     return out
 
 
@@ -116,7 +120,9 @@ def write_candump_console(messages: list[can.Message], path: Path) -> None:
     lines = []
     for m in messages:
         name = f"{m.arbitration_id:08X}" if m.is_extended_id else f"{m.arbitration_id:03X}"
-        lines.append(f" ({m.timestamp:.6f})  can0  {name:>8}   [{m.dlc}]  {' '.join(f'{b:02X}' for b in m.data)}")
+        lines.append(
+            f" ({m.timestamp:.6f})  can0  {name:>8}   [{m.dlc}]  {' '.join(f'{b:02X}' for b in m.data)}"
+        )
     path.write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
@@ -126,7 +132,9 @@ def write_mf4_channels(drive: SimulatedDrive, path: Path) -> None:
         mdf.start_time = datetime.fromtimestamp(START_NS / 1e9, tz=UTC)
         mdf.append(
             [
-                Signal(values.astype(np.float32), drive.time_s, name=name, unit=SI_TEXT[SIGNALS[name].quantity])
+                Signal(
+                    values.astype(np.float32), drive.time_s, name=name, unit=SI_TEXT[SIGNALS[name].quantity]
+                )
                 for name, values in drive.signals.items()
             ]
         )
@@ -154,7 +162,9 @@ def write_mf4_bus(messages: list[can.Message], path: Path) -> None:
     times = np.array([m.timestamp for m in messages]) - START_NS / 1e9
     from asammdf.blocks.source_utils import Source
 
-    source = Source(name="CAN", path="CAN1", comment="", source_type=Source.SOURCE_BUS, bus_type=Source.BUS_TYPE_CAN)
+    source = Source(
+        name="CAN", path="CAN1", comment="", source_type=Source.SOURCE_BUS, bus_type=Source.BUS_TYPE_CAN
+    )
     with MDF(version="4.10") as mdf:
         mdf.start_time = datetime.fromtimestamp(START_NS / 1e9, tz=UTC)
         mdf.append(Signal(table, times, name="CAN_DataFrame", source=source), acq_source=source)

@@ -44,7 +44,11 @@ def _messages(store: Typestore, drive: SimulatedDrive, *, ros1: bool) -> list[tu
     t = store.types
     header, time = t["std_msgs/msg/Header"], t["builtin_interfaces/msg/Time"]
     imu, vector = t["sensor_msgs/msg/Imu"], t["geometry_msgs/msg/Vector3"]
-    turn, twist, stamped = t["geometry_msgs/msg/Quaternion"], t["geometry_msgs/msg/Twist"], t["geometry_msgs/msg/TwistStamped"]
+    turn, twist, stamped = (
+        t["geometry_msgs/msg/Quaternion"],
+        t["geometry_msgs/msg/Twist"],
+        t["geometry_msgs/msg/TwistStamped"],
+    )
     s = drive.signals
     attitude = quaternion(s["roll"], s["pitch"])
     unknown = np.zeros(9)
@@ -57,13 +61,25 @@ def _messages(store: Typestore, drive: SimulatedDrive, *, ros1: bool) -> list[tu
         rates = vector(x=float(s["roll_rate"][i]), y=float(s["pitch_rate"][i]), z=float(s["yaw_rate"][i]))
         accel = vector(x=float(s["accel_x"][i]), y=float(s["accel_y"][i]), z=float(s["accel_z"][i]))
         out.append(
-            ("/imu", "sensor_msgs/msg/Imu", int(stamp), imu(head, turn(x=x, y=y, z=z, w=w), unknown, rates, unknown, accel, unknown))
+            (
+                "/imu",
+                "sensor_msgs/msg/Imu",
+                int(stamp),
+                imu(head, turn(x=x, y=y, z=z, w=w), unknown, rates, unknown, accel, unknown),
+            )
         )
         linear = vector(x=float(s["speed"][i]), y=0.0, z=0.0)
         out.append(
-            ("/speed", "geometry_msgs/msg/TwistStamped", int(stamp), stamped(head, twist(linear=linear, angular=vector(x=0.0, y=0.0, z=0.0))))
+            (
+                "/speed",
+                "geometry_msgs/msg/TwistStamped",
+                int(stamp),
+                stamped(head, twist(linear=linear, angular=vector(x=0.0, y=0.0, z=0.0))),
+            )
         )
-        travel = np.array([s[f"suspension_deflection_{k}"][i] for k in ("fl", "fr", "rl", "rr")], dtype=np.float32)
+        travel = np.array(
+            [s[f"suspension_deflection_{k}"][i] for k in ("fl", "fr", "rl", "rr")], dtype=np.float32
+        )
         chassis = t[CHASSIS](head, "auto" if i % 3 else "manual", float(s["steering_wheel_angle"][i]), travel)
         out.append(("/chassis", CHASSIS, int(stamp), chassis))
     return out
@@ -124,7 +140,10 @@ def write_mcap_ros(drive: SimulatedDrive, path: Path, *, ros1: bool) -> None:
 JSON_SCHEMA = {
     "type": "object",
     "properties": {
-        "timestamp": {"type": "object", "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}}},
+        "timestamp": {
+            "type": "object",
+            "properties": {"sec": {"type": "integer"}, "nsec": {"type": "integer"}},
+        },
     },
 }
 
@@ -147,17 +166,26 @@ def write_mcap_json(drive: SimulatedDrive, path: Path) -> None:
 
 
 def _proto_file(names: list[str]) -> descriptor_pb2.FileDescriptorSet:
-    stamp = descriptor_pb2.FileDescriptorProto(name="google/protobuf/timestamp.proto", package="google.protobuf", syntax="proto3")
+    stamp = descriptor_pb2.FileDescriptorProto(
+        name="google/protobuf/timestamp.proto", package="google.protobuf", syntax="proto3"
+    )
     kind = descriptor_pb2.FieldDescriptorProto
     message = stamp.message_type.add(name="Timestamp")
     message.field.add(name="seconds", number=1, type=kind.TYPE_INT64, label=kind.LABEL_OPTIONAL)
     message.field.add(name="nanos", number=2, type=kind.TYPE_INT32, label=kind.LABEL_OPTIONAL)
     own = descriptor_pb2.FileDescriptorProto(
-        name="vehicle.proto", package="vehicle", syntax="proto3", dependency=["google/protobuf/timestamp.proto"]
+        name="vehicle.proto",
+        package="vehicle",
+        syntax="proto3",
+        dependency=["google/protobuf/timestamp.proto"],
     )
     state = own.message_type.add(name="State")
     state.field.add(
-        name="timestamp", number=1, type=kind.TYPE_MESSAGE, type_name=".google.protobuf.Timestamp", label=kind.LABEL_OPTIONAL
+        name="timestamp",
+        number=1,
+        type=kind.TYPE_MESSAGE,
+        type_name=".google.protobuf.Timestamp",
+        label=kind.LABEL_OPTIONAL,
     )
     for number, name in enumerate(names, start=2):
         state.field.add(name=name, number=number, type=kind.TYPE_DOUBLE, label=kind.LABEL_OPTIONAL)

@@ -72,7 +72,8 @@ VBO_CHANNELS = {
 }
 
 VBO_MAP = "".join(
-    f'[signals.suspension_deflection_{w}]\nchannel = "Damper_{w.upper()}"\nunit = "mm"\n\n' for w in ("fl", "fr", "rl", "rr")
+    f'[signals.suspension_deflection_{w}]\nchannel = "Damper_{w.upper()}"\nunit = "mm"\n\n'
+    for w in ("fl", "fr", "rl", "rr")
 )
 
 
@@ -85,11 +86,38 @@ def write_vbo(drive: SimulatedDrive, path: Path) -> None:
     start = 8 * 3600 + 53 * 60 + 20
     clock = start + drive.time_s
     hhmmss = (clock // 3600) * 10000 + (clock % 3600 // 60) * 100 + clock % 60
-    standard = ["satellites", "time", "latitude", "longitude", "velocity kmh", "heading", "height", "vertical velocity kmh"]
+    standard = [
+        "satellites",
+        "time",
+        "latitude",
+        "longitude",
+        "velocity kmh",
+        "heading",
+        "height",
+        "vertical velocity kmh",
+    ]
     names = ["sats", "time", "lat", "long", "velocity", "heading", "height", "vert-vel", *VBO_CHANNELS]
-    lines = ["File created on 09/10/2025 @ 08:53", "", "[header]", *standard, *VBO_CHANNELS, "", "[channel units]"]
+    lines = [
+        "File created on 09/10/2025 @ 08:53",
+        "",
+        "[header]",
+        *standard,
+        *VBO_CHANNELS,
+        "",
+        "[channel units]",
+    ]
     lines += [unit for _, _, unit in VBO_CHANNELS.values()]
-    lines += ["", "[comments]", "Simulated drive of cogest", "Log Rate (Hz) : 40.00", "", "[column names]", " ".join(names), "", "[data]"]
+    lines += [
+        "",
+        "[comments]",
+        "Simulated drive of cogest",
+        "Log Rate (Hz) : 40.00",
+        "",
+        "[column names]",
+        " ".join(names),
+        "",
+        "[data]",
+    ]
     values = [drive.signals[name] * scale for name, scale, _ in VBO_CHANNELS.values()]
     for i in range(n):
         head = f"012 {hhmmss[i]:010.3f} {latitude[i]:+012.5f} {-694.5:+012.5f} {speed[i] * 3.6:07.3f} 000.00 +00520.00 +000.000"

@@ -11,7 +11,7 @@ import pytest
 import parsers.registry
 from parsers.load import load_drive
 
-MODULE = '''
+MODULE = """
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -47,7 +47,7 @@ class KeyValueImporter:
 
     def open(self, path: Path, options: ReadOptions, log: ImportLog) -> LogReader:
         return Reader(path, log)
-'''
+"""
 
 
 def test_one_file_and_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

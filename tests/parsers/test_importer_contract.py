@@ -42,7 +42,8 @@ def options_for(sample: Path) -> LoadOptions:
     """The mapping file and databases beside a sample, as the command finds them."""
     mapping = sample.parent / "map.toml"
     return LoadOptions(
-        map=read_map(mapping) if mapping.exists() else None, dbc=tuple(sorted(sample.parent.glob("*.dbc")))
+        map=read_map(mapping, strict=False) if mapping.exists() else None,
+        dbc=tuple(sorted(sample.parent.glob("*.dbc"))),
     )
 
 
@@ -96,7 +97,11 @@ def test_wrong_suffix_changes_nothing(name: str, samples: Path, tmp_path: Path) 
 def _damaged(path: Path, kind: str) -> bytes:
     data = path.read_bytes()
     if kind == "truncated":
-        return data[: len(data) * 3 // 5]
+        cut = len(data) * 3 // 5
+        while data[cut - 1] in b"\r\n" or data[cut] in b"\r\n":
+            # a text log cut just behind a line cannot be told from a whole one
+            cut += 5
+        return data[:cut]
     if kind == "cut early":
         return data[:100]
     if kind == "zeros in the middle":
@@ -122,7 +127,9 @@ def _expected_or_partial(path: Path, options: LoadOptions) -> Iterator[str]:
 
 @pytest.mark.parametrize("kind", ["truncated", "cut early", "zeros in the middle", "noise in the middle"])
 @pytest.mark.parametrize("name", FILES)
-def test_damage_is_an_error_or_a_stated_partial_result(name: str, kind: str, samples: Path, tmp_path: Path) -> None:
+def test_damage_is_an_error_or_a_stated_partial_result(
+    name: str, kind: str, samples: Path, tmp_path: Path
+) -> None:
     path = tmp_path / Path(name).name
     path.write_bytes(_damaged(samples / name, kind))
     assert not list(_expected_or_partial(path, options_for(samples / name)))
@@ -149,7 +156,8 @@ def test_an_empty_file_is_one_clear_line(suffix: str, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "content", [b"hello\n", bytes(5000), b"\x89PNG\r\n\x1a\n" + bytes(100), b"PK\x03\x04" + bytes(50), b"{}\n"]
+    "content",
+    [b"hello\n", bytes(5000), b"\x89PNG\r\n\x1a\n" + bytes(100), b"PK\x03\x04" + bytes(50), b"{}\n"],
 )
 def test_what_is_no_log_is_refused(content: bytes, tmp_path: Path) -> None:
     path = tmp_path / "drive.mcap"

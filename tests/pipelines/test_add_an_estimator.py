@@ -14,11 +14,11 @@ from pipelines.estimators.registry import estimators
 from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
 
-MODULE = '''
+MODULE = """
 import numpy as np
 
 from pipelines.estimators.base import Need, Setting
-from pipelines.prepare.resample import prepare_signals
+from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Estimate, ParameterEstimate
 
 
@@ -38,7 +38,7 @@ class SteadyGradient:
         slope = np.polyfit(prepared.columns["accel_y"], prepared.columns["roll"], 1)[0] * 9.80665 * 180 / np.pi
         entry = ParameterEstimate("roll_gradient_degpg", slope, 0.5, slope - 1, slope + 1, "identified", "a line")
         return Estimate(self.name, "ran", "", {"roll_gradient_degpg": entry})
-'''
+"""
 
 
 def test_one_file_and_one_line(tmp_path: Path, samples: Path, monkeypatch: pytest.MonkeyPatch) -> None:
