@@ -120,7 +120,11 @@ def _number(raw: object, key: str, table: str, path: Path) -> tuple[float, float
     return float(value), None if std is None else float(std)
 
 
-def _check_sign(key: str, value: float, place: str, path: Path) -> None:
+def _check_sign(table: str, key: str, value: float, path: Path) -> None:
+    place = f"[{table}] {key}"
+    if table == "load" and value >= 0:
+        # an empty vehicle is a load of 0 kg
+        return
     if key in SHARES and not 0 <= value <= 1:
         raise VehicleError(f"found {value:g}, expected a share from 0 to 1", path=path, place=place)
     if key in POSITIVE and value <= 0:
@@ -142,7 +146,7 @@ def _quantities(raw: Mapping[str, Any], table: str, known: frozenset[str], path:
     for key, entry in raw.items():
         _reject_unknown(key, known, table, path)
         value, std = _number(entry, key, table, path)
-        _check_sign(key, value, f"[{table}] {key}", path)
+        _check_sign(table, key, value, path)
         stated = std is not None
         if std is None:
             std = abs(value) * RELATIVE_STD.get(key, DEFAULT_RELATIVE_STD)

@@ -12,8 +12,10 @@ import pytest
 from parsers.errors import CogestError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.load import LoadOptions, load_drive
-from parsers.mapping import read_map
+from parsers.mapping import MapFile, read_map
+from parsers.mapping.map_file import MapEntry
 from parsers.registry import FORMATS, find_importer, importers, read_head
+from parsers.signals import SIGNALS
 
 SAMPLES: dict[str, str] = {
     "csv/drive.csv": "csv",
@@ -144,6 +146,17 @@ def test_damaged_bag_folders(name: str, kind: str, samples: Path, tmp_path: Path
         if file.suffix != ".yaml":
             file.write_bytes(_damaged(file, kind))
     assert not list(_expected_or_partial(folder, options_for(samples / name)))
+
+
+@pytest.mark.parametrize("name", SAMPLES)
+def test_no_usable_channel_is_one_clear_line(name: str, samples: Path) -> None:
+    nothing = MapFile(Path("map.toml"), {name: MapEntry(name, "", ignore=True) for name in SIGNALS})
+    options = LoadOptions(map=nothing, dbc=options_for(samples / name).dbc)
+    with pytest.raises(CogestError, match="no channel maps to a signal") as caught:
+        load_drive([samples / name], options)
+    assert str(samples / name) in str(caught.value)
+    assert "--write-map" in str(caught.value)
+    assert "\n" not in str(caught.value)
 
 
 @pytest.mark.parametrize("suffix", sorted({s for importer in importers() for s in importer.suffixes}))

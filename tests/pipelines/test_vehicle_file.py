@@ -68,6 +68,13 @@ def test_errors_name_the_place_and_the_next_step(text: str, fragments: list[str]
         assert fragment in str(caught.value)
 
 
+def test_an_empty_load_may_be_stated() -> None:
+    vehicle = parse_vehicle("[load]\nmass_kg = {value = 0, std = 0}\nheight_m = 0", FILE)
+    assert vehicle.load["mass_kg"].value == 0
+    with pytest.raises(VehicleError, match="0 or more|more than 0"):
+        parse_vehicle("[load]\nmass_kg = -1", FILE)
+
+
 def test_unreadable_files(tmp_path: Path) -> None:
     with pytest.raises(VehicleError, match="cannot be read"):
         read_vehicle(tmp_path / "absent.toml")
