@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from parsers.channels import ChannelInfo, FloatArray, IntArray
-from parsers.checks import check_signals
+from parsers.checks import check_all
 from parsers.drive import Drive, Gap, ImportRecord, MappedChannel, Signal
 from parsers.errors import LogError, MappingError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
@@ -308,7 +308,17 @@ def load_drive(paths: Sequence[Path], options: LoadOptions | None = None) -> Dri
     merged = _merge(parts, notes)
     stated = {name: value for part in parts for name, value in part.stated.items()}
     options.progress("checking signs and units", 0.0)
-    signals, decisions = check_signals(merged, fix=options.fix, units_stated=stated)
+    checked = check_all(merged, fix=options.fix, units_stated=stated)
+    signals, decisions = checked.signals, checked.decisions
+    if checked.unchecked:
+        notes.append("not checked against physics: " + "; ".join(checked.unchecked))
+    if not signals:
+        found = "; ".join(f"{d.signal}: {d.found}" for d in decisions)
+        raise LogError(
+            f"no signal is left after the checks against physics ({found})",
+            path=paths[0],
+            hint="say the right channels and units in a mapping file (--map)",
+        )
     start_ns = min(int(s.time_ns[0]) for s in signals.values())
     end_ns = max(int(s.time_ns[-1]) for s in signals.values())
     logs = [part.opened.log for part in parts]

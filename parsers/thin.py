@@ -9,8 +9,9 @@ from parsers.timebase import GAP_PERIODS, MIN_GAP_S
 
 
 def thin_minmax(time_s: FloatArray, values: FloatArray, points: int) -> tuple[FloatArray, FloatArray]:
-    """At most about `points` points: the least and the greatest of each bucket of rows, in order; NaN at gaps.
+    """About `points` points: the least and the greatest of each bucket of rows, in order; NaN at gaps.
 
+    Each gap (the `points` longest of them) adds up to three points, so that there are at most 4 * points + 4.
     time_s (n,) increasing, values (n,) finite -> (m,), (m,) with one NaN row inside each gap.
     """
     n = len(values)
@@ -28,9 +29,11 @@ def thin_minmax(time_s: FloatArray, values: FloatArray, points: int) -> tuple[Fl
     if n > 2:
         step = np.diff(time_s)
         gaps = np.flatnonzero(step > max(GAP_PERIODS * float(np.median(step)), MIN_GAP_S))
+        if len(gaps) > points:
+            # the longest show; the rest are drawn over, so that the trace still reaches its end
+            gaps = np.sort(gaps[np.argsort(-step[gaps], kind="stable")[:points]])
         # the samples beside a gap stay, so that it is drawn where it is
-        rows = np.unique(np.concatenate([rows, gaps, gaps + 1]))[: 4 * points]
-        gaps = gaps[gaps + 1 <= rows[-1]]
+        rows = np.unique(np.concatenate([rows, gaps, gaps + 1]))
         at = np.searchsorted(rows, gaps + 1)
         middle = (time_s[gaps] + time_s[gaps + 1]) / 2
         return np.insert(time_s[rows], at, middle), np.insert(values[rows], at, np.nan)

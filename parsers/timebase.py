@@ -5,8 +5,7 @@ Importers deliver rows in the log's order; here they become strictly increasing,
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -24,6 +23,12 @@ JUMP_AHEAD_NS = 12 * 3600 * NS
 """A step ahead of more than this inside one recording is a clock that was set, not a pause."""
 
 MAX_RUNS = 256
+
+LATEST_NS = 2**62 - 1
+"""No clock of a vehicle shows more (the year 2116); the difference of two such stamps always fits an int64."""
+
+MAX_GAPS = 1000
+"""A record lists no more gaps than this."""
 
 GAP_PERIODS = 5.0
 MIN_GAP_S = 0.25
@@ -46,41 +51,48 @@ class Ordered:
     lost: int
 
 
-def _runs(time_ns: IntArray) -> list[tuple[int, int]]:
-    """Rows between settings of the clock, as (start, stop)."""
-    latest = np.maximum.accumulate(time_ns)
-    back = np.flatnonzero(time_ns[1:] < latest[:-1] - JUMP_BACK_NS) + 1
-    ahead = np.flatnonzero(np.diff(time_ns) > JUMP_AHEAD_NS) + 1
+@dataclass(frozen=True)
+class _Run:
+    """Rows [start, stop) between two settings of the clock, and the stamps that they reach."""
+
+    start: int
+    stop: int
+    low: int
+    high: int
+
+
+def _runs(time_ns: IntArray) -> list[_Run]:
+    """Rows between settings of the clock; one run of all rows where there are more than MAX_RUNS."""
+    step = np.diff(time_ns)
+    latest = np.maximum.accumulate(time_ns)[:-1]
     # after a step back every later row is behind the old maximum: only the row where the step happens counts
-    first = [int(i) for i in back if time_ns[i] < time_ns[i - 1] - JUMP_BACK_NS]
-    edges = sorted({0, len(time_ns), *first, *(int(i) for i in ahead)})
-    return list(itertools.pairwise(edges))
+    back = (time_ns[1:] < latest - JUMP_BACK_NS) & (step < -JUMP_BACK_NS)
+    edges = np.concatenate([[0], np.flatnonzero(back | (step > JUMP_AHEAD_NS)) + 1])
+    if len(edges) > MAX_RUNS:
+        # nobody sets a clock that often: these stamps are shuffled, and sorting is all that can be done
+        edges = edges[:1]
+    low, high = np.minimum.reduceat(time_ns, edges), np.maximum.reduceat(time_ns, edges)
+    stops = [*edges[1:].tolist(), len(time_ns)]
+    columns = zip(edges.tolist(), stops, low.tolist(), high.tolist(), strict=True)
+    return [_Run(*each) for each in columns]
 
 
-def _overlap(time_ns: IntArray, kept: list[tuple[int, int]], run: tuple[int, int]) -> bool:
+def _overlap(kept: list[_Run], run: _Run) -> bool:
     """Whether a run covers time that is covered already, by more than a late message would."""
-    low, high = int(time_ns[run[0] : run[1]].min()), int(time_ns[run[0] : run[1]].max())
-    for start, stop in kept:
-        other = time_ns[start:stop]
-        if min(high, int(other.max())) - max(low, int(other.min())) > JUMP_BACK_NS:
-            return True
-    return False
+    return any(min(run.high, other.high) - max(run.low, other.low) > JUMP_BACK_NS for other in kept)
 
 
-def _far(time_ns: IntArray, kept: list[tuple[int, int]], run: tuple[int, int]) -> bool:
+def _far(kept: list[_Run], run: _Run) -> bool:
     """Whether a run lies more than JUMP_AHEAD away from all that is kept: another clock."""
-    low, high = int(time_ns[run[0] : run[1]].min()), int(time_ns[run[0] : run[1]].max())
     return all(
-        low - int(time_ns[start:stop].max()) > JUMP_AHEAD_NS
-        or int(time_ns[start:stop].min()) - high > JUMP_AHEAD_NS
-        for start, stop in kept
+        run.low - other.high > JUMP_AHEAD_NS or other.low - run.high > JUMP_AHEAD_NS for other in kept
     )
 
 
 def order(time_ns: IntArray) -> Ordered:
     """Sort stamps. A clock set back or far ahead splits the rows; the longest part and all that fits beside it stay.
 
-    time_ns: (n,) int64 in the log's order.
+    time_ns: (n,) int64 in the log's order, each within LATEST_NS of zero.
     """
     n = len(time_ns)
     if n == 0:
@@ -88,18 +100,14 @@ def order(time_ns: IntArray) -> Ordered:
     step = np.diff(time_ns)
     if bool((step > 0).all()) and bool((step <= JUMP_AHEAD_NS).all()):
         return Ordered(np.arange(n), time_ns, 0, 0, 0, 0)
-    runs = _runs(time_ns)
-    if len(runs) > MAX_RUNS:
-        # nobody sets a clock that often: these stamps are shuffled, and sorting is all that can be done
-        runs = [(0, n)]
-    kept: list[tuple[int, int]] = []
+    kept: list[_Run] = []
     jumps = 0
-    for run in sorted(runs, key=lambda r: r[0] - r[1]):
-        if kept and (_overlap(time_ns, kept, run) or _far(time_ns, kept, run)):
+    for run in sorted(_runs(time_ns), key=lambda r: r.start - r.stop):
+        if kept and (_overlap(kept, run) or _far(kept, run)):
             jumps += 1
         else:
             kept.append(run)
-    rows = np.concatenate([np.arange(start, stop) for start, stop in sorted(kept)])
+    rows = np.concatenate([np.arange(run.start, run.stop) for run in sorted(kept, key=lambda r: r.start)])
     lost = n - len(rows)
     late = int((np.diff(time_ns[rows]) < 0).sum())
     rows = rows[np.argsort(time_ns[rows], kind="stable")]
@@ -113,34 +121,84 @@ def usual_period_s(time_ns: IntArray) -> float:
     return float(np.median(np.diff(time_ns))) / NS if len(time_ns) > 1 else 0.0
 
 
+def _spans(time_ns: IntArray) -> tuple[IntArray, IntArray]:
+    """Starts and ends of steps much longer than usual, (m,) each. time_ns: (n,) increasing."""
+    if len(time_ns) < 3:
+        return time_ns[:0], time_ns[:0]
+    step = np.diff(time_ns)
+    limit = max(GAP_PERIODS * float(np.median(step)), MIN_GAP_S * NS)
+    at = np.flatnonzero(step > limit)
+    return time_ns[at], time_ns[at + 1]
+
+
 def find_gaps(time_ns: IntArray, start_ns: int, signal: str | None = None) -> tuple[Gap, ...]:
     """Steps much longer than usual, in seconds from `start_ns`. time_ns: (n,) increasing."""
-    if len(time_ns) < 3:
-        return ()
-    limit = max(GAP_PERIODS * usual_period_s(time_ns), MIN_GAP_S)
-    step = np.diff(time_ns) / NS
-    return tuple(
-        Gap(float(time_ns[i] - start_ns) / NS, float(time_ns[i + 1] - start_ns) / NS, signal)
-        for i in np.flatnonzero(step > limit)
-    )
+    starts, ends = _spans(time_ns)
+    return tuple(_gap(a, b, start_ns, signal) for a, b in zip(starts.tolist(), ends.tolist(), strict=True))
+
+
+def _gap(start: int, end: int, origin_ns: int, signal: str | None) -> Gap:
+    return Gap((start - origin_ns) / NS, (end - origin_ns) / NS, signal)
+
+
+def _common(spans: Sequence[tuple[IntArray, IntArray]]) -> tuple[IntArray, IntArray]:
+    """What lies in a span of every list, at least MIN_GAP_S long. Spans of one list do not overlap."""
+    edges = np.concatenate([*(a for a, _ in spans), *(b for _, b in spans)])
+    step = np.repeat([1, -1], len(edges) // 2)
+    # where one span ends and the next begins at once there is a sample: the end comes first
+    rows = np.lexsort((step, edges))
+    edges = edges[rows]
+    inside = np.flatnonzero(np.cumsum(step[rows])[:-1] == len(spans))
+    starts, ends = edges[inside], edges[inside + 1]
+    long = ends - starts >= MIN_GAP_S * NS
+    return starts[long], ends[long]
+
+
+@dataclass(frozen=True)
+class GapList:
+    """Gaps, the drive's first, each sort in order of time. total: how many there are; `gaps` holds the longest."""
+
+    gaps: tuple[Gap, ...]
+    total: int
+
+
+def list_gaps(times: Mapping[str, IntArray], start_ns: int, most: int = MAX_GAPS) -> GapList:
+    """Gaps of the whole drive (no signal has a sample) and of single signals: `most` at the most.
+
+    times: signal -> (n,) increasing. Gaps of the whole drive stay before those of a signal, long ones before short ones.
+    """
+    if not times:
+        return GapList((), 0)
+    names = list(times)
+    # signals of one table share their stamps: looked at once
+    shared = {id(time_ns): _spans(time_ns) for time_ns in times.values()}
+    spans = [shared[id(time_ns)] for time_ns in times.values()]
+    whole = _common(list(shared.values()))
+    starts, ends = [whole[0]], [whole[1]]
+    owner = [np.full(len(whole[0]), -1)]
+    for number, (a, b) in enumerate(spans):
+        own = ~_covered(a, b, whole)
+        starts.append(a[own])
+        ends.append(b[own])
+        owner.append(np.full(int(own.sum()), number))
+    start, end, of = np.concatenate(starts), np.concatenate(ends), np.concatenate(owner)
+    total = len(start)
+    if total > most:
+        kept = np.sort(np.lexsort((start - end, of >= 0))[:most])
+        start, end, of = start[kept], end[kept], of[kept]
+    rows = zip(start.tolist(), end.tolist(), of.tolist(), strict=True)
+    return GapList(tuple(_gap(a, b, start_ns, names[n] if n >= 0 else None) for a, b, n in rows), total)
+
+
+def _covered(starts: IntArray, ends: IntArray, whole: tuple[IntArray, IntArray]) -> NDArray[np.bool_]:
+    """Which spans are a gap of the whole drive, give or take a second. whole: in order, not overlapping."""
+    if len(whole[0]) == 0:
+        return np.zeros(len(starts), dtype=np.bool_)
+    # of the gaps that begin early enough the last one also ends last
+    place = np.searchsorted(whole[0], starts + NS, side="right") - 1
+    return np.asarray((place >= 0) & (whole[1][np.maximum(place, 0)] >= ends - NS))
 
 
 def drive_gaps(times: Mapping[str, IntArray], start_ns: int) -> tuple[Gap, ...]:
-    """Gaps of the whole drive (no signal has a sample) and of single signals, the drive's first."""
-    own = {name: find_gaps(time_ns, start_ns, name) for name, time_ns in times.items()}
-    if not own:
-        return ()
-    # a gap of the drive is a gap of every signal: intersect their spans
-    spans = [[(gap.start_s, gap.end_s) for gap in gaps] for gaps in own.values()]
-    common = spans[0]
-    for other in spans[1:]:
-        common = [(max(a, c), min(b, d)) for a, b in common for c, d in other if min(b, d) - max(a, c) > 0]
-    common = [(a, b) for a, b in common if b - a >= MIN_GAP_S]
-    whole = tuple(Gap(a, b) for a, b in common)
-    single = tuple(
-        gap
-        for gaps in own.values()
-        for gap in gaps
-        if not any(a - 1.0 <= gap.start_s and gap.end_s <= b + 1.0 for a, b in common)
-    )
-    return whole + single
+    """The gaps of `list_gaps`."""
+    return list_gaps(times, start_ns).gaps

@@ -1,5 +1,5 @@
 """Checks of signals against physics: units, signs, spikes, offsets and stuck channels."""
 
-from parsers.checks.check import check_signals, unchecked
+from parsers.checks.check import Checked, check_all, check_signals, unchecked
 
-__all__ = ["check_signals", "unchecked"]
+__all__ = ["Checked", "check_all", "check_signals", "unchecked"]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.offsets import offsets, stuck
@@ -13,18 +13,34 @@ from parsers.checks.unit_faults import unit_faults
 from parsers.drive import Decision, Signal
 
 
+@dataclass(frozen=True)
+class Checked:
+    """signals: as they are used from here on. unchecked: checks that had too little to go by, as sentences."""
+
+    signals: dict[str, Signal]
+    decisions: tuple[Decision, ...]
+    unchecked: tuple[str, ...]
+
+
 def check_signals(
     signals: Mapping[str, Signal], *, fix: bool, units_stated: Mapping[str, bool]
 ) -> tuple[dict[str, Signal], tuple[Decision, ...]]:
+    """The signals and decisions of `check_all`."""
+    checked = check_all(signals, fix=fix, units_stated=units_stated)
+    return checked.signals, checked.decisions
+
+
+def check_all(signals: Mapping[str, Signal], *, fix: bool, units_stated: Mapping[str, bool]) -> Checked:
     """Find wrong units, signs, impossible samples, offsets and stuck channels; repair what is beyond doubt.
 
     units_stated: signal -> whether the log, a profile or a map says its unit (absent: yes). With fix=False the
     signals come back untouched, and every decision has applied=False. Signals that lose all samples are left out.
     """
-    work, decisions, _ = _run(signals, units_stated)
+    work, decisions, missing = _run(signals, units_stated)
     if fix:
-        return work, decisions
-    return dict(signals), tuple(replace(each, action=_undone(each), applied=False) for each in decisions)
+        return Checked(work, decisions, missing)
+    left = tuple(replace(each, action=_undone(each), applied=False) for each in decisions)
+    return Checked(dict(signals), left, missing)
 
 
 def unchecked(signals: Mapping[str, Signal], units_stated: Mapping[str, bool]) -> tuple[str, ...]:
