@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -36,11 +37,16 @@ def analyze(
     no_fix: NoFix = False,
 ) -> None:
     """Analyse one drive: estimate the vehicle's parameters and write report.html, report.pdf, results.json."""
+    from cogest_cli.options import check_logs, check_out, databases
+    from cogest_cli.output import show, show_line
     from cogest_cli.progress import ProgressLine
+
+    check_logs(logs)
+    check_out(out)
     from cogest_cli.version import version
     from pipelines.analyze import Request
     from pipelines.analyze import analyze as analyze_drive
-    from pipelines.discover import databases_beside, nearest
+    from pipelines.discover import nearest
     from reports.terminal import verdict_table
     from reports.write import check_formats, write_reports
 
@@ -50,20 +56,18 @@ def analyze(
         vehicle=vehicle or nearest("vehicle.toml", logs[0]),
         map=map_file or nearest("map.toml", logs[0]),
         map_given=map_file is not None,
-        dbc=tuple(dbc)
-        if dbc
-        else tuple(dict.fromkeys(path for log in logs for path in databases_beside(log))),
+        dbc=databases(logs, dbc),
         settings=settings,
         estimators=estimators,
         seed=seed,
         fix=not no_fix,
-        command=" ".join(["cogest", *sys.argv[1:]]),
+        command=shlex.join(["cogest", *sys.argv[1:]]),
         version=version(),
     )
     with ProgressLine() as progress:
         results = analyze_drive(request, progress)
         progress("writing the report", 1.0)
         written = write_reports(results, out, wanted)
-    print(verdict_table(results))
+    show(verdict_table(results))
     for path in written:
-        print(path)
+        show_line(path)

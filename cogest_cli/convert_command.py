@@ -18,21 +18,27 @@ def convert(
     no_fix: NoFix = False,
 ) -> None:
     """Bring a log into canonical signals and write them as Parquet: DIR/*.parquet with `time_ns`."""
-    from cogest_cli.options import load_options
+    from cogest_cli.options import check_logs, check_out, load_options
+    from cogest_cli.output import show_line
     from cogest_cli.progress import ProgressLine
+
+    check_logs(logs)
+    check_out(out)
     from parsers.load import load_drive
     from parsers.store import write_drive
 
     with ProgressLine() as progress:
-        drive = load_drive(logs, load_options(logs[0], map_file, dbc, not no_fix, progress))
+        drive = load_drive(logs, load_options(logs, map_file, dbc, not no_fix, progress))
         written = write_drive(drive, out)
     record = drive.record
-    print(f"{record.format}, {record.status}: {len(drive.signals)} signals over {record.duration_s:.1f} s")
+    show_line(
+        f"{record.format}, {record.status}: {len(drive.signals)} signals over {record.duration_s:.1f} s"
+    )
     for decision in record.decisions:
-        print(f"  {decision.signal}: {decision.found}; {decision.action} ({decision.evidence})")
+        show_line(f"  {decision.signal}: {decision.found}; {decision.action} ({decision.evidence})")
     for reason, count in record.rejected.items():
-        print(f"  rejected: {count} x {reason}")
+        show_line(f"  rejected: {count} x {reason}")
     for note in record.notes:
-        print(f"  note: {note}")
+        show_line(f"  note: {note}")
     for path in written:
-        print(path)
+        show_line(path)

@@ -13,15 +13,16 @@ def estimators(
     ] = False,
 ) -> None:
     """List the estimators with their needs, parameters and sources."""
+    from cogest_cli.output import show, show_line
     from pipelines.estimators.registry import estimators as known
     from pipelines.settings import settings_text
 
     if settings:
-        print(settings_text(known()), end="")
+        show(settings_text(known()).rstrip("\n"))
         return
     for estimator in known():
-        print(f"{estimator.name}: {estimator.title}")
-        print(f"  source: {estimator.source}")
+        show_line(f"{estimator.name}: {estimator.title}")
+        show_line(f"  source: {estimator.source}")
         for need in (*estimator.signal_needs, *estimator.vehicle_needs):
-            print(f"  needs {' or '.join(need.any_of)}: {need.why}")
-        print(f"  gives {', '.join(estimator.parameters)}")
+            show_line(f"  needs {' or '.join(need.any_of)}: {need.why}")
+        show_line(f"  gives {', '.join(estimator.parameters)}")

@@ -28,8 +28,12 @@ def inspect(
     no_fix: NoFix = False,
 ) -> None:
     """Say what is in a log: channels, rates, gaps, ranges; what maps to which signal; which estimators can run."""
-    from cogest_cli.options import load_options
+    from cogest_cli.options import check_logs, load_options
+    from cogest_cli.output import show, speaks_unicode
     from cogest_cli.progress import ProgressLine
+
+    check_logs([log])
+    from parsers.errors import MappingError
     from pipelines.discover import nearest
     from pipelines.inspection import inspect_log
     from pipelines.vehicles.vehicle import read_vehicle
@@ -39,19 +43,18 @@ def inspect(
     with ProgressLine() as progress:
         inspection = inspect_log(
             log,
-            load_options(log, map_file, dbc, not no_fix, progress),
+            load_options([log], map_file, dbc, not no_fix, progress),
             read_vehicle(vehicle_path) if vehicle_path else None,
         )
-    if as_json:
-        print(json.dumps(inspection_dict(inspection), indent=1, ensure_ascii=False, allow_nan=False))
-    else:
-        print(inspection_text(inspection))
     if write_map is not None:
-        from parsers.errors import MappingError
-
         try:
-            write_map.write_text(inspection.starter_map, encoding="utf-8")
+            write_map.write_bytes(inspection.starter_map.encode("utf-8", "replace"))
         except OSError as error:
             raise MappingError(f"cannot be written ({error.strerror})", path=write_map) from error
-        if not as_json:
-            print(f"\nstarter mapping file: {write_map}")
+    if as_json:
+        content = inspection_dict(inspection)
+        print(json.dumps(content, indent=1, ensure_ascii=not speaks_unicode(), allow_nan=False))
+        return
+    show(inspection_text(inspection))
+    if write_map is not None:
+        show(f"\nstarter mapping file: {write_map}")

@@ -1,10 +1,12 @@
 """The `cogest` program: one small file a command; the only place that knows exit codes.
 
-0 all done; 1 a known error; 2 wrong usage (typer's own); 3 a batch that finished with some drives failed.
+0 all done; 1 a known error; 2 wrong usage (typer's own); 3 a batch that finished with some drives failed;
+130 interrupted.
 """
 
 from __future__ import annotations
 
+import errno
 import functools
 import sys
 from collections.abc import Callable
@@ -16,10 +18,14 @@ from cogest_cli.analyze_command import analyze
 from cogest_cli.convert_command import convert
 from cogest_cli.estimators_command import estimators
 from cogest_cli.inspect_command import inspect
+from cogest_cli.output import complain, drop_output, finish_output, forgive_encodings, full_disk
 from cogest_cli.report_command import report
 from parsers.errors import CogestError
 
 P = ParamSpec("P")
+
+INTERRUPTED = 130
+"""What a shell gives for a program that Ctrl-C ended."""
 
 app = typer.Typer(
     name="cogest",
@@ -38,17 +44,27 @@ def _known_errors(command: Callable[P, None]) -> Callable[P, None]:
         try:
             command(*args, **kwargs)
         except CogestError as error:
-            line = " ".join(str(error).split())
-            print(f"cogest: {line}", file=sys.stderr)
+            complain(error)
             raise typer.Exit(1) from None
+        except MemoryError:
+            complain("not enough memory for this log; analyse it in parts, or on a machine with more")
+            raise typer.Exit(1) from None
+        except KeyboardInterrupt:
+            complain("interrupted")
+            raise typer.Exit(INTERRUPTED) from None
         except BrokenPipeError:
             # the reader of a pipe (head, less) has seen enough
-            sys.stderr.close()
+            drop_output()
             raise typer.Exit(0) from None
+        except OSError as error:
+            if error.errno != errno.ENOSPC:
+                raise
+            raise typer.Exit(full_disk()) from None
 
     return wrapped
 
 
+@_known_errors
 def _version(wanted: bool) -> None:
     if wanted:
         from cogest_cli.version import version
@@ -72,4 +88,13 @@ for _command in (analyze, inspect, convert, estimators, report):
 
 def run() -> None:
     """The installed program's entry point."""
-    app()
+    forgive_encodings()
+    try:
+        app()
+    except SystemExit as end:
+        # what is still in the buffer is written now, while an error can be told
+        sys.exit(finish_output() or end.code)
+    except OSError as error:
+        if error.errno != errno.ENOSPC:
+            raise
+        sys.exit(full_disk())

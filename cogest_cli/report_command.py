@@ -18,9 +18,10 @@ def report(
     formats: Annotated[str, typer.Option("--format", help="What to write.")] = "html,pdf",
 ) -> None:
     """Write a drive's report again from its stored results, without the log."""
+    from cogest_cli.output import show_line
     from reports.archive import load_folder
     from reports.write import check_formats, write_reports
 
     wanted = check_formats(formats)
     for path in write_reports(load_folder(results), out or results, wanted):
-        print(path)
+        show_line(path)

@@ -44,7 +44,7 @@ def signals_page() -> str:
         "Time is int64 nanoseconds. Wheels: fl, fr, rl, rr. `suspension_deflection` is compression at the wheel, positive, zero for the\n"
         "empty vehicle at rest.\n\n## Signals\n\nIn a mapping file a signal goes by its name, in the store by its column.\n\n"
         + _table(["signal", "column", "unit", "what", "possible range"], signals)
-        + "\n## Units that are understood\n\nUpper and lower case, spaces, brackets and `²` make no difference.\n\n"
+        + "\n## Units that are understood\n\nUpper and lower case, spaces, brackets and `²` make no difference (but `mPa` is not `MPa`).\n\n"
         + _table(["quantity", "inside", "spellings"], units)
         + "\n## Parameters\n\n"
         + _table(["parameter", "what", "unit"], parameters)

@@ -57,7 +57,10 @@ class Decision:
 
 @dataclass(frozen=True)
 class MappedChannel:
-    """Which channel became which signal, and why. `alternatives`: channels that could have been it too."""
+    """Which channel became which signal, and why. `alternatives`: channels that could have been it too.
+
+    used: False where the checks left the signal out, or another log's was taken; `rule` then says so.
+    """
 
     signal: str
     channel: str
@@ -70,6 +73,7 @@ class MappedChannel:
     offset: float = 0.0
     inverted: bool = False
     alternatives: tuple[str, ...] = ()
+    used: bool = True
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import importlib
+import itertools
+import stat
 from functools import cache
 from pathlib import Path
 from typing import cast
@@ -39,15 +41,30 @@ def importers() -> tuple[Importer, ...]:
     return tuple(importer_at(line) for line in FORMATS)
 
 
+def _kind(path: Path) -> str:
+    """ "file" or "folder". Raises LogError for what is neither: it could block for ever, or never end."""
+    try:
+        mode = path.stat().st_mode
+    except FileNotFoundError:
+        raise LogError("no such file", path=path) from None
+    except (OSError, ValueError) as error:
+        raise LogError(
+            f"cannot be opened ({getattr(error, 'strerror', None) or error})", path=path
+        ) from error
+    if stat.S_ISDIR(mode):
+        return "folder"
+    if not stat.S_ISREG(mode):
+        raise LogError("is a pipe or a device, not a file", path=path, hint="write the log to a file first")
+    return "file"
+
+
 def read_head(path: Path) -> bytes:
     """The first bytes of a file, b"" for a folder. Raises LogError where there is nothing to read."""
-    if path.is_dir():
+    if _kind(path) == "folder":
         return b""
     try:
         with path.open("rb") as file:
             head = file.read(HEAD_BYTES)
-    except FileNotFoundError:
-        raise LogError("no such file", path=path) from None
     except OSError as error:
         raise LogError(f"cannot be opened ({error.strerror})", path=path) from error
     if not head:
@@ -57,13 +74,40 @@ def read_head(path: Path) -> bytes:
     return head
 
 
+def _logs_inside(folder: Path) -> list[str]:
+    """Names of files in a folder that look like logs, by their suffix."""
+    suffixes = {suffix for importer in importers() for suffix in importer.suffixes}
+    entries = itertools.islice(folder.iterdir(), 1000)
+    return sorted(entry.name for entry in entries if entry.suffix.lower() in suffixes and entry.is_file())
+
+
+def _unknown(path: Path, head: bytes) -> LogError:
+    """The error for a file or folder that no importer claims."""
+    if path.is_dir():
+        logs = _logs_inside(path)
+        found = f"; it holds {', '.join(logs[:3])}{', …' if len(logs) > 3 else ''}" if logs else ""
+        return LogError(
+            f"the folder is neither a ROS 2 bag nor a folder of Parquet files alone{found}",
+            path=path,
+            hint="give the log file itself" if logs else "give a log file",
+        )
+    titles = ", ".join(importer.title for importer in importers())
+    return LogError(
+        f"not a format that cogest knows (its first bytes are {head[:8]!r})",
+        path=path,
+        hint=f"cogest reads {titles}",
+    )
+
+
 def find_importer(path: Path) -> Importer:
     """The importer for a log, by its first bytes. Raises LogError where none claims it."""
     head = read_head(path)
-    for line in FORMATS:
-        importer = importer_at(line)
-        if importer.claims(path, head):
-            return importer
-    titles = ", ".join(importer.title for importer in importers())
-    what = "a folder" if path.is_dir() else f"its first bytes are {head[:8]!r}"
-    raise LogError(f"not a format that cogest knows ({what})", path=path, hint=f"cogest reads {titles}")
+    try:
+        for line in FORMATS:
+            importer = importer_at(line)
+            if importer.claims(path, head):
+                return importer
+        error = _unknown(path, head)
+    except OSError as failure:
+        raise LogError(f"cannot be read ({failure.strerror or failure})", path=path) from failure
+    raise error

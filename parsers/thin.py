@@ -20,10 +20,10 @@ def thin_minmax(time_s: FloatArray, values: FloatArray, points: int) -> tuple[Fl
         whole = n // bucket * bucket
         blocks = values[:whole].reshape(-1, bucket)
         start = np.arange(0, whole, bucket)
-        rows = np.concatenate(
-            [start + blocks.argmin(axis=1), start + blocks.argmax(axis=1), np.arange(whole, n), [0, n - 1]]
-        )
-        rows = np.unique(rows)
+        ends = [0, n - 1]
+        if whole < n:
+            ends += [whole + int(values[whole:].argmin()), whole + int(values[whole:].argmax())]
+        rows = np.unique(np.concatenate([start + blocks.argmin(axis=1), start + blocks.argmax(axis=1), ends]))
     else:
         rows = np.arange(n)
     if n > 2:

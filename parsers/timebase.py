@@ -84,9 +84,7 @@ def _overlap(kept: list[_Run], run: _Run) -> bool:
 
 def _far(kept: list[_Run], run: _Run) -> bool:
     """Whether a run lies more than JUMP_AHEAD away from all that is kept: another clock."""
-    return all(
-        run.low - other.high > JUMP_AHEAD_NS or other.low - run.high > JUMP_AHEAD_NS for other in kept
-    )
+    return all(run.low - other.high > JUMP_AHEAD_NS or other.low - run.high > JUMP_AHEAD_NS for other in kept)
 
 
 def order(time_ns: IntArray) -> Ordered:
@@ -171,7 +169,8 @@ def list_gaps(times: Mapping[str, IntArray], start_ns: int, most: int = MAX_GAPS
         return GapList((), 0)
     names = list(times)
     # signals of one table share their stamps: looked at once
-    shared = {id(time_ns): _spans(time_ns) for time_ns in times.values()}
+    stamps = {id(time_ns): time_ns for time_ns in times.values()}
+    shared = {key: _spans(time_ns) for key, time_ns in stamps.items()}
     spans = [shared[id(time_ns)] for time_ns in times.values()]
     whole = _common(list(shared.values()))
     starts, ends = [whole[0]], [whole[1]]

@@ -142,14 +142,16 @@ def _plain(text: str) -> str:
     text = text.strip().strip("[]()").strip()
     text = (
         text.replace("²", "2")
-        .replace("⁻¹", "-1")
-        .replace("⁻²", "-2")
+        .replace("¹", "1")
+        .replace("⁻", "-")
         .replace("**", "^")
         .replace("\N{REPLACEMENT CHARACTER}", "°")
     )
     text = re.sub(r"\s*/\s*", "/", text)
     text = re.sub(r"\bper\b", "/", text).replace(" / ", "/")
-    return re.sub(r"\s+", "", text).lower()
+    text = re.sub(r"\s+", "", text).lower()
+    # "m s-2", "rad*s^-1" and the like
+    return re.sub(r"[*·.]?s\^?-([12])$", lambda power: "/s2" if power[1] == "2" else "/s", text)
 
 
 _LOOKUP: dict[tuple[str, str], float] = {

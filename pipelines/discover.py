@@ -6,23 +6,32 @@ from pathlib import Path
 
 
 def nearest(name: str, log: Path) -> Path | None:
-    """The file `name` in the log's folder or the nearest folder above it."""
-    start = log.resolve()
-    folders = [start, *start.parents] if start.is_dir() else list(start.parents)
+    """The file `name` in the log's folder or the nearest folder above it. A log that is not there has none."""
+    try:
+        start = log.resolve()
+        folders = [start, *start.parents] if start.is_dir() else list(start.parents)
+    except (OSError, RuntimeError):
+        # a loop of links, a name too long: opening the log says it better
+        return None
     for folder in folders:
-        candidate = folder / name
-        if candidate.is_file():
-            return candidate
+        try:
+            if (folder / name).is_file():
+                return folder / name
+        except OSError:
+            continue
     return None
 
 
 def databases_beside(log: Path) -> tuple[Path, ...]:
     """The *.dbc files in the log's folder (and in the log, where it is a folder), by name."""
-    start = log.resolve()
-    folders = [start, start.parent] if start.is_dir() else [start.parent]
-    return tuple(
-        path
-        for folder in folders
-        for path in sorted(folder.iterdir())
-        if path.suffix.lower() == ".dbc" and path.is_file()
-    )
+    try:
+        start = log.resolve()
+        folders = [start, start.parent] if start.is_dir() else [start.parent]
+        return tuple(
+            path
+            for folder in folders
+            for path in sorted(folder.iterdir())
+            if path.suffix.lower() == ".dbc" and path.is_file()
+        )
+    except (OSError, RuntimeError):
+        return ()

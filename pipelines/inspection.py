@@ -9,11 +9,11 @@ from pathlib import Path
 import numpy as np
 
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
-from parsers.drive import Drive
+from parsers.drive import Drive, MappedChannel
 from parsers.errors import LogError
-from parsers.load import LoadOptions, load_drive, open_log
+from parsers.load import LoadOptions, load_drive, open_log, read_chunks
 from parsers.mapping import Binding, propose, starter_map, unmapped_reason
-from parsers.timebase import GAP_PERIODS, JUMP_AHEAD_NS, MIN_GAP_S, NS
+from parsers.timebase import GAP_PERIODS, JUMP_AHEAD_NS, JUMP_BACK_NS, MIN_GAP_S, NS
 from pipelines.estimators.registry import estimators
 from pipelines.needs import Readiness, readiness
 from pipelines.vehicles.vehicle import Vehicle
@@ -66,9 +66,17 @@ class _Clock:
 
     first: int = 0
     last: int = 0
+    last_row: int = 0
     rows: int = 0
     gaps: int = 0
     period_ns: float = 0.0
+    running_ns: int = 0
+    jumped: bool = False
+
+    @property
+    def span_s(self) -> float:
+        """How long the stamps run; a clock that was set counts only while it ran."""
+        return (self.running_ns if self.jumped else self.last - self.first) / NS
 
     def add(self, time_ns: IntArray) -> None:
         """Take in the next stamps."""
@@ -79,9 +87,14 @@ class _Clock:
             # the usual step of the first chunk stands for all: memory stays bounded
             self.period_ns = float(np.median(step))
         if self.rows:
-            step = np.append(step, time_ns[0] - self.last)
+            step = np.append(step, time_ns[0] - self.last_row)
+        # a difference of stamps that no clock shows may not fit: it then has the wrong sign, and counts as a jump
+        runs = (step > 0) & (step < JUMP_AHEAD_NS)
+        self.running_ns += int(step[runs].sum())
+        self.jumped |= bool(((step >= JUMP_AHEAD_NS) | (step < -JUMP_BACK_NS)).any())
         limit = max(GAP_PERIODS * self.period_ns, MIN_GAP_S * NS)
-        self.gaps += int(((step > limit) & (step < JUMP_AHEAD_NS)).sum()) if self.period_ns else 0
+        self.gaps += int(((step > limit) & runs).sum()) if self.period_ns else 0
+        self.last_row = int(time_ns[-1])
         low, high = int(time_ns.min()), int(time_ns.max())
         self.first = min(self.first, low) if self.rows else low
         self.last = max(self.last, high) if self.rows else high
@@ -125,22 +138,32 @@ def _fates(proposals: Mapping[str, tuple[Binding, ...]], drive: Drive | None) ->
     fates: dict[str, _Fate] = {}
     for signal, bindings in proposals.items():
         entry = chosen.get(signal)
-        for binding in bindings if entry else ():
-            assert entry is not None
-            taken = entry.channel == " + ".join(binding.channels)
+        for binding in bindings:
+            taken = entry is not None and entry.channel == " + ".join(binding.channels)
             for name in binding.channels:
                 before = fates.get(name, (None, ""))
-                if taken:
+                if entry is not None and taken and entry.used:
                     fates[name] = (signal if before[0] is None else f"{before[0]}, {signal}", binding.rule)
                 elif before[0] is None:
-                    fates[name] = (None, f"could be {signal}, but {entry.channel} ranks before it")
+                    fates[name] = (None, _why_not(signal, entry, taken, drive))
     return fates
+
+
+def _why_not(signal: str, entry: MappedChannel | None, taken: bool, drive: Drive | None) -> str:
+    """Why a channel that could be a signal is not."""
+    if entry is None:
+        return f"could be {signal}, but has fewer than two valid samples"
+    if not taken:
+        return f"could be {signal}, but {entry.channel} ranks before it"
+    decisions = drive.record.decisions if drive else ()
+    found = next((d.found for d in decisions if d.signal == signal and d.applied), "the checks left it out")
+    return f"{signal}, left out: {found}"
 
 
 def _report(info: ChannelInfo, survey: _Survey, fates: Mapping[str, _Fate]) -> ChannelReport:
     clock = survey.clocks.get(info.group, _Clock())
     seen = survey.ranges.get(info.name, _Range())
-    span = (clock.last - clock.first) / NS
+    span = clock.span_s
     signal, reason = fates.get(info.name, (None, ""))
     if info.kind == "number" and seen.samples == 0:
         reason = "no valid sample"
@@ -160,6 +183,16 @@ def _report(info: ChannelInfo, survey: _Survey, fates: Mapping[str, _Fate]) -> C
     )
 
 
+def _duration_s(survey: _Survey, drive: Drive | None) -> float:
+    """How long the log runs: all its channels where the clock was never set, else what the drive's signals cover."""
+    clocks = [clock for clock in survey.clocks.values() if clock.rows]
+    if not clocks:
+        return 0.0
+    if any(clock.jumped for clock in clocks):
+        return drive.record.duration_s if drive else max(clock.span_s for clock in clocks)
+    return (max(clock.last for clock in clocks) - min(clock.first for clock in clocks)) / NS
+
+
 def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> Inspection:
     """Look at a whole log. Raises LogError where it cannot be read at all; a log that maps to nothing is no error."""
 
@@ -171,7 +204,7 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
     survey = _Survey()
     numbers = frozenset(info.name for info in channels if info.kind == "number")
     if numbers:
-        for chunk in opened.reader.read(numbers):
+        for chunk in read_chunks(opened, numbers):
             survey.add(chunk)
     drive, problem = None, None
     try:
@@ -179,8 +212,6 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
     except LogError as error:
         problem = error.problem + (f"; {error.hint}" if error.hint else "")
     proposals = propose(channels, options.map)
-    firsts = [clock.first for clock in survey.clocks.values() if clock.rows]
-    lasts = [clock.last for clock in survey.clocks.values() if clock.rows]
     signals = drive.signals.keys() if drive else ()
     fate = _fates(proposals, drive)
     return Inspection(
@@ -189,7 +220,7 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
         status=opened.log.status,
         clock=opened.reader.clock,
         messages=opened.log.messages,
-        duration_s=(max(lasts) - min(firsts)) / NS if firsts else 0.0,
+        duration_s=_duration_s(survey, drive),
         start_utc=drive.record.start_utc if drive else None,
         channels=tuple(_report(info, survey, fate) for info in channels),
         drive=drive,
@@ -197,5 +228,5 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
         readiness=tuple(readiness(estimator, signals, vehicle) for estimator in estimators()),
         starter_map=starter_map(channels, proposals),
         rejected=dict(opened.log.rejected),
-        notes=tuple(opened.log.notes),
+        notes=tuple(dict.fromkeys([*opened.log.notes, *(drive.record.notes if drive else ())])),
     )

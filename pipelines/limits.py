@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from parsers.drive import ImportRecord
+from parsers.timebase import MAX_GAPS
 from pipelines.results import Estimate, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -16,12 +17,16 @@ def _data_limits(record: ImportRecord) -> list[str]:
     whole = [gap for gap in record.gaps if gap.signal is None]
     if whole:
         missing = sum(gap.end_s - gap.start_s for gap in whole)
+        more = "At least " if len(whole) >= MAX_GAPS else ""
         limits.append(
-            f"{len(whole)} gap{'s' if len(whole) > 1 else ''} in the log, {missing:.1f} s of {record.duration_s:.1f} s: "
+            f"{more}{len(whole)} gap{'s' if len(whole) > 1 else ''} in the log, "
+            f"{missing:.1f} s of {record.duration_s:.1f} s: "
             "nothing is interpolated across a gap."
         )
     if record.clock_jumps:
-        limits.append(f"The clock jumped {record.clock_jumps} times: only one stretch of it is used.")
+        limits.append(
+            f"The clock jumped {record.clock_jumps} time{'s' if record.clock_jumps > 1 else ''}: only one stretch of it is used."
+        )
     doubtful = [d for d in record.decisions if not d.applied and d.kind in ("sign", "unit", "spikes")]
     limits += [f"{d.found[:1].upper()}{d.found[1:]}: not corrected." for d in doubtful]
     return limits

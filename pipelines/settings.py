@@ -47,10 +47,10 @@ def read_settings(path: Path | None, known: Sequence[Estimator]) -> Mapping[str,
     if path is None:
         return settings
     try:
-        raw = tomllib.loads(path.read_text(encoding="utf-8"))
+        raw = tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise SettingsError(f"cannot be read ({error.strerror})", path=path) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise SettingsError(f"not valid TOML ({error})", path=path) from error
     specs = {estimator.name: {s.name: s for s in estimator.settings} for estimator in known}
     for table, entries in raw.items():

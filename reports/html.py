@@ -22,6 +22,7 @@ def template_text(name: str) -> str:
     return (resources.files("reports") / "templates" / name).read_text(encoding="utf-8")
 
 
+_SPACE = re.compile("([ \u00a0\u202f])")
 _BREAK_AFTER = re.compile(r"(?<=[/_.:\]])(?=[^\s/_.:;\d]{2})")
 
 
@@ -31,7 +32,7 @@ def breakable(text: str) -> Markup:
 
     safe = str(escape(text))
     return Markup(
-        " ".join(_BREAK_AFTER.sub("<wbr>", word) if len(word) > 16 else word for word in safe.split(" "))
+        "".join(_BREAK_AFTER.sub("<wbr>", word) if len(word) > 16 else word for word in _SPACE.split(safe))
     )
 
 

@@ -13,8 +13,8 @@ from reports.sections.values import (
     prior_only_text,
     value_text,
 )
-from reports.sections.verdict import Line, lines
-from reports.text import DASH, NARROW, clean, spec_of, with_unit
+from reports.sections.verdict import LEADING, Line, lines
+from reports.text import DASH, NARROW, NO_BREAK, clean, gist, spec_of, with_unit
 
 WIDTH = 100
 _STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}
@@ -22,7 +22,7 @@ _RESET = "\x1b[0m"
 
 
 def _spaced(text: str) -> str:
-    return text.replace(NARROW, " ")
+    return text.replace(NARROW, " ").replace(NO_BREAK, " ")
 
 
 def _value(line: Line) -> str:
@@ -33,8 +33,15 @@ def _value(line: Line) -> str:
     return _spaced(with_unit(figures, spec_of(line.estimate.name).unit))
 
 
+def _reason(line: Line) -> list[str]:
+    """The reason on one line; all of it for the parameter that a reader looks for first."""
+    if line.estimate.name != LEADING:
+        return [f"    {_spaced(gist(line.estimate.reason, WIDTH - 6))}"]
+    return [f"    {piece}" for piece in textwrap.wrap(clean(line.estimate.reason), WIDTH - 4)] or [""]
+
+
 def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
-    """Parameter, value ± standard deviation, 95 % interval, status; below each line the reason.
+    """Parameter, value ± standard deviation, 95 % interval, status; below each line the reason, if long in short.
 
     colour: paint the status; for a terminal only. Every text is free of control characters.
     """
@@ -63,7 +70,7 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
         painted = f"{_STYLES[line.estimate.status]}{status}{_RESET}" if colour else status
         out.append(f"{pieces[0]:<{title_width}}  {value:>{value_width}}  {interval:>{span_width}}  {painted}")
         out += pieces[1:]
-        out.append(f"    {textwrap.shorten(clean(line.estimate.reason), WIDTH - 4, placeholder=' …')}")
+        out += _reason(line)
     if any(prior_only_text(row[0].estimate) for row in rows):
         out.append("(in brackets: what was known before the log; no result)")
     return "\n".join(row[: WIDTH + 16] if colour else row[:WIDTH] for row in out)

@@ -9,6 +9,7 @@ from pipelines.parameters import PARAMETERS, ParameterSpec
 
 NARROW = "\u202f"
 """Narrow no-break space: between a number and its unit, and between thousands."""
+NO_BREAK = "\u00a0"
 MINUS = "\u2212"
 DASH = "—"
 EN_DASH = "–"
@@ -39,6 +40,22 @@ def sentence(text: object, limit: int = MAX_TEXT) -> str:
     return line if line[-1] in ".!?…" else line + "."
 
 
+_LOOSE_ENDS = frozenset(
+    ("a", "an", "and", "as", "at", "by", "for", "from", "in", "is", "it", "its", "not", "of", "on", "or", "than", "that", "the", "to", "where", "which", "with")
+)  # fmt: skip
+
+
+def _whole_words(text: str) -> str:
+    """A cut text without what cannot stand at an end: an opened bracket, a word that leads to the next."""
+    opened = text.rfind("(")
+    if opened > len(text) // 2 and ")" not in text[opened:]:
+        text = text[:opened]
+    words = text.split()
+    while len(words) > 2 and words[-1].lower() in _LOOSE_ENDS:
+        words.pop()
+    return " ".join(words).rstrip(",;:")
+
+
 def gist(text: object, limit: int = 190) -> str:
     """The first clauses of a long reason, whole ones as far as they fit; all of it where it is short."""
     line = clean(text, 4000)
@@ -46,9 +63,9 @@ def gist(text: object, limit: int = 190) -> str:
         return line
     for mark in ("; ", ": ", ", "):
         ends = [found.start() for found in re.finditer(re.escape(mark), line[:limit])]
-        if ends and ends[-1] >= limit // 4:
-            return line[: ends[-1]] + " …"
-    return line[: limit - 2].rsplit(" ", 1)[0] + " …"
+        if ends and ends[-1] >= limit // 3:
+            return line[: ends[-1]] + f"{NO_BREAK}…"
+    return _whole_words(line[: limit - 2].rsplit(" ", 1)[0]) + f"{NO_BREAK}…"
 
 
 def spec_of(name: str) -> ParameterSpec:
@@ -64,12 +81,23 @@ def decimals_for(half_width: float | None, otherwise: int) -> int:
     return max(-6, min(6, 1 - math.floor(math.log10(half_width))))
 
 
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def _power_of_ten(value: float, figures: int) -> str:
+    """Print a size with so many significant figures as 9.6 × 10¹⁵: nobody should have to read 9.6e+15."""
+    mantissa, _, power = f"{value:.{figures - 1}e}".replace("-", MINUS, 1 if value < 0 else 0).partition("e")
+    return f"{mantissa}{NARROW}×{NARROW}10{str(int(power)).translate(_SUPERSCRIPTS)}"
+
+
 def number(value: float | None, decimals: int = 3) -> str:
     """Print a number with digits after the point, thousands apart and a true minus; — where there is none."""
     if value is None or not math.isfinite(value):
         return DASH
     rounded = round(value, decimals)
-    shown = f"{abs(rounded):,.{max(decimals, 0)}f}" if abs(rounded) < 1e12 else f"{abs(rounded):.3e}"
+    if abs(rounded) >= 1e12:
+        return _power_of_ten(value, 4)
+    shown = f"{abs(rounded):,.{max(decimals, 0)}f}"
     head, _, tail = shown.partition(".")
     if len(head) <= 5:  # 1632 needs no gap, 16 320 does
         head = head.replace(",", "")
@@ -83,12 +111,12 @@ def significant(value: float | None, figures: int = 3) -> str:
         return DASH
     if value == 0:
         return "0"
-    if value == round(value) and abs(value) < 1e9:
+    if value == round(value) and abs(value) < 1e12:
         return number(value, 0)
     size = math.floor(math.log10(float(f"{value:.{figures - 1}e}".lstrip("-"))))
-    if -5 <= size < 9:
+    if -5 <= size < 12:
         return number(value, figures - 1 - size if size < figures else 0)
-    return f"{value:.{figures - 1}e}".replace("-", MINUS)
+    return _power_of_ten(value, figures)
 
 
 def with_unit(text: str, unit: str) -> str:

@@ -60,7 +60,7 @@ SETTINGS: tuple[Setting, ...] = (
         5.0,
     ),
     Setting("max_delay_s", 0.2, "s", "largest delay of the roll channel", 0.0, 1.0),
-    Setting("delay_std_s", 0.03, "s", "how large a delay of the roll channel is usual", 0.001, 1.0),
+    Setting("delay_std_s", 0.05, "s", "how large a delay of the roll channel is usual", 0.001, 1.0),
     Setting(
         "max_rows",
         40000,
@@ -246,7 +246,8 @@ class RollMap:
             few = before.fewer(6000)
             tracks.append(height_track(fit, seen_s, scale_std, few, before.rates, data.against_axles, rng))
         relative = math.sqrt(coefficients.covariance[0, 0]) / coefficients.mean[0]
-        scatter = self._scatter(data, fit, ranked, relative)
+        gradient = parameters["roll_gradient_degpg"]
+        scatter = self._scatter(data, fit, ranked, relative, gradient.status != "not_identifiable")
         figures |= self._figures(data, fit)
         sentences = (*conflicts(data, fit), *sentences)
         reason = (
@@ -269,12 +270,12 @@ class RollMap:
 
     @staticmethod
     def _scatter(
-        data: RollData, fit: RollFit, ranked: tuple[RollSource, ...], relative: float
+        data: RollData, fit: RollFit, ranked: tuple[RollSource, ...], relative: float, told: bool
     ) -> Scatter | None:
         if not ranked:
             return None
         angle: FloatArray = ranked[0].angle[data.rows]
-        return roll_scatter(data, fit, angle, ranked[0].how, relative, not data.has_roll)
+        return roll_scatter(data, fit, angle, ranked[0].how, relative, not data.has_roll, told)
 
     @staticmethod
     def _figures(data: RollData, fit: RollFit) -> dict[str, float]:
@@ -282,6 +283,7 @@ class RollMap:
         found = {
             "log_likelihood": -fit.cost,
             "explained_share": fit.explained,
+            "quickness_radps": fit.quickness,
             "samples": float(data.size),
             "band_hz": data.band_hz,
             "scoring_steps": float(fit.steps),
@@ -290,8 +292,8 @@ class RollMap:
             "roll_delay_s": fit.values["delay"],
             "roll_delay_std_s": fit.std("delay"),
             "frequency_at_sensor_hz": math.sqrt(fit.values["a"] / fit.values["c"]) / (2 * math.pi),
-            **{name: fit.values[name] for name in ("a", "b", "c", "stiffening")},
-            **{f"{name}_std": fit.std(name) for name in ("a", "b", "c", "stiffening")},
+            **{name: fit.values[name] for name in ("a", "b", "c", "stiffening", "friction")},
+            **{f"{name}_std": fit.std(name) for name in ("a", "b", "c", "stiffening", "friction")},
         }
         for name, scale in (
             ("roll_offset", DEGREES),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -144,7 +144,8 @@ class RollData:
     roll, rate: (n,) measured, NaN where not scored or not there; whole_roll, whole_rate: with the rows not scored. yaw: (n,) yaw rate, zeros where it is not there.
     band_hz: all columns are low-passed here once more, and scored at twice this rate only, where the low-passed noise
     is white again. slow_share: how much of the input's power is as slow as bank. against_axles: whether
-    the angle is the body's against its axles. excited_rows, drive_rows: for the used fraction.
+    the angle is the body's against its axles. rate_with_accel: roll rate and acceleration were sampled
+    together. excited_rows, drive_rows: for the used fraction.
     """
 
     step_s: float
@@ -167,11 +168,25 @@ class RollData:
     band_hz: float
     slow_share: float
     drive_rows: int
+    rate_with_accel: bool = False
 
     @property
     def size(self) -> int:
         """Rows in use."""
         return len(self.rows)
+
+    @property
+    def quickness(self) -> float:
+        """rad/s: RMS of the acceleration's rate of change over its own RMS."""
+        pieces = [self.accel[i:j] for i, j in zip(self.starts, self.stops, strict=True)]
+        change = sum(float(np.sum(np.diff(piece) ** 2)) for piece in pieces) / self.step_s**2
+        spread = float(np.sum((self.accel - self.accel.mean()) ** 2))
+        return float(np.sqrt(change / max(spread, 1e-12)))
+
+    @property
+    def holds_course(self) -> bool:
+        """Whether gravity's part of the acceleration can be taken out: the angle is there against the horizon."""
+        return self.has_roll and not self.against_axles and bool(np.isfinite(self.whole_roll).all())
 
 
 def lively(accel: FloatArray, inside: BoolArray, rate_hz: float, least: float, level: float) -> BoolArray:
@@ -257,7 +272,8 @@ def collect(
         if column in prepared.columns:
             columns[name] = prepared.columns[column]
     against_axles = use_angle and roll is not None and roll.against == "axles"
-    return _cut(columns, pieces, rate_hz, against_axles)
+    found = _cut(columns, pieces, rate_hz, against_axles)
+    return replace(found, rate_with_accel="roll_rate" in prepared.together)
 
 
 def _cut(

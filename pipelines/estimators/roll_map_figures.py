@@ -129,12 +129,18 @@ def _thinned(x: FloatArray, y: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 
 def roll_scatter(
-    data: RollData, fit: RollFit, angle: FloatArray, made: str, gradient_std: float, mean_angle: bool
+    data: RollData,
+    fit: RollFit,
+    angle: FloatArray,
+    made: str,
+    gradient_std: float,
+    mean_angle: bool,
+    told: bool,
 ) -> Scatter | None:
     """Roll against sensed lateral acceleration, with the fitted steady line and its 95 % band.
 
     angle: (n,) rad on the fit's rows. mean_angle: the angle has no fitted offset (derived), so that its own middle is
-    taken. gradient_std: relative standard deviation of the gradient.
+    taken. gradient_std: relative standard deviation of the gradient. told: whether the gradient was identified.
     """
     accel = data.shifter.delayed(fit.values["delay"])
     good = np.isfinite(angle)
@@ -151,6 +157,7 @@ def roll_scatter(
     middle = offset + gradient * line
     half = 1.96 * np.sqrt((gradient_std * gradient * line) ** 2 + offset_std**2)
     thin_x, thin_y = _thinned(x, y)
+    slope = f", {gradient:.2f} deg/g," if told else " (its slope is not identifiable)"
     return Scatter(
         "roll_against_lateral_acceleration",
         "Roll against lateral acceleration",
@@ -162,6 +169,6 @@ def roll_scatter(
         middle,
         middle - half,
         middle + half,
-        f"Line: the steady part of the fit, {gradient:.2f} deg/g, with its 95 % band. Points leave the line where the body "
+        f"Line: the steady part of the fit{slope} with its 95 % band. Points leave the line where the body "
         f"moves fast (damping and inertia). Roll angle: {made}.",
     )

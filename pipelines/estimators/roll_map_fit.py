@@ -13,10 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import t as student
 
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map_data import RollData, Shifter
-from pipelines.estimators.roll_map_model import BANK_TIME_S, CLIP, Known, run
+from pipelines.estimators.roll_map_model import BANK_TIME_S, CLIP, Known, friction_damping, run
 from pipelines.results import FloatArray
 
 CORRELATION_S = 2.0
@@ -32,7 +33,8 @@ class RollFit:
 
     scores: (n, p) the log-likelihood's gradient, row by row. normalised: (n, m) innovations in standard deviations.
     explained: share of the roll signal's variance that the simulation gives (negative where it does worse than none).
-    edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
+    quickness: rad/s, of the input (RMS of its rate over its RMS). friction_damping:
+    linear damping (of b) that a unit of friction is worth over the drive. edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
     """
 
     known: tuple[Known, ...]
@@ -46,6 +48,8 @@ class RollFit:
     cost: float
     normalised: FloatArray
     explained: float
+    quickness: float
+    friction_damping: float
     steps: int
     converged: bool
 
@@ -228,10 +232,12 @@ def _few_banks(data: RollData) -> float:
     """By how much variances grow where bank and motion are equally slow (a slow circle).
 
     Three parameters (slope, its curve, offset) then take up part of few independent stretches of bank, whose spread
-    comes out too small by that (the correction that a restricted likelihood makes).
+    comes out too small by that (the correction that a restricted likelihood makes), and is itself known from few:
+    Student's interval in place of the normal one.
     """
-    stretches = max(data.size * data.step_s / BANK_TIME_S, 4.5)
-    return 1 + data.slow_share * 3 / (stretches - 3)
+    free = max(data.size * data.step_s / BANK_TIME_S, 5.0) - 3
+    grown = (1 + 3 / free) * float(student.ppf(0.975, free) / 1.96) ** 2
+    return 1 + data.slow_share * (grown - 1)
 
 
 def _explained(data: RollData, values: Mapping[str, float]) -> float:
@@ -269,6 +275,8 @@ def fit_roll(data: RollData, known: tuple[Known, ...], edges: IntArray) -> RollF
         cost=cost,
         normalised=normalised,
         explained=_explained(data, _named(known, x)),
+        quickness=data.quickness,
+        friction_damping=friction_damping(data, _named(known, x)),
         steps=steps,
         converged=converged,
     )

@@ -13,6 +13,15 @@ from pipelines.estimators.roll_map_priors import VehicleDraws
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 
 
+def plain(value: float, std: float) -> str:
+    """ "95 950 ± 1 900": the spread to two digits, the value to one more place, thousands parted."""
+    if std <= 0 or not math.isfinite(std):
+        return f"{value:,.6g}".replace(",", " ")
+    place = 1 - math.floor(math.log10(std))
+    parts = (f"{round(x, p):,.{max(p, 0)}f}" for x, p in ((value, place + 1), (std, place)))
+    return " ± ".join(parts).replace(",", " ")
+
+
 def two_peaks(values: FloatArray, weight: FloatArray) -> tuple[float, float] | None:
     """The two peaks of a density that has two clearly parted ones (the valley below 70 % of the lower), else None."""
     low, high = quantiles(values, weight, (0.002, 0.998))
@@ -45,7 +54,7 @@ def _height_reasons(
             f"rates, track widths and anti-roll bars"
         )
     else:
-        missing = f"{told}; the height follows from the roll stiffness of the {stiffness.source} ({stiffness.value:.4g} ± {stiffness.std:.2g} N·m/rad)"
+        missing = f"{told}; the height follows from the roll stiffness of the {stiffness.source} ({plain(stiffness.value, stiffness.std)} N·m/rad)"
     if stiffness is not None and not tyres_known:
         axis += "; the tyres' part of the roll is assumed (give tire_vertical_rate_npm)"
     mirror, _ = moments(posterior.values["mirror"], posterior.weight)
@@ -73,14 +82,16 @@ def prior_of(values: FloatArray, possible: np.ndarray, source: str) -> Prior:
     return Prior(float(chosen.mean()), float(chosen.std()), source)
 
 
-def loaded_priors(draws: VehicleDraws, height_source: str | None, vehicle_load: bool) -> dict[str, Prior]:
+def loaded_priors(
+    draws: VehicleDraws, height_source: str | None, inertia_source: str, vehicle_load: bool
+) -> dict[str, Prior]:
     """Priors of the loaded vehicle by parameter name; the CG heights only where something was known of them."""
     load = "with the stated load" if vehicle_load else "with an unknown load"
     ok = draws.possible
     found = {
         "mass_kg": prior_of(draws.mass, ok, f"vehicle file, {load}"),
         "sprung_mass_kg": prior_of(draws.sprung, ok, f"vehicle file and unsprung masses, {load}"),
-        "roll_inertia_kgm2": prior_of(draws.inertia, ok, f"see assumptions, {load}"),
+        "roll_inertia_kgm2": prior_of(draws.inertia, ok, f"{inertia_source}, {load}"),
     }
     if height_source is not None:
         found["cg_height_m"] = prior_of(draws.height, ok, f"{height_source}, {load}")
@@ -97,7 +108,8 @@ def _same(text: str) -> dict[Identification, str]:
 
 def _rate_reasons(symbol: str, prior: Prior | None) -> dict[Identification, str]:
     """Words for the suspension's roll stiffness K or damping D."""
-    text = f"follows from {symbol}/(m h) of the log with the height and the sprung mass (of the suspension, without the tyres)"
+    whose = "of the suspension, without the tyres" + (", friction included" if symbol == "D" else "")
+    text = f"follows from {symbol}/(m h) of the log with the height and the sprung mass ({whose})"
     if prior is None:
         bad = f"{text}: these are hardly known"
         return {"identified": text, "weak": f"{text}: known no better than these", "not_identifiable": bad}
@@ -110,16 +122,17 @@ def vehicle_answers(
     priors: Mapping[str, Prior],
     roll_axis_known: bool,
     tyres_known: bool,
+    quick: tuple[bool, bool],
     reference: Mapping[str, float],
 ) -> dict[str, ParameterEstimate]:
-    """Everything that needs the vehicle's masses."""
+    """Everything that needs the vehicle's masses. quick: whether the motion told damping and inertia."""
     stiffness = priors.get("roll_stiffness_nmprad")
     height = _height_reasons(posterior, stiffness, roll_axis_known, tyres_known)
     mass = (
         "roll motion does not tell the mass: this is the vehicle file's, with the load (axle loads, suspension forces or a "
         "longitudinal balance would tell it)"
     )
-    inertia = "roll motion tells I/(m h) + h, where it is quick enough; the rest follows from the masses and heights"
+    inertia = "of the whole vehicle about its CG: roll motion tells I/(m h) + h, where it is quick enough; the rest follows from the masses and heights"
     reasons: dict[str, dict[Identification, str]] = {
         "cg_height_m": height,
         "sprung_cg_height_m": height,
@@ -130,11 +143,15 @@ def vehicle_answers(
         "mass_kg": _same(mass),
         "sprung_mass_kg": _same(mass),
     }
+    untold = {"mass_kg", "sprung_mass_kg"}
+    slow = "the motion is too slow to tell it: quick steering (sine with dwell, 0.5-1 Hz) would"
+    for name, told in (("roll_damping_nmsprad", all(quick)), ("roll_inertia_kgm2", quick[1])):
+        if not told:
+            untold.add(name)
+            reasons[name] = _same(slow)
     found: dict[str, ParameterEstimate] = {}
     for name, words in reasons.items():
-        ceiling: Identification = (
-            "not_identifiable" if name in ("mass_kg", "sprung_mass_kg") else "identified"
-        )
+        ceiling: Identification = "not_identifiable" if name in untold else "identified"
         found[name] = from_draws(
             name,
             posterior.values[name],
@@ -156,5 +173,5 @@ def surprise(posterior: Posterior, priors: Mapping[str, Prior]) -> str | None:
         value, _ = moments(posterior.values[name], posterior.weight)
         away = (value - prior.value) / prior.std
         if math.isfinite(away) and abs(away) > 2.5:
-            return f"the log and what was known of {name} disagree ({value:.4g} against {prior.value:.4g} ± {prior.std:.2g})"
+            return f"the log and what was known of {name} disagree ({value:,.5g} against {plain(prior.value, prior.std)})"
     return None

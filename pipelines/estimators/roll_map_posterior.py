@@ -162,6 +162,8 @@ def sample_posterior(
     good = d.possible & (a > 1.0) & (b > 0.0) & (c > 0.0)
     a, b = np.where(good, a, 100.0), np.where(good, b, 5.0)
     k, damp, slope = suspension_rates(d, a, b, against_axles=likelihood.against_axles)
+    # draws that cannot be (an axis above the CG) may give negative rates: they carry no weight below
+    k, damp, slope = (np.where(good, x, 1.0) for x in (k, damp, slope))
     # densities of K and D turned into densities of a and b
     if stiffness is not None:
         log_weight = log_weight + _log_normal(k, stiffness) + np.log(k * slope / a)

@@ -11,6 +11,7 @@ from pipelines.estimators.roll_map_answers import (
     Coefficients,
     likelihood_of,
     log_answers,
+    quick_enough,
     unknown,
     without_inertia,
 )
@@ -19,6 +20,7 @@ from pipelines.estimators.roll_map_height import loaded_priors, surprise, vehicl
 from pipelines.estimators.roll_map_posterior import expected_rest, sample_posterior, series_loss
 from pipelines.estimators.roll_map_priors import (
     IMU_HEIGHT,
+    INERTIA_NAMES,
     ROLL_AXIS,
     TYRE_RATIO,
     VehicleDraws,
@@ -76,7 +78,8 @@ def before_the_log(vehicle: Vehicle, rng: np.random.Generator, count: int) -> Ve
     assumptions: tuple[Assumption, ...] = ()
     if vehicle.get("mass_kg") is not None:
         draws, assumptions, height_source = draw_vehicle(vehicle, rng, count)
-        priors |= loaded_priors(draws, height_source, vehicle.load_stated)
+        inertia_source = next(a.source for a in assumptions if a.name.startswith(INERTIA_NAMES))
+        priors |= loaded_priors(draws, height_source, inertia_source, vehicle.load_stated)
     else:
         stated = vehicle.get("cg_height_m")
         height = (
@@ -189,7 +192,12 @@ def explain_vehicle(
             (*sentences, sentence),
         )
     found |= vehicle_answers(
-        posterior, before.priors, before.roll_axis_known, before.tyres_known, vehicle.reference
+        posterior,
+        before.priors,
+        before.roll_axis_known,
+        before.tyres_known,
+        quick_enough(coefficients),
+        vehicle.reference,
     )
     if posterior.effective < FEWEST_EFFECTIVE:
         sentences.append(

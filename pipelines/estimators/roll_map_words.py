@@ -6,7 +6,12 @@ import math
 
 import numpy as np
 
-from pipelines.estimators.roll_map_answers import DISCREPANCY, DISCREPANCY_AXLES
+from pipelines.estimators.roll_map_answers import (
+    DISCREPANCY,
+    DISCREPANCY_AXLES,
+    LEFT_OVER,
+    LEFT_OVER_AXLES,
+)
 from pipelines.estimators.roll_map_data import RollData
 from pipelines.estimators.roll_map_fit import RollFit
 from pipelines.estimators.roll_map_model import BANK_TIME_S
@@ -76,9 +81,9 @@ def assumptions_of_fit(
     data: RollData, fit: RollFit, roll: RollSource | None, prepared: Prepared
 ) -> tuple[Assumption, ...]:
     """The choices of the first stage."""
-    table = DISCREPANCY_AXLES if data.against_axles else DISCREPANCY
+    table, share = (DISCREPANCY_AXLES, LEFT_OVER_AXLES) if data.against_axles else (DISCREPANCY, LEFT_OVER)
     model = ", ".join(
-        f"{n.replace('_', ' ')} {100 * share:g} %" for n, share in table.items() if n in fit.values
+        f"{n.replace('_', ' ')} {100 * error:g} %" for n, error in table.items() if n in fit.values
     )
     if data.has_roll and roll is not None:
         made = roll.how
@@ -88,8 +93,8 @@ def assumptions_of_fit(
         Assumption("roll signal", made, "the best of what the log holds"),
         Assumption(
             "error of the roll model itself",
-            model,
-            "simulated cars with tyres, curved springs and two-slope dampers",
+            f"{model}; {100 * share:g} % of the springs' moment, which looks like stiffness, damping or inertia",
+            "simulated cars with tyres, friction, curved springs and dampers with a knee",
         ),
         Assumption(
             "filter", f"zero-phase low-pass at {prepared.cutoff_hz:.3g} Hz on all signals", "settings"

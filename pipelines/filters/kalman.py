@@ -21,16 +21,119 @@ SETTLED = 1e-10
 
 
 @kernel
+def _take(p: FloatArray, c: FloatArray, r: float, gain: FloatArray, column: FloatArray) -> float:
+    """One output into the covariance p (in place): fills its gain, returns its innovation's variance."""
+    states = p.shape[0]
+    total = r
+    for i in range(states):
+        column[i] = 0.0
+        for j in range(states):
+            column[i] += p[i, j] * c[j]
+    for i in range(states):
+        total += c[i] * column[i]
+    for i in range(states):
+        gain[i] = column[i] / total
+    for i in range(states):
+        for j in range(states):
+            p[i, j] -= gain[i] * column[j]
+    return total
+
+
+@kernel
+def _forward(p: FloatArray, phi: FloatArray, q: FloatArray, half: FloatArray) -> None:
+    """The covariance p one row on, in place: phi p phi' + q."""
+    states = p.shape[0]
+    for i in range(states):
+        for j in range(states):
+            half[i, j] = 0.0
+            for m in range(states):
+                half[i, j] += phi[i, m] * p[m, j]
+    for i in range(states):
+        for j in range(i + 1):
+            total = q[i, j]
+            for m in range(states):
+                total += half[i, m] * phi[j, m]
+            p[i, j] = total
+            p[j, i] = total
+
+
+@kernel
+def _correct(x: FloatArray, c: FloatArray, y: float, spread: float, clip: float, gain: FloatArray) -> float:
+    """One output into the state x (in place); returns its innovation."""
+    error = y
+    for i in range(len(x)):
+        error -= c[i] * x[i]
+    limit = clip * np.sqrt(spread)
+    moved = min(max(error, -limit), limit)
+    for i in range(len(x)):
+        x[i] += gain[i] * moved
+    return error
+
+
+@kernel
+def _segment(
+    y: FloatArray,
+    push: FloatArray,
+    feed: FloatArray,
+    rows: tuple[int, int],
+    model: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    x: FloatArray,
+    p: FloatArray,
+    clip: float,
+    error: FloatArray,
+    variance: FloatArray,
+) -> None:
+    """One segment from state x and covariance p; model: phi, q, c, r."""
+    phi, q, c, r = model
+    outputs, states = c.shape
+    following, column, spread = np.zeros(states), np.zeros(states), np.zeros(outputs)
+    predicted, half, gain = (
+        np.zeros((states, states)),
+        np.zeros((states, states)),
+        np.zeros((outputs, states)),
+    )
+    settled = False
+    for k in range(rows[0], rows[1]):
+        whole = True
+        for output in range(outputs):
+            if not np.isfinite(y[k, output]):
+                whole = False
+        settled = settled and whole
+        if not settled:
+            predicted[:, :] = p
+        for output in range(outputs):
+            if not np.isfinite(y[k, output]):
+                error[k, output] = np.nan
+                variance[k, output] = np.nan
+                continue
+            if not settled:
+                spread[output] = _take(p, c[output], r[output], gain[output], column)
+            value = y[k, output] - feed[k, output]
+            error[k, output] = _correct(x, c[output], value, spread[output], clip, gain[output])
+            variance[k, output] = spread[output]
+        for i in range(states):
+            following[i] = push[k, i]
+            for j in range(states):
+                following[i] += phi[i, j] * x[j]
+        x[:] = following
+        if settled:
+            continue
+        _forward(p, phi, q, half)
+        if whole:
+            settled = True
+            for i in range(states):
+                if abs(p[i, i] - predicted[i, i]) > SETTLED * predicted[i, i]:
+                    settled = False
+
+
+@kernel
 def _innovations(
     y: FloatArray,
     push: FloatArray,
     feed: FloatArray,
     starts: IntArray,
     stops: IntArray,
-    phi: FloatArray,
-    q: FloatArray,
-    c: FloatArray,
-    r: FloatArray,
+    model: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
     x0: FloatArray,
     p0: FloatArray,
     clip: float,
@@ -38,88 +141,9 @@ def _innovations(
     variance: FloatArray,
 ) -> None:
     """Fill `error` and `variance` (both (n, m)); see `innovations`."""
-    outputs = y.shape[1]
-    states = phi.shape[0]
-    x = np.zeros(states)
-    following = np.zeros(states)
-    p = np.zeros((states, states))
-    predicted = np.zeros((states, states))
-    half = np.zeros((states, states))
-    gain = np.zeros((outputs, states))
-    spread = np.zeros(outputs)
-    column = np.zeros(states)
     for segment in range(starts.shape[0]):
-        for i in range(states):
-            x[i] = x0[segment, i]
-            for j in range(states):
-                p[i, j] = p0[i, j]
-        settled = False
-        for k in range(starts[segment], stops[segment]):
-            whole = True
-            for output in range(outputs):
-                if not np.isfinite(y[k, output]):
-                    whole = False
-            if not whole:
-                settled = False
-            for i in range(states):
-                for j in range(states):
-                    predicted[i, j] = p[i, j]
-            for output in range(outputs):
-                if not np.isfinite(y[k, output]):
-                    error[k, output] = np.nan
-                    variance[k, output] = np.nan
-                    continue
-                if not settled:
-                    total = r[output]
-                    for i in range(states):
-                        column[i] = 0.0
-                        for j in range(states):
-                            column[i] += p[i, j] * c[output, j]
-                    for i in range(states):
-                        total += c[output, i] * column[i]
-                    spread[output] = total
-                    for i in range(states):
-                        gain[output, i] = column[i] / total
-                    for i in range(states):
-                        for j in range(states):
-                            p[i, j] -= gain[output, i] * column[j]
-                e = y[k, output] - feed[k, output]
-                for i in range(states):
-                    e -= c[output, i] * x[i]
-                error[k, output] = e
-                variance[k, output] = spread[output]
-                limit = clip * np.sqrt(spread[output])
-                if e > limit:
-                    e = limit
-                elif e < -limit:
-                    e = -limit
-                for i in range(states):
-                    x[i] += gain[output, i] * e
-            for i in range(states):
-                following[i] = push[k, i]
-                for j in range(states):
-                    following[i] += phi[i, j] * x[j]
-            for i in range(states):
-                x[i] = following[i]
-            if settled:
-                continue
-            for i in range(states):
-                for j in range(states):
-                    half[i, j] = 0.0
-                    for m in range(states):
-                        half[i, j] += phi[i, m] * p[m, j]
-            for i in range(states):
-                for j in range(i + 1):
-                    total = q[i, j]
-                    for m in range(states):
-                        total += half[i, m] * phi[j, m]
-                    p[i, j] = total
-                    p[j, i] = total
-            if whole:
-                settled = True
-                for i in range(states):
-                    if abs(p[i, i] - predicted[i, i]) > SETTLED * predicted[i, i]:
-                        settled = False
+        rows = (starts[segment], stops[segment])
+        _segment(y, push, feed, rows, model, x0[segment].copy(), p0.copy(), clip, error, variance)
 
 
 def innovations(
@@ -161,5 +185,5 @@ def innovations(
         raise ValueError("a segment leaves the arrays")
     error = np.full((n, outputs), np.nan)
     variance = np.full((n, outputs), np.nan)
-    _innovations(y, push, feed, starts, stops, phi, q, c, r, x0, p0, float(clip), error, variance)
+    _innovations(y, push, feed, starts, stops, (phi, q, c, r), x0, p0, float(clip), error, variance)
     return error, variance

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parsers.channels import IntArray
 from parsers.jit import kernel
 from pipelines.results import FloatArray
 
@@ -63,6 +64,23 @@ def exponential(matrix: FloatArray) -> FloatArray:
                 work[i, j] = total
         result[:] = work
     return result
+
+
+@kernel
+def dry_friction(angle: FloatArray, starts: IntArray, stops: IntArray, slip: float) -> FloatArray:
+    """(n,) Dahl's friction from -1 to 1: after a turn of the motion it changes over within `slip` rad.
+
+    Exact between samples. Follows the way, not the rate, so that slow and fast motion are held alike.
+    """
+    held = np.zeros(len(angle))
+    for segment in range(len(starts)):
+        state = 0.0
+        for i in range(max(starts[segment], 0) + 1, min(stops[segment], len(angle))):
+            way = angle[i] - angle[i - 1]
+            side = 1.0 if way >= 0 else -1.0
+            state = side + (state - side) * np.exp(-abs(way) / slip)
+            held[i] = state
+    return held
 
 
 @dataclass(frozen=True)

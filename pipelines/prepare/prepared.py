@@ -29,7 +29,8 @@ class Prepared:
     (zero phase) at cutoff_hz; NaN never occurs inside a segment for a column listed in `complete`.
     raw_rate_hz: each signal's own mean rate before resampling. sources: signal -> how it was made, in words
     ("measured: Y_Accel", "derived: roll from suspension deflections"). standstill: (n,) rows where the vehicle
-    stands still. standstill_offset: signal -> (offset, standard error) measured at standstill, where there is one.
+    stands still. together: signals that were sampled at the instants of the first wanted one (within 2 ms), hence by one
+    unit in all likelihood. standstill_offset: signal -> (offset, standard error) measured at standstill, where there is one.
     """
 
     rate_hz: float
@@ -43,3 +44,4 @@ class Prepared:
     raw_rate_hz: Mapping[str, float] = field(default_factory=dict)
     standstill_offset: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    together: frozenset[str] = frozenset()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -18,6 +18,7 @@ from pipelines.results import FloatArray
 MAX_ROWS = 20_000_000
 MAX_FINE_HZ = 400.0
 SHORTEST_SEGMENT_S = 2.0
+TOGETHER_S = 0.002
 SLOW_SHARE = 0.4
 """Largest share of the slowest wanted signal's own rate that the cutoff may take."""
 
@@ -84,6 +85,22 @@ def _cleaned(drive: Drive, names: Sequence[str], notes: list[str]) -> dict[str, 
     return cleaned
 
 
+def _together(drive: Drive, first: str, names: Iterable[str]) -> frozenset[str]:
+    """Signals whose samples come at the instants of `first`, within TOGETHER_S as frames of one cycle on a bus do."""
+    clock = drive.signals[first].time_ns
+    limit = min(TOGETHER_S, 0.2 * usual_period_s(clock)) * 1e9
+    found = []
+    for name in names:
+        other = drive.signals[name].time_ns
+        if name == first or abs(len(other) - len(clock)) > 0.02 * len(clock):
+            continue
+        after = np.clip(np.searchsorted(other, clock), 1, len(other) - 1)
+        apart = np.minimum(np.abs(other[after] - clock), np.abs(other[after - 1] - clock))
+        if float(np.quantile(apart, 0.9)) <= limit:
+            found.append(name)
+    return frozenset(found)
+
+
 def prepare_signals(
     drive: Drive,
     wanted: Sequence[str],
@@ -144,4 +161,5 @@ def prepare_signals(
         raw_rate_hz={name: _rate(signal) for name, signal in cleaned.items()},
         standstill_offset=standstill_offsets(columns, list(columns), rest, rate),
         notes=tuple(notes),
+        together=_together(drive, wanted[0], cleaned),
     )

@@ -21,14 +21,15 @@ STEPS = 20
 
 @dataclass(frozen=True)
 class RollVehicle:
-    """The simulated vehicle as loaded: SI. roll_stiffness is the suspension's, without tyres."""
+    """The simulated vehicle as loaded: SI. roll_stiffness is the suspension's, without tyres; sprung_roll_inertia is
+    that of the sprung mass about its own CG."""
 
     mass_kg: float = 1850.0
     unsprung_mass_kg: float = 190.0
     unsprung_height_m: float = 0.34
     sprung_cg_height_m: float = 0.735
     roll_axis_height_m: float = 0.11
-    roll_inertia_kgm2: float = 600.0
+    sprung_roll_inertia_kgm2: float = 600.0
     roll_stiffness_nmprad: float = 95_000.0
     stiffening: float = 2.0
     roll_damping_nmsprad: float = 6_200.0
@@ -63,6 +64,31 @@ class RollVehicle:
     def tire_roll_stiffness_nmprad(self) -> float:
         """Roll stiffness of the four tyres: 2 axles of k t² / 2."""
         return self.tire_vertical_rate_npm * self.track_m**2
+
+    @property
+    def roll_inertia_kgm2(self) -> float:
+        """Roll inertia of the whole vehicle about its CG, as on data sheets: the unsprung mass sits at half the track."""
+        height = self.cg_height_m
+        body = self.sprung_roll_inertia_kgm2 + self.sprung_mass_kg * (self.sprung_cg_height_m - height) ** 2
+        hubs = self.unsprung_mass_kg * ((self.track_m / 2) ** 2 + (self.unsprung_height_m - height) ** 2)
+        return body + hubs
+
+    @property
+    def road_stiffness_nmprad(self) -> float:
+        """Suspension and tyres in series, as this plant has them (no mass rolls between the two)."""
+        soft, hard = self.roll_stiffness_nmprad, self.tire_roll_stiffness_nmprad
+        return soft * hard / (soft + hard)
+
+    @property
+    def roll_gradient_degpg(self) -> float:
+        """Steady roll against the horizon per g of sensed lateral acceleration, small angles, tyres included."""
+        return float(np.degrees(G * self.sprung_mass_kg * self.roll_arm_m / self.road_stiffness_nmprad))
+
+    @property
+    def roll_natural_frequency_hz(self) -> float:
+        """sqrt(K/J)/2π of small motions on springs and tyres, J about the roll axis, without gravity's part."""
+        about_axis = self.sprung_roll_inertia_kgm2 + self.sprung_mass_kg * self.roll_arm_m**2
+        return float(np.sqrt(self.road_stiffness_nmprad / about_axis) / (2 * np.pi))
 
 
 @dataclass(frozen=True)
@@ -179,7 +205,7 @@ def simulate_roll_drive(
         np.array(
             [
                 mh,
-                vehicle.roll_inertia_kgm2 + mh * arm,
+                vehicle.sprung_roll_inertia_kgm2 + mh * arm,
                 vehicle.roll_stiffness_nmprad,
                 vehicle.stiffening,
                 vehicle.roll_damping_nmsprad,
@@ -223,6 +249,8 @@ def simulate_roll_drive(
         "roll_arm_m": arm,
         "roll_stiffness_nmprad": vehicle.roll_stiffness_nmprad,
         "roll_inertia_kgm2": vehicle.roll_inertia_kgm2,
+        "roll_gradient_degpg": vehicle.roll_gradient_degpg,
+        "roll_natural_frequency_hz": vehicle.roll_natural_frequency_hz,
         "cg_to_front_axle_m": vehicle.cg_to_front_axle_m,
     }
     return SimulatedDrive(np.arange(n) / rate_hz, signals, truth)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pipelines.results import DriveResults
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.scatters import draw_scatter, leading_scatter
-from reports.figures.style import LEAD_WIDTH, new_figure, styled, to_svg
+from reports.figures.style import LEAD_HEIGHT, LEAD_WIDTH, new_figure, styled, to_svg
 from reports.text import clean
 
 
@@ -15,7 +15,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
     if scatter is None:
         return Missing(_why(results))
     with styled():
-        figure = new_figure(LEAD_WIDTH, 3.1)
+        figure = new_figure(LEAD_WIDTH, LEAD_HEIGHT)
         draw_scatter(figure.subplots(), scatter)
         label = clean(f"{scatter.title}: {scatter.x_label} across, {scatter.y_label} up")
         svg = to_svg(figure, "roll-scatter", label)

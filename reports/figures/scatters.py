@@ -69,7 +69,7 @@ def draw_scatter(axes: Axes, scatter: Scatter) -> None:
                 color=ORANGE,
                 alpha=0.22,
                 linewidth=0,
-                label="95 % band",
+                label="95 % band of the fit",
                 zorder=3,
             )
         axes.plot(fit_x, scatter.fit_y[order], color=ORANGE, linewidth=1.4, label="fit", zorder=4)
@@ -101,4 +101,6 @@ def draw(results: DriveResults) -> Drawing | Missing:
             shared_x=None,
         )
     left = f" {len(rest) - MOST} more are not drawn." if len(rest) > MOST else ""
-    return Drawing(svgs, f"Points, fit and 95 % band.{left}", "Scatter plots with fits")
+    return Drawing(
+        svgs, f"Points, the fitted line and the 95 % band of that line.{left}", "Scatter plots with fits"
+    )

@@ -11,10 +11,12 @@ from reports.figures.drawing import Drawing, Missing
 from reports.figures.style import (
     GREY,
     INK,
+    LEAD_HEIGHT,
     LEAD_WIDTH,
     PALE,
     SOFT,
     STATUS_COLOURS,
+    TEAL,
     new_figure,
     styled,
     to_svg,
@@ -24,8 +26,6 @@ from reports.text import NARROW, clean, number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-TEAL_FILL = "#7fb0a8"
 
 
 def _bins(population: FloatArray) -> list[float]:
@@ -39,10 +39,18 @@ def _histograms(axes: Axes, standing: Standing) -> None:
     everyone = standing.population[np.isfinite(standing.population)]
     same = standing.same_body[np.isfinite(standing.same_body)]
     edges = _bins(everyone)
-    axes.hist(everyone, edges, color=PALE, label=f"all {number(float(everyone.size), 0)} vehicles")
+    _shares(axes, everyone, edges, PALE, f"all {number(float(everyone.size), 0)} vehicles", 1.0)
     if same.size:
         body = clean(standing.body or "the same body", 24)
-        axes.hist(same, edges, color=TEAL_FILL, label=f"{body} ({same.size})")
+        _shares(axes, same, edges, TEAL, f"{body} ({same.size})", 0.5)
+
+
+def _shares(
+    axes: Axes, heights: FloatArray, edges: list[float], colour: str, label: str, alpha: float
+) -> None:
+    """Bars in percent of the group's own number: a small group is seen beside a large one."""
+    weights = np.full(heights.size, 100.0 / heights.size)
+    axes.hist(heights, edges, weights=weights, color=colour, alpha=alpha, label=label)
 
 
 def _markers(axes: Axes, cg: ParameterEstimate | None) -> None:
@@ -103,12 +111,12 @@ def draw(results: DriveResults) -> Drawing | Missing:
         )
     cg = results.verdict.get("cg_height_m")
     with styled():
-        figure = new_figure(LEAD_WIDTH, 3.1)
+        figure = new_figure(LEAD_WIDTH, LEAD_HEIGHT)
         axes = figure.subplots()
         _histograms(axes, standing)
         _markers(axes, cg)
         axes.set_xlabel("CG height above ground, m")
-        axes.set_ylabel("vehicles", color=INK)
+        axes.set_ylabel("vehicles, % of their group", color=INK)
         axes.grid(visible=False, axis="x")
         axes.legend(loc="center right", handlelength=1.0)
         svg = to_svg(
@@ -124,7 +132,7 @@ def _caption(standing: Standing, cg: ParameterEstimate | None) -> str:
         among = f"measured vehicles of the body style {body}" if body else "measured vehicles"
         parts.append(f"{number(standing.percentile, 0)}{NARROW}% of the {among} have a lower CG.")
     elif cg is not None and not has_result(cg):
-        parts.append("This drive gave no CG height; the prior is what was known before it, not a result.")
+        parts.append("The prior is what was known before this drive, not a result.")
     if body is None:
         parts.append("The body style is not stated, so no group is highlighted.")
     if standing.nearest:

@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FULL_WIDTH = 8.6
-LEAD_WIDTH = 4.5
-"""Inches. A page in print takes up the full width; the first screen holds two figures side by side."""
+LEAD_WIDTH, LEAD_HEIGHT = 3.75, 2.6
+"""Inches. A page in print takes up the full width; the first screen holds two figures side by side and a card."""
 
 INK = "#1f2933"
 SOFT = "#5f6b7a"

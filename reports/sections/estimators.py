@@ -6,7 +6,7 @@ from pipelines.results import DriveResults, Estimate
 from reports.blocks import Block, Cell, Column, Fact, Facts, Heading, Paragraph, Table, Tone
 from reports.sections.contract import Plots
 from reports.sections.values import deviation_text, interval_cell, status_cell, value_text
-from reports.sections.verdict import ordered, reasons_in_full
+from reports.sections.verdict import ordered
 from reports.text import DASH, clean, gist, percent, seconds, sentence, significant, spec_of
 
 INTRO = "Each method is a witness; the verdict on the first page is what they and the physics say together."
@@ -80,9 +80,6 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     witnesses = _witnesses(results)
     if witnesses is not None:
         blocks += [Heading("What each method says"), witnesses]
-    full = reasons_in_full(results)
-    if full:
-        blocks += [Heading("The verdict's reasons in full"), Facts(full, prose=True)]
     for estimate in results.estimates:
         blocks += _diagnostics(estimate)
     return tuple(blocks)

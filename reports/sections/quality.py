@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from parsers.drive import Decision, Gap, ImportRecord
 from pipelines.results import DriveResults
 from reports.blocks import Block, Bullets, Cell, Column, Fact, Facts, Heading, Item, Paragraph, Table, Tone
 from reports.sections.contract import Plots
-from reports.text import clean, count, number, seconds, sentence
+from reports.text import clean, count, gist, number, seconds, sentence
 
 STATUS_TONES: dict[str, Tone] = {"complete": "good", "truncated": "warn", "malformed": "bad"}
 STATUS_WORDS = {
@@ -16,7 +17,10 @@ STATUS_WORDS = {
     "truncated": "the log breaks off; all that is whole was read",
     "malformed": "the log is damaged; what is whole was read",
 }
-MOST_ON_CARD = 5
+MOST_ON_CARD = 4
+SHORT_EVIDENCE = 44
+UNCHECKED = "not checked against physics: "
+"""How a note of the import begins that names the checks which had too little to go by."""
 MOST_DECISIONS = 100
 MOST_GAPS = 40
 MOST_REASONS = 30
@@ -31,6 +35,30 @@ def decision_item(decision: Decision) -> Item:
     lead = "" if signal and signal.lower() in found.lower() else f"{signal}: "
     text = f"{lead}{found}{evidence}: {action}." if action else f"{lead}{found}{evidence}."
     return Item(text, "corrected", "good") if decision.applied else Item(text, "only reported", "warn")
+
+
+def _place_on_card(decision: Decision) -> int:
+    """What needs a reader first: doubts left open, then signs and units, then the rest; offsets are everyday."""
+    if decision.kind == "offset":
+        return 3
+    return 0 if not decision.applied else 1 if decision.kind in ("sign", "unit") else 2
+
+
+def _card_items(decisions: Sequence[Decision]) -> list[Item]:
+    """The decisions in short, the weightiest first; offsets that were treated alike share a line."""
+    offsets: dict[tuple[str, bool], list[Decision]] = {}
+    items = []
+    for decision in sorted(decisions, key=_place_on_card):
+        if decision.kind == "offset":
+            offsets.setdefault((decision.action, decision.applied), []).append(decision)
+        else:
+            items.append(decision_item(replace(decision, evidence=gist(decision.evidence, SHORT_EVIDENCE))))
+    for alike in offsets.values():
+        found = "; ".join(clean(d.found).rstrip(".") for d in alike)
+        merged = replace(alike[0], found=found, evidence=alike[0].evidence if len(alike) == 1 else "")
+        item = decision_item(merged)
+        items.append(item if merged.applied else replace(item, tone="quiet"))
+    return items
 
 
 def total_gap_s(gaps: Sequence[Gap]) -> float:
@@ -88,20 +116,29 @@ def card(results: DriveResults) -> tuple[Block, ...]:
 
 
 def checks_card(results: DriveResults) -> tuple[Block, ...]:
-    """The first screen's card with the decisions; not applied ones first, as they need a reader."""
-    decisions = sorted(results.record.decisions, key=lambda d: d.applied)
-    items = [decision_item(d) for d in decisions[:MOST_ON_CARD]]
-    if len(decisions) > MOST_ON_CARD:
-        items.append(Item(f"{len(decisions) - MOST_ON_CARD} more under Data quality.", tone="quiet"))
-    if items:
-        return (Bullets(tuple(items)),)
+    """The first screen's card with the decisions in short; all of each stands under Data quality."""
+    found = _card_items(results.record.decisions)
+    items = found[:MOST_ON_CARD]
+    if len(found) > MOST_ON_CARD:
+        items.append(Item(f"{len(found) - MOST_ON_CARD} more under Data quality.", tone="quiet"))
+    items += [
+        Item(gist(note.removeprefix(UNCHECKED), 110), "not checked", "quiet")
+        for note in _unchecked(results.record)
+    ]
     if not results.record.mapped:
         return (Paragraph("No signal to check.", "quiet"),)
-    return (
-        Paragraph(
-            "Nothing found: signs, units and ranges agree as far as the signals allow a check.", "quiet"
-        ),
-    )
+    if not found:
+        words = (
+            "Nothing found in what could be checked."
+            if items
+            else "Nothing found: signs, units and ranges agree."
+        )
+        return (Paragraph(words, "quiet"), Bullets(tuple(items))) if items else (Paragraph(words, "quiet"),)
+    return (Bullets(tuple(items)),)
+
+
+def _unchecked(record: ImportRecord) -> list[str]:
+    return [note for note in record.notes if note.startswith(UNCHECKED)]
 
 
 def _gap_table(record: ImportRecord) -> Table:

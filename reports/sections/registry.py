@@ -2,10 +2,21 @@
 
 from __future__ import annotations
 
-from reports.sections import assumptions, errors, estimators, mapping, plots, provenance, quality, reading
+from reports.sections import (
+    assumptions,
+    errors,
+    estimators,
+    mapping,
+    plots,
+    provenance,
+    quality,
+    reading,
+    verdict,
+)
 from reports.sections.contract import SectionSpec
 
 SECTIONS: tuple[SectionSpec, ...] = (
+    SectionSpec("detail", "Verdict in detail", "Detail", verdict.build_detail, verdict.DETAIL_INTRO),
     SectionSpec("errors", "Against the reference", "Reference", errors.build, errors.INTRO),
     SectionSpec("tracks", "Estimates over the drive", "Tracks", plots.tracks),
     SectionSpec("fits", "Fit and residuals", "Fit", plots.fits),

@@ -32,15 +32,15 @@ def nhtsa_context(factor: ParameterEstimate) -> str:
         return ""
     stars, risk = band_of(factor.value)
     text = (
-        f"For scale: by this factor alone, NHTSA's rating of model years 2001–2003 put passenger cars and light trucks "
-        f"with such a value at {stars} of 5 stars (a rollover in {risk} of single-vehicle crashes)"
+        f"For scale: NHTSA's rating of cars and light trucks of model years 2001–2003 gave such a factor {stars} of 5 stars "
+        f"(a rollover in {risk} of single-vehicle crashes)"
     )
     if factor.low is not None and factor.high is not None:
         worst, best = band_of(factor.low)[0], band_of(factor.high)[0]
         if worst != best:
             text += f"; the 95 % interval reaches from {worst} to {best} stars"
     return (
-        text + ". Since 2004 a driving test counts too. This is no rating of this vehicle, loaded as it was."
+        text + ". Since 2004 a driving test counts too; this is no rating of this vehicle, loaded as it was."
     )
 
 
@@ -48,7 +48,7 @@ def _fact(label: str, estimate: ParameterEstimate | None, unit: str) -> Fact:
     if estimate is None or estimate.value is None or not has_result(estimate):
         reason = clean(estimate.reason) if estimate is not None else "needs the CG height and the track"
         if estimate is not None and estimate.value is not None and estimate.low is not None:
-            reason = f"prior only: {span(estimate.low, estimate.high, 2)}; {reason}"
+            reason = f"prior only: {span(estimate.low, estimate.high, 2)}"
         return Fact(label, DASH, reason, tone="quiet")
     half = None if estimate.low is None or estimate.high is None else 0.5 * (estimate.high - estimate.low)
     decimals = min(3, max(1, decimals_for(half, 2)))
@@ -83,7 +83,7 @@ def build(results: DriveResults) -> tuple[Block, ...]:
             Fact(
                 "Peak rollover coefficient",
                 number(rollover.peak_rollover_coefficient, 2),
-                "0 = even, 1 = the inner wheels are off the road",
+                "1 = the inner wheels lift",
             )
         )
     blocks: list[Block] = [Facts(tuple(facts))]

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
-from typing import TypeVar
 
 from pipelines.parameters import PARAMETERS
 from pipelines.results import DriveResults, ParameterEstimate
-from reports.blocks import Cell, Column, Fact, Table
+from reports.blocks import Block, Cell, Column, Table
+from reports.sections.contract import Plots
 from reports.sections.values import (
     STATUS_WORDS,
     bar_cell,
@@ -17,29 +17,39 @@ from reports.sections.values import (
     deviation_text,
     has_result,
     interval_cell,
+    interval_text,
     prior_text,
     status_cell,
     value_text,
 )
-from reports.text import DASH, clean, count, gist, number, sentence, spec_of
+from reports.text import DASH, NARROW, NO_BREAK, clean, count, gist, number, sentence, spec_of, with_unit
 
 COLUMNS = (
+    Column("Parameter", weight=2.5),
+    Column("Value ± std", "right", 0),
+    Column("95 % interval", "right", 0),
+    Column("Prior, result", "center", 0),
+    Column("Verdict", "left", 0),
+    Column("Why, in short", weight=3.6),
+    Column("Prior, no result", weight=1.4),
+)
+DETAIL_COLUMNS = (
     Column("Parameter", weight=2.0),
     Column("Value ± std", "right", 0),
     Column("95 % interval", "right", 0),
-    Column("Prior and result", "center", 0),
     Column("Verdict", "left", 0),
-    Column("Why", weight=4.2),
-    Column("Prior (known before, not a result)", weight=2.1),
+    Column("Why", weight=4.4),
+    Column("Prior (known before, not a result)", weight=2.2),
 )
-
+DETAIL_INTRO = "Every reason in full, and every prior with its source. An interval in brackets is the prior's, no result."
 
 BAR_COLUMN = 3
 LEADING = "cg_height_m"
-"""What a reader looks for first: a line of its own, whatever the reason."""
+"""What a reader looks for first: the first line, and one of its own whatever the reason."""
 
-
-T = TypeVar("T")
+SHORT_WHY, LEADING_WHY = 52, 104
+"""Characters of a reason on the first screen; all of it stands in the detailed table."""
+MOST_OPENING = 26
 
 
 @dataclass(frozen=True)
@@ -61,20 +71,33 @@ def _empty(estimate: ParameterEstimate) -> bool:
     return not has_result(estimate) and estimate.prior is None and estimate.reference is None
 
 
+def _rank(estimate: ParameterEstimate) -> int:
+    """The leading parameter, then results, then what has a prior only, then what has nothing."""
+    if estimate.name == LEADING:
+        return 0
+    return 1 if has_result(estimate) else 3 if _empty(estimate) else 2
+
+
+def _gathered(results: DriveResults, key: Callable[[ParameterEstimate], Hashable | None]) -> list[Line]:
+    """Lines in order of rank; parameters with the same key (None = alone) share the line of the first."""
+    groups: dict[Hashable, list[ParameterEstimate]] = {}
+    for estimate in sorted(ordered(results.verdict.values()), key=_rank):
+        shared = None if estimate.name == LEADING else key(estimate)
+        groups.setdefault(("alone", estimate.name) if shared is None else shared, []).append(estimate)
+    return [
+        Line(_joined([spec_of(e.name).title for e in group]), group[0], tuple(e.name for e in group))
+        for group in groups.values()
+    ]
+
+
 def lines(results: DriveResults) -> list[Line]:
-    """The verdict's lines: first what has a value or a prior, then the rest, joined where the reason is the same."""
-    found: list[Line] = []
-    by_reason: dict[str, list[ParameterEstimate]] = {}
-    for estimate in ordered(results.verdict.values()):
-        if _empty(estimate) and estimate.name != LEADING:
-            by_reason.setdefault(estimate.reason, []).append(estimate)
-        else:
-            found.append(Line(spec_of(estimate.name).title, estimate, (estimate.name,)))
-    for group in by_reason.values():
-        found.append(
-            Line(_joined([spec_of(e.name).title for e in group]), group[0], tuple(e.name for e in group))
-        )
-    return found
+    """The verdict's lines: what has a value or a prior has its own; the rest are joined where the reason is the same."""
+    return _gathered(results, lambda e: e.reason if _empty(e) else None)
+
+
+def short_lines(results: DriveResults) -> list[Line]:
+    """The first screen's lines: all that is not identifiable for the same reason shares one."""
+    return _gathered(results, lambda e: None if has_result(e) else (e.prior is None, e.reason))
 
 
 def _joined(titles: list[str]) -> str:
@@ -92,63 +115,105 @@ def _joined(titles: list[str]) -> str:
 def _value_cell(estimate: ParameterEstimate) -> Cell:
     if not has_result(estimate):
         return Cell(DASH, tone="quiet")
-    return Cell(value_text(estimate), sub=deviation_text(estimate))
+    deviation = deviation_text(estimate)
+    figures = value_text(estimate, unit=False) + ("" if deviation == DASH else f"{NO_BREAK}{deviation}")
+    return Cell(with_unit(figures.replace(" ", NO_BREAK), spec_of(estimate.name).unit))
 
 
-def _why(estimate: ParameterEstimate, told: dict[str, str]) -> str:
+def _pointed(estimate: ParameterEstimate) -> str:
+    """The reason without an opening that only says "not told", as the badge beside it does."""
+    head, _, rest = clean(estimate.reason, 4000).partition(": ")
+    return (
+        rest
+        if rest and not has_result(estimate) and len(head) <= MOST_OPENING
+        else clean(estimate.reason, 4000)
+    )
+
+
+def _why(estimate: ParameterEstimate, told: dict[str, str], limit: int | None = None) -> str:
     """The reason; a long one that stands above already is not said twice. told: reason -> title, added to here."""
     if len(estimate.reason) > 60 and estimate.reason in told:
         return f"As for {told[estimate.reason]}."
     title = spec_of(estimate.name).title
     told[estimate.reason] = title if title[1:2].isupper() else title[:1].lower() + title[1:]
-    return sentence(gist(estimate.reason))
+    return sentence(estimate.reason, 4000) if limit is None else sentence(gist(_pointed(estimate), limit))
 
 
-def reasons_in_full(results: DriveResults) -> tuple[Fact, ...]:
-    """The reasons that the table had to shorten, each once."""
-    titles: dict[str, list[str]] = {}
-    for line in lines(results):
-        reason = line.estimate.reason
-        if gist(reason) != clean(reason, 4000):
-            titles.setdefault(reason, []).append(line.title)
-    return tuple(Fact("; ".join(names), sentence(reason, 4000)) for reason, names in titles.items())
+def _says_something(cell: Cell) -> bool:
+    return cell.bar is not None or cell.text not in ("", DASH)
 
 
-def _without(row: tuple[T, ...], place: int) -> tuple[T, ...]:
-    return (*row[:place], *row[place + 1 :])
+def _filled(columns: tuple[Column, ...], rows: tuple[tuple[Cell, ...], ...], note: str = "") -> Table:
+    """A table without the columns that say nothing in any row."""
+    kept = [i for i in range(len(columns)) if any(_says_something(row[i]) for row in rows)]
+    return Table(
+        tuple(columns[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in rows), note=note
+    )
+
+
+def _short_priors(group: Iterable[ParameterEstimate]) -> Cell:
+    """The priors' values, in the order of the names; where they are from stands in the detailed table."""
+    texts = [prior_text(e.name, e.prior).replace("± ", f"±{NO_BREAK}") for e in group if e.prior is not None]
+    return Cell("; ".join(texts) or DASH, tone="quiet")
+
+
+def _short_row(results: DriveResults, line: Line, told: dict[str, str]) -> tuple[Cell, ...]:
+    estimate = line.estimate
+    return (
+        Cell(line.title, tone="plain" if has_result(estimate) or estimate.name == LEADING else "quiet"),
+        _value_cell(estimate),
+        Cell(interval_text(estimate)),
+        bar_cell(estimate) if len(line.names) == 1 else Cell(""),
+        status_cell(estimate),
+        Cell(_why(estimate, told, LEADING_WHY if estimate.name == LEADING else SHORT_WHY)),
+        _short_priors(results.verdict[name] for name in line.names),
+    )
 
 
 def table(results: DriveResults) -> Table:
-    """The verdict as a table."""
+    """The verdict as the first screen has it: a line or two a parameter."""
+    told: dict[str, str] = {}
+    rows = tuple(_short_row(results, line, told) for line in short_lines(results))
+    notes = []
+    if any(row[BAR_COLUMN].bar is not None for row in rows):
+        known = any(e.reference is not None for e in results.verdict.values())
+        notes.append(
+            "Bar: grey = 95 % range known before the log, coloured = 95 % interval after it"
+            + (", orange mark = reference." if known else ".")
+        )
+    if rows:
+        notes.append("Reasons in full and the priors' sources: Verdict in detail, below.")
+    return _filled(COLUMNS, rows, " ".join(notes))
+
+
+def _rollover_lines(results: DriveResults) -> list[Line]:
+    rollover = results.rollover
+    named = (
+        ("Static stability factor T/(2h)", rollover.static_stability_factor),
+        ("Rollover threshold, quasi-static, in g", rollover.threshold_g),
+    )
+    return [Line(title, estimate, (estimate.name,)) for title, estimate in named if estimate is not None]
+
+
+def build_detail(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
+    """The verdict with every reason in full and every prior's source."""
     rows = []
     told: dict[str, str] = {}
-    for line in lines(results):
+    for line in (*lines(results), *_rollover_lines(results)):
         estimate = line.estimate
         prior = estimate.prior
+        known = Cell(prior_text(estimate.name, prior), sub=clean(prior.source) if prior else "", tone="quiet")
         rows.append(
             (
                 Cell(line.title),
                 _value_cell(estimate),
                 interval_cell(estimate),
-                bar_cell(estimate),
                 status_cell(estimate),
                 Cell(_why(estimate, told)),
-                Cell(
-                    prior_text(estimate.name, prior),
-                    sub=clean(prior.source, 120) if prior else "",
-                    tone="quiet",
-                )
-                if prior
-                else Cell(DASH, tone="quiet"),
+                known,
             )
         )
-    if all(row[BAR_COLUMN].bar is None for row in rows):
-        return Table(_without(COLUMNS, BAR_COLUMN), tuple(_without(row, BAR_COLUMN) for row in rows))
-    return Table(
-        COLUMNS,
-        tuple(rows),
-        note="Bar: grey = 95 % range known before the log, coloured = 95 % interval after it, | = reference.",
-    )
+    return (_filled(DETAIL_COLUMNS, tuple(rows)),) if rows else ()
 
 
 def summary(results: DriveResults) -> str:
@@ -160,17 +225,15 @@ def summary(results: DriveResults) -> str:
         s: sum(e.status == s for e in results.verdict.values())
         for s in ("identified", "weak", "not_identifiable")
     }
-    first = (
+    counts = (
         f"Of {count(total, 'parameter')}, this log identifies {number_of['identified']}, tells {number_of['weak']} weakly, "
         f"and cannot tell {number_of['not_identifiable']}."
     )
-    cg = results.verdict.get("cg_height_m")
+    cg = results.verdict.get(LEADING)
     if cg is None:
-        return first
+        return counts
     if not has_result(cg):
-        why = re.split(r"; |: give ", clean(cg.reason), maxsplit=1)[0]
-        return f"{first} It gives no CG height: {why.rstrip('.')}."
+        why = re.split(r"; |: give ", _pointed(cg), maxsplit=1)[0]
+        return f"{counts} It gives no CG height: {why.rstrip('.')}."
     low, high = (number(end, decimals_of(cg)) for end in (cg.low, cg.high))
-    return (
-        f"{first} CG height {value_text(cg)}, with 95 % between {low} and {high} ({STATUS_WORDS[cg.status]})."
-    )
+    return f"CG height {value_text(cg)}, with 95{NARROW}% between {low} and {high} ({STATUS_WORDS[cg.status]}). {counts}"

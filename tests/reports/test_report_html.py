@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 from sample_results import bare, rich, signals
 
-from parsers.drive import Decision, Gap, MappedChannel
+from parsers.drive import Decision, Gap, ImportRecord, MappedChannel
 from parsers.errors import ReportError
 from pipelines.results import ParameterEstimate, Prior, Trace
 from reports.blocks import Document
+from reports.document import build_document
 from reports.html import breakable, html_of, render_html, write_html
 from reports.sections.rollover import band_of, nhtsa_context
 
@@ -69,9 +70,9 @@ def test_hostile_text_is_shown_not_run(hostile_html: str) -> None:
 
 
 def test_the_first_screen_says_what_matters(rich_html: str) -> None:
-    first = Page(rich_html.split('id="errors"')[0]).text
+    first = Page(rich_html.split('id="detail"')[0]).text
     for words in (
-        "Volvo V40 T2, 2 persons", "slalom_35kph.vbo", "2024-05-17 09:41:20 UTC", "CG height above ground", "0.558\u202fm", "± 0.029",
+        "Volvo V40 T2, 2 persons", "slalom_35kph.vbo", "2024-05-17 09:41:20 UTC", "CG height above ground", "0.558\u202fm", "0.558\xa0±\xa00.029\u202fm",
         "0.502–0.614", "weak", "not identifiable", "The roll motion fixes K/(mh)", "Static stability factor", "1.38", "1.24–1.52", "NHTSA",
         "What limited the result", "truncated", "1 gap, 3.70\u202fs in all", "UTC time of day", "yaw_rate has the sign opposite to lateral acceleration",
         "inverted", "corrected", "only reported", "Sedan (640)", "61\u202f%",
@@ -80,12 +81,78 @@ def test_the_first_screen_says_what_matters(rich_html: str) -> None:
 
 
 def test_a_prior_is_never_printed_as_a_result(rich_document: Document) -> None:
-    heads = [c.title for c in rich_document.verdict.columns]
-    row = next(r for r in rich_document.verdict.rows if r[0].text == "Sprung mass")
-    cells = dict(zip(heads, row, strict=True))
-    assert cells["Value ± std"].text == "—"
-    assert cells["95 % interval"].text == "—"
-    assert cells["Prior (known before, not a result)"].text == "1380 ± 60\u202fkg"
+    detail = next(s for s in rich_document.sections if s.anchor == "detail").blocks[0]
+    for table, head, prior in (
+        (rich_document.verdict, "Prior, no result", "1380 ±\xa060\u202fkg"),
+        (detail, "Prior (known before, not a result)", "1380 ± 60\u202fkg"),
+    ):
+        heads = [c.title for c in table.columns]  # type: ignore[union-attr]
+        row = next(r for r in table.rows if r[0].text == "Sprung mass")  # type: ignore[union-attr]
+        cells = dict(zip(heads, row, strict=True))
+        assert cells["Value ± std"].text == "—"
+        assert cells["95 % interval"].text == "—"
+        assert cells[head].text == prior
+
+
+def _told(
+    name: str, reason: str, *, prior: Prior | None = None, value: float | None = None
+) -> ParameterEstimate:
+    if value is None:
+        return ParameterEstimate(name, None, None, None, None, "not_identifiable", reason, prior)
+    return ParameterEstimate(name, value, 1.0, value - 2, value + 2, "weak", reason, prior)
+
+
+def test_the_first_screen_is_short_and_the_detail_is_whole() -> None:
+    long = "roll motion gives a ratio only; " + "a further clause of the same reason, " * 9 + "and its end"
+    prior = Prior(1500.0, 80.0, "204 measured vehicles, a source with a long name")
+    results = replace(
+        bare(),
+        verdict={
+            e.name: e
+            for e in (
+                _told("mass_kg", long, prior=prior),
+                _told("sprung_mass_kg", long, prior=prior),
+                _told("roll_gradient_degpg", "from the log alone: " + long, value=6.9),
+                _told("cg_height_m", "the log does not tell it: " + long),
+                _told("cg_lateral_offset_m", long),
+            )
+        },
+    )
+    document = build_document(results)
+    rows = [[c.text for c in row] for row in document.verdict.rows]
+    assert [row[0] for row in rows] == [
+        "CG height above ground",
+        "Roll gradient",
+        "Mass; Sprung mass",
+        "CG lateral offset (+ left)",
+    ]
+    assert rows[0][-2] == "Roll motion gives a ratio only; a further clause of the same reason\xa0…"
+    assert rows[2][-1] == "1500 ±\xa080\u202fkg; 1500 ±\xa080\u202fkg"
+    assert max(len(row[-2]) for row in rows) <= 110
+    detail = Page(html_of(document).split('id="detail"')[1].split("<section")[0]).text
+    assert "the same reason, and its end." in detail
+    assert "204 measured vehicles, a source with a long name" in detail
+    assert detail.count("Sprung mass") == 1
+
+
+def test_no_check_is_passed_off_as_agreement() -> None:
+    sample = rich()
+    quiet = replace(
+        sample.record, decisions=(), notes=("not checked against physics: lateral signs: no yaw rate",)
+    )
+
+    def card(record: ImportRecord) -> str:
+        html = html_of(build_document(replace(sample, record=record)))
+        return Page(html.split("Signs, units and spikes")[1].split("Data quality")[0]).text
+
+    assert "Nothing found in what could be checked." in card(quiet)
+    assert "not checked lateral signs: no yaw rate" in card(quiet)
+    assert "Nothing found: signs, units and ranges agree." in card(replace(quiet, notes=()))
+    assert "not checked" in card(replace(sample.record, notes=quiet.notes))
+
+
+def test_columns_that_say_nothing_are_left_out(bare_document: Document) -> None:
+    assert [c.title for c in bare_document.verdict.columns] == ["Parameter", "Verdict", "Why, in short"]
 
 
 def test_what_repeats_the_prior_is_no_result() -> None:

@@ -37,6 +37,19 @@ def test_what_has_no_result_shows_a_dash_not_the_prior() -> None:
     assert line.split()[2:4] == ["—", "—"]
 
 
+def test_the_leading_reason_is_whole_and_the_others_are_short() -> None:
+    long = "the first clause; " + "and a further one that goes on for a while, " * 6 + "to the end"
+    sample = rich()
+    verdict = {
+        k: replace(v, reason=long) for k, v in sample.verdict.items() if k in ("cg_height_m", "mass_kg")
+    }
+    told = verdict_table(replace(sample, verdict=verdict)).splitlines()
+    mass = next(i for i, line in enumerate(told) if line.startswith("Mass"))
+    assert " ".join(line.strip() for line in told[3:mass]) == long
+    assert told[mass + 1] == "    the first clause; and a further one that goes on for a while …"
+    assert len(told) == mass + 2
+
+
 def test_colour_only_when_asked_for() -> None:
     painted = verdict_table(rich(), colour=True)
     assert "\x1b[32midentified\x1b[0m" in painted

@@ -80,6 +80,9 @@ def test_significant_figures() -> None:
         "41",
         "−3.14",
     ]
+    assert significant(-9.5949e15) == "−9.59\u202f×\u202f10¹⁵"
+    assert significant(2.5978e-7, 2) == "2.6\u202f×\u202f10⁻⁷"
+    assert number(3.25e13, 0) == "3.250\u202f×\u202f10¹³"
     assert percent(0.643) == "64\u202f%"
 
 
@@ -105,6 +108,9 @@ def test_sentences_begin_and_end_well_but_names_keep_their_case() -> None:
 
 def test_a_long_reason_is_cut_between_clauses() -> None:
     reason = "the log does not tell it; " + "roll motion gives a ratio only, " * 5 + "and so on; " + "x" * 300
-    assert gist(reason, 200).endswith("and so on …")
+    assert gist(reason, 200).endswith("and so on\xa0…")
     assert gist("short; whole") == "short; whole"
+    assert gist("the height and the mass of the (loaded body of the vehicle as driven that day", 46) == (
+        "the height and the mass\xa0…"
+    )
     assert len(gist("x" * 900, 190)) <= 192

@@ -1,0 +1,170 @@
+"""How near does the first stage of `roll_map` come to what the data allow? RMSE over the Cramér-Rao bound of a, b, c.
+
+python benchmarks/roll_map_bound.py [runs] [most friction in m/s², 0]
+
+The plant equals the model: c φ'' + b φ' + a φ (1 + s φ²) + friction = f, white noise on all channels, a bank that wanders. The bound is the
+Fisher information of the innovations of the exact Kalman filter on the raw 100 Hz samples (no low-pass), at the true
+parameters, with every nuisance parameter of the fit (delays, offsets, stiffening, friction, noises) and its prior. Angle and rate come late by
+delays of their own; the rate's is small, as one unit gives it with the acceleration.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parent)]
+
+from roll_map_drives import manoeuvre  # noqa: E402
+
+from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
+from parsers.jit import kernel  # noqa: E402
+from pipelines.estimators.roll_map import RollMap  # noqa: E402
+from pipelines.estimators.roll_map_model import SLIP  # noqa: E402
+from pipelines.filters.kalman import innovations  # noqa: E402
+from pipelines.models.roll import RollCoefficients, discretise, dry_friction, process_noise  # noqa: E402
+from pipelines.results import FloatArray  # noqa: E402
+from pipelines.vehicles.vehicle import Vehicle  # noqa: E402
+
+A, B, C = 110.0, 7.0, 0.8
+NOISE = {"accel_y": 0.05, "roll": np.radians(0.1), "roll_rate": np.radians(0.3)}
+BANK, BANK_S = np.radians(0.2), 8.0
+STEP = 0.01
+PRIOR = np.array([80.0, 6.0, 0.6, 0.05, 0.01, 0.1, 0.03, 3.0, 0.1, 2.0, 2.0, 2.0, 1.5])
+"""Standard deviations of a, b, c, delay of angle and rate, their offsets, stiffening, friction, four log noises."""
+
+
+@kernel
+def _motion(push: FloatArray, stiffening: float, friction: float, out: FloatArray) -> None:
+    """Roll and its rate (n, 2) at 1 kHz."""
+    angle, rate, held = 0.0, 0.0, 0.0
+    for i in range(len(push)):
+        out[i, 0], out[i, 1] = angle, rate
+        rate += (
+            0.001
+            * (push[i] - friction * held - 7.0 * rate - 110.0 * angle * (1 + stiffening * angle * angle))
+            / 0.8
+        )
+        angle += 0.001 * rate
+        held += 0.001 * (rate - abs(rate) * held) / SLIP
+
+
+def simulate(kind: str, seed: int, most_friction: float) -> tuple[Drive, FloatArray, FloatArray]:
+    """A drive, and its clean input and angle at 100 Hz."""
+    rng = np.random.default_rng([7, seed])
+    speed, push = manoeuvre(kind, np.random.default_rng(99))
+    stiffening, friction = 3 * rng.standard_normal(), most_friction * rng.random()
+    delay, rate_delay = 0.03 * rng.standard_normal(), 0.01 * rng.standard_normal()
+    out = np.zeros((len(push), 2))
+    _motion(push, stiffening, friction, out)
+    fine = np.arange(len(push)) / 1000
+    t = np.arange(0.5, fine[-1] - 0.5, STEP)
+    fade = np.exp(-STEP / BANK_S)
+    bank, level = np.zeros(len(t)), BANK * rng.standard_normal()
+    for i, shock in enumerate(rng.standard_normal(len(t))):
+        bank[i] = level
+        level = fade * level + BANK * np.sqrt(1 - fade * fade) * shock
+    clean = {
+        "accel_y": np.interp(t, fine, push),
+        "roll": np.interp(t - delay, fine, out[:, 0]) + bank + np.radians(0.5),
+        "roll_rate": np.interp(t - rate_delay, fine, out[:, 1]) + 0.004,
+    }
+    time_ns = np.round((t - t[0]) * 1e9).astype(np.int64)
+    signals = {
+        name: Signal(name, time_ns, values + NOISE[name] * rng.standard_normal(len(t)), name)
+        for name, values in clean.items()
+    }
+    still = np.interp(t, fine, speed)
+    signals["speed"] = Signal("speed", time_ns[::10], np.where(still < 0.05, 0.0, still)[::10], "speed")
+    found = ImportRecord(
+        "simulated", (Path("plant"),), "0", "complete", 0, {}, (), "plant", None, float(t[-1]), ()
+    )
+    return Drive(signals, found), clean["accel_y"], np.interp(t, fine, out[:, 0])
+
+
+def _exact(
+    x: FloatArray, drive: Drive, clean: FloatArray, angle: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Innovations and variances of the exact filter for parameters x (see PRIOR), on the raw samples."""
+    a, b, c, delay, rate_delay, roll_offset, rate_offset, stiffening, friction, *noises = x
+    t = np.arange(len(clean)) * STEP
+    moved = np.interp(t - delay, t, clean) - clean
+    push = drive.signals["accel_y"].values + moved - a * stiffening * angle**3
+    push = push - friction * dry_friction(angle, np.array([0]), np.array([len(t)]), SLIP)
+    lag = rate_delay - delay
+    roll = RollCoefficients(a, b, c)
+    phi2, before, after = discretise(roll, STEP)
+    later = np.append(push[1:], push[-1])
+    phi = np.zeros((3, 3))
+    phi[:2, :2], fade = phi2, np.exp(-STEP / BANK_S)
+    phi[2, 2] = fade
+    roll_noise, rate_noise, input_noise, bank = np.exp(2 * np.array(noises))
+    q = np.zeros((3, 3))
+    q[:2, :2] = process_noise(roll, input_noise * STEP, STEP)
+    q[2, 2] = bank * (1 - fade**2)
+    turn = np.array([-a / c, -b / c])
+    # the rate seen `lag` later: its own change takes the place of the shift, to the first order
+    seen = np.array([[1.0, 0.0, 1.0], [-lag * turn[0], 1 - lag * turn[1], 0.0]])
+    feed = np.column_stack([np.full(len(t), roll_offset), rate_offset - lag * push / c])
+    zeros = np.zeros(len(t))
+    return innovations(
+        np.column_stack([drive.signals["roll"].values, drive.signals["roll_rate"].values]),
+        np.column_stack([np.outer(push, before) + np.outer(later, after), zeros]), feed,
+        (np.array([0]), np.array([len(t)])), phi=phi, q=q, c=seen, r=np.array([roll_noise, rate_noise]),
+        x0=np.zeros((1, 3)), p0=np.diag([1e-8, 1e-8, bank]),
+    )  # fmt: skip
+
+
+def bound(kind: str) -> FloatArray:
+    """(3,) least standard deviations of a, b, c, with the priors counted as data."""
+    drive, clean, angle = simulate(kind, 0, 0.0)
+    logs = [np.log(NOISE["roll"]), np.log(NOISE["roll_rate"]), np.log(NOISE["accel_y"]), np.log(BANK)]
+    x = np.array([A, B, C, 0.0, 0.0, np.radians(0.5), 0.004, 0.0, 0.05, *logs])
+    steps = np.array([0.05, 0.01, 0.002, 1e-3, 1e-3, 1e-4, 1e-4, 0.05, 0.005, 0.01, 0.01, 0.01, 0.01])
+    _, variance = _exact(x, drive, clean, angle)
+    slope, growth = [], []
+    for i, step in enumerate(steps):
+        ends = []
+        for sign in (1, -1):
+            moved = x.copy()
+            moved[i] += sign * step
+            ends.append(_exact(moved, drive, clean, angle))
+        slope.append(((ends[0][0] - ends[1][0]) / (2 * step) / np.sqrt(variance)).ravel())
+        growth.append((np.log(ends[0][1] / ends[1][1]) / (2 * step)).ravel())
+    j, g = np.array(slope), np.array(growth)
+    information = j @ j.T + 0.5 * g @ g.T + np.diag(1 / PRIOR**2)
+    return np.asarray(np.sqrt(np.diag(np.linalg.inv(information)))[:3])
+
+
+def main(runs: int, friction: float) -> None:
+    """RMSE, claimed standard deviation and their ratio to the bound, by manoeuvre."""
+    estimator = RollMap()
+    print(
+        "| manoeuvre | coefficient | bound % | RMSE / bound | claimed std of the fit / bound | within 1.96 claimed std |"
+    )
+    print("|---|---|---|---|---|---|")
+    for kind in ("sine with dwell", "slalom", "double lane change"):
+        least = bound(kind)
+        rows = []
+        for seed in range(runs):
+            drive = simulate(kind, seed, friction)[0]
+            prepared = estimator.prepare(drive, {})
+            figures = estimator.estimate(
+                prepared, Vehicle(), {"draws": 1000.0}, np.random.default_rng(1)
+            ).diagnostics
+            rows.append([[figures[n] for n in "abc"], [figures[f"{n}_std"] for n in "abc"]])
+        table = np.array(rows)
+        error, std = table[:, 0] - (A, B, C), table[:, 1]
+        for i, name in enumerate("abc"):
+            rmse = np.sqrt(np.mean(error[:, i] ** 2))
+            share = 100 * least[i] / (A, B, C)[i]
+            inside = np.mean(np.abs(error[:, i]) < 1.96 * std[:, i])
+            print(
+                f"| {kind} | {name} | {share:.2f} | {rmse / least[i]:.2f} | {std[:, i].mean() / least[i]:.2f} | {inside:.2f} |"
+            )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 40, float(sys.argv[2]) if len(sys.argv) > 2 else 0.0)

@@ -1,0 +1,107 @@
+"""Unit texts: what they mean, what they do not, and that no two spellings contradict each other."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from parsers.errors import MappingError
+from parsers.signals import SIGNALS
+from parsers.units import SI_TEXT, find_unit, quantities_of, require_unit, spellings
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "scale"),
+    [
+        ("m/s²", "acceleration", 1.0),
+        ("[m/s^2]", "acceleration", 1.0),
+        ("m s⁻²", "acceleration", 1.0),
+        ("m*s^-2", "acceleration", 1.0),
+        ("rad s⁻¹", "angular_rate", 1.0),
+        ("°·s-1", "angular_rate", math.pi / 180),
+        ("m s-1", "speed", 1.0),
+        ("min-1", "angular_rate", math.pi / 30),
+        ("g", "acceleration", 9.80665),
+        ("(G)", "acceleration", 9.80665),
+        ("mg", "acceleration", 0.00980665),
+        ("°/s", "angular_rate", math.pi / 180),
+        ("\ufffd/s", "angular_rate", math.pi / 180),
+        ("deg / s", "angular_rate", math.pi / 180),
+        ("deg per s", "angular_rate", math.pi / 180),
+        ("rad/s", "angular_rate", 1.0),
+        ("km/h", "speed", 1 / 3.6),
+        ("KPH", "speed", 1 / 3.6),
+        ("knots", "speed", 1852 / 3600),
+        ("mph", "speed", 1609.344 / 3600),
+        ("min", "geographic_angle", 1 / 60),
+        ("min", "time", 60.0),
+        ("bar", "pressure", 1e5),
+        ("MPa", "pressure", 1e6),
+        ("mPa", "pressure", 1e-3),
+        ("kN", "force", 1000.0),
+        ("kn", "speed", 1852 / 3600),
+        ("kg", "force", 9.80665),
+        ("mm", "length", 0.001),
+        ("N·m", "torque", 1.0),
+        ("%", "ratio", 0.01),
+    ],
+)
+def test_known_answers(text, quantity, scale):
+    unit = find_unit(text, quantity)
+    assert unit is not None
+    assert (unit.scale, unit.offset) == (pytest.approx(scale, rel=1e-12), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity"),
+    [
+        (None, "speed"),
+        ("  ", "speed"),
+        ("rad/s", "speed"),
+        ("km/h", "angular_rate"),
+        ("m/s", "acceleration"),
+        ("Mg", "acceleration"),
+        ("furlong", "length"),
+    ],
+)
+def test_what_is_no_unit_of_a_quantity(text, quantity):
+    assert find_unit(text, quantity) is None
+
+
+def test_every_signal_has_a_unit_and_its_own_text_reads_back():
+    for spec in SIGNALS.values():
+        text = SI_TEXT[spec.quantity]
+        if text != "–":
+            unit = find_unit(text, spec.quantity)
+            assert unit is not None
+            assert (unit.scale, unit.offset) == (1.0, 0.0), spec.name
+
+
+def test_every_spelling_reads_back_however_it_is_written():
+    for quantity, words in spellings().items():
+        assert len(set(words)) == len(words)
+        for word in words:
+            plain = find_unit(word, quantity)
+            assert plain is not None, word
+            for written in (f" {word} ", f"[{word}]", f"({word})"):
+                found = find_unit(written, quantity)
+                assert found is not None
+                assert found.scale == plain.scale, written
+
+
+def test_quantities_and_the_error_with_its_hint():
+    assert quantities_of("deg") == {"angle", "geographic_angle"}
+    assert quantities_of("") == quantities_of(None) == frozenset()
+    with pytest.raises(
+        MappingError, match=r"\[signals.roll\]: unit 'km/h' is no unit of angle; use one of rad, deg"
+    ):
+        require_unit("km/h", "angle", place="[signals.roll]")
+
+
+@given(st.text(max_size=20), st.sampled_from(sorted(SI_TEXT)))
+def test_any_text_is_a_finite_unit_or_none(text, quantity):
+    unit = find_unit(text, quantity)
+    assert unit is None or (math.isfinite(unit.scale) and unit.scale > 0)
