@@ -21,7 +21,13 @@ from pipelines.estimators.roll_map_figures import fit_traces, gradient_track, he
 from pipelines.estimators.roll_map_fit import RollFit, fit_roll
 from pipelines.estimators.roll_map_model import known_parameters
 from pipelines.estimators.roll_map_vehicle import VehiclePart, before_the_log, explain_vehicle
-from pipelines.estimators.roll_map_words import assumptions_of_fit, conflicts, not_following, said_of_drive
+from pipelines.estimators.roll_map_words import (
+    assumptions_of_fit,
+    conflicts,
+    like_tilting_ground,
+    not_following,
+    said_of_drive,
+)
 from pipelines.models.roll import DEGREES
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource, rank_roll
@@ -33,6 +39,10 @@ DEFLECTION_PAIRS = (SUSPENSION_DEFLECTIONS[:2], SUSPENSION_DEFLECTIONS[2:])
 TRACK_POINTS = 120
 LEAST_EXPLAINED = 0.2
 """Share of the roll signal's variance that must follow from the lateral acceleration."""
+
+LEAST_STIFFNESS = 2 * 9.80665
+"""a = K/(m h) in (m/s²)/rad below which the answer is refused: tilting ground gives a = g whatever the springs are, and
+a sprung vehicle with less than twice that leans over 28 degrees a g, which none does (lorries reach about 10)."""
 
 SETTINGS: tuple[Setting, ...] = (
     Setting(
@@ -177,6 +187,8 @@ class RollMap:
         fit = fit_roll(data, known, edges)
         if fit.explained < LEAST_EXPLAINED:
             return self._nothing(prepared, before, vehicle, spread, data, not_following(fit))
+        if fit.values["a"] < LEAST_STIFFNESS:
+            return self._nothing(prepared, before, vehicle, spread, data, like_tilting_ground(fit))
         return self._explain(prepared, data, fit, roll, ranked, vehicle, before, rng)
 
     @staticmethod

@@ -41,6 +41,15 @@ def not_following(fit: RollFit) -> str:
     )
 
 
+def like_tilting_ground(fit: RollFit) -> str:
+    """Why an angle that goes with the sensed acceleration as on tilting ground tells nothing of the springs."""
+    gradient = math.degrees(9.80665 / fit.values["a"]) if fit.values["a"] > 0 else math.inf
+    return (
+        f"the roll angle goes with the sensed lateral acceleration as it does where the ground itself tilts "
+        f"({gradient:.0f} deg/g; tilting ground gives 57, springs at most about 10): it shows the ground and not the suspension"
+    )
+
+
 def conflicts(data: RollData, fit: RollFit) -> tuple[str, ...]:
     """Sentences on what looks wrong in the data."""
     found: list[str] = []

@@ -1,7 +1,7 @@
 """A simulated drive with known truth: standstill, slalom, sine with dwell, braking.
 
-Richer than the roll estimator's model: unsprung mass, tyres in series with the suspension, a stiffening spring, a
-two-slope damper, an IMU off the roll axis, sensor noise, offsets and a mounting angle.
+Richer than the roll estimator's model: unsprung mass, tyres in series with the suspension, a stiffening spring, an
+IMU off the roll axis, sensor noise, offsets and a mounting angle.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ class RollVehicle:
     sprung_roll_inertia_kgm2: float = 600.0
     roll_stiffness_nmprad: float = 95_000.0
     stiffening: float = 2.0
-    roll_damping_nmsprad: float = 6_200.0
-    rebound_ratio: float = 1.6
+    roll_damping_nmsprad: float = 8_060.0
+    rebound_ratio: float = 1.0
     tire_vertical_rate_npm: float = 250_000.0
     track_m: float = 1.60
     wheelbase_m: float = 2.78

@@ -15,15 +15,23 @@ from pipelines.settings import defaults
 from pipelines.vehicles.vehicle import read_vehicle
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "parsers"))
-from test_importer_contract import SAMPLES, options_for  # noqa: E402
+from test_importer_contract import SAMPLES, options_for
 
-COMPARED = ("roll_gradient_degpg", "roll_natural_frequency_hz", "roll_damping_ratio", "cg_height_m", "roll_arm_m")
+COMPARED = (
+    "roll_gradient_degpg",
+    "roll_natural_frequency_hz",
+    "roll_damping_ratio",
+    "cg_height_m",
+    "roll_arm_m",
+)
 
 
 def _estimate(sample: Path, samples: Path) -> Estimate:
     (estimator,) = [e for e in estimators() if e.name == "roll_map"]
     drive = load_drive([sample], options_for(sample))
-    return run_estimator(estimator, drive, read_vehicle(samples / "vehicle.toml"), defaults(estimator), seed=0)
+    return run_estimator(
+        estimator, drive, read_vehicle(samples / "vehicle.toml"), defaults(estimator), seed=0
+    )
 
 
 @pytest.fixture(scope="module")

@@ -71,7 +71,7 @@ def test_errors_name_the_place_and_the_next_step(text: str, fragments: list[str]
 def test_an_empty_load_may_be_stated() -> None:
     vehicle = parse_vehicle("[load]\nmass_kg = {value = 0, std = 0}\nheight_m = 0", FILE)
     assert vehicle.load["mass_kg"].value == 0
-    with pytest.raises(VehicleError, match="0 or more|more than 0"):
+    with pytest.raises(VehicleError, match=r"0 or more|more than 0"):
         parse_vehicle("[load]\nmass_kg = -1", FILE)
 
 
