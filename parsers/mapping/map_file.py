@@ -94,7 +94,7 @@ def read_map(path: Path, *, strict: bool = True) -> MapFile:
         raise MappingError("is not UTF-8 text", path=path, place=f"byte {error.start}", hint=hint) from None
     try:
         data = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise MappingError(f"is not valid TOML: {error}", path=path) from None
     check_keys(data, _TABLES, path, None)
     time = _table(data.get("time", {}), path, "[time]")

@@ -33,6 +33,11 @@ TAIL = 5.0
 track). TAIL: degrees of freedom of the measured heights about their mean."""
 
 
+def _figure(value: float) -> str:
+    """A figure for prose: four digits, never with an exponent."""
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+
+
 @dataclass(frozen=True)
 class VehicleDraws:
     """Draws of the loaded vehicle, each (n,): SI. height: of the whole vehicle; arm: sprung CG above the roll axis.
@@ -76,12 +81,16 @@ class _Book:
 
     def known(self, name: str, quantity: Quantity, unit: str) -> FloatArray:
         self.assumptions.append(
-            Assumption(name, f"{quantity.value:g} ± {quantity.std:.3g} {unit}".rstrip(), quantity.source)
+            Assumption(
+                name, f"{_figure(quantity.value)} ± {_figure(quantity.std)} {unit}".rstrip(), quantity.source
+            )
         )
         return self.normal(quantity.value, quantity.std)
 
     def assumed(self, name: str, pair: tuple[float, float], unit: str, source: str) -> FloatArray:
-        self.assumptions.append(Assumption(name, f"{pair[0]:.4g} ± {pair[1]:.3g} {unit}".rstrip(), source))
+        self.assumptions.append(
+            Assumption(name, f"{_figure(pair[0])} ± {_figure(pair[1])} {unit}".rstrip(), source)
+        )
         return self.normal(*pair)
 
 

@@ -167,7 +167,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     """Read a vehicle file's text. Raises VehicleError that names the key, what was found and the nearest right key."""
     try:
         raw = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise VehicleError(f"not valid TOML ({error})", path=path) from error
     for table in raw:
         _reject_unknown(table, frozenset({"vehicle", "load", "sensors", "reference"}), "top level", path)
@@ -222,7 +222,7 @@ def _check_geometry(vehicle: Vehicle, path: Path) -> None:
 def read_vehicle(path: Path) -> Vehicle:
     """Read a vehicle file. Raises VehicleError where it cannot be read or is wrong."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise VehicleError(f"cannot be read ({error.strerror})", path=path) from error
     except UnicodeDecodeError as error:
