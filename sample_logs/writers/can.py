@@ -40,7 +40,7 @@ BO_ 259 Attitude: 4 Chassis
  SG_ RollAngle : 7|16@0- (0.002,0) [-65|65] "deg" Vector__XXX
  SG_ PitchAngle : 23|16@0- (0.002,0) [-65|65] "deg" Vector__XXX
 
-BO_ 2566844676 SuspensionTravel: 8 Chassis
+BO_ 2566868996 SuspensionTravel: 8 Chassis
  SG_ DeflectionFL : 0|16@1- (0.01,0) [-327|327] "mm" Vector__XXX
  SG_ DeflectionFR : 16|16@1- (0.01,0) [-327|327] "mm" Vector__XXX
  SG_ DeflectionRL : 32|16@1- (0.01,0) [-327|327] "mm" Vector__XXX
