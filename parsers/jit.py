@@ -5,10 +5,15 @@ Kernels are cached on disk: the first call on a machine compiles, every later st
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
-from typing import ParamSpec, TypeVar, cast
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
+from numba.core import types
+from numba.extending import intrinsic
+
+from parsers.channels import ByteArray
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -17,3 +22,47 @@ R = TypeVar("R")
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function` with numba on its first call: no Python objects, GIL released, cached on disk."""
     return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))
+
+
+def _loader(bits: int, result: Any) -> Any:
+    """An intrinsic that reads `bits` bits of a byte array at any place, little-endian whatever the machine."""
+
+    def load(_typing: Any, array: Any, at: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            from llvmlite import ir
+
+            kind = ir.IntType(bits)
+            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            place = builder.bitcast(builder.gep(data, [arguments[1]]), kind.as_pointer())
+            value = builder.load(place, align=1)
+            if sys.byteorder == "big":
+                value = builder.bswap(value)
+            return builder.zext(value, ir.IntType(64)) if bits < 64 else value
+
+        return result(array, types.intp), generate
+
+    return intrinsic(load)
+
+
+_Load = Callable[[ByteArray, int], int]
+_LOAD_16: _Load = _loader(16, types.int64)
+_LOAD_32: _Load = _loader(32, types.int64)
+_LOAD_64: _Load = _loader(64, types.uint64)
+
+
+@kernel
+def load_u16(buffer: ByteArray, at: int) -> int:
+    """Two bytes as a number. For kernels, without a check: at + 2 <= buffer.size is the caller's to see to."""
+    return _LOAD_16(buffer, at)
+
+
+@kernel
+def load_u32(buffer: ByteArray, at: int) -> int:
+    """Four bytes as a number (int64). As unchecked as `load_u16`."""
+    return _LOAD_32(buffer, at)
+
+
+@kernel
+def load_u64(buffer: ByteArray, at: int) -> int:
+    """Eight bytes as an unsigned number (uint64 in a kernel: mix only with np.uint64). As unchecked as `load_u16`."""
+    return _LOAD_64(buffer, at)
