@@ -2,8 +2,10 @@
 
     python benchmarks/import_speed.py [--minutes 30] [--runs 3] [--only blf,csv] [--save]
 
-Makes the logs (a seed, deterministic), runs peer and ours in turn in fresh processes, from file to columns in memory, and
-prints the median CPU time of each and their ratio. --save writes the table with machine and versions to results/.
+Makes the logs (a seed, deterministic), runs peer and ours in turn in fresh processes, from file to columns in memory, each on
+one core, and prints the median CPU time of each and their ratio; every value is compared with the peer's. Beside it: the
+floor (what no reader can do without), what a second core gains, and how memory grows. --save writes the table with machine and
+versions to results/.
 """
 
 from __future__ import annotations
@@ -17,138 +19,102 @@ import statistics
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
-from dataclasses import dataclass
-from functools import partial
+import time
 from importlib import metadata
 from pathlib import Path
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
-SEED = 20261121
+from benchmarks.import_logs.cases import CASES, SEED, Case, case_named, make_logs  # noqa: E402
+
+RESULT = HERE / "results" / "import_speed.md"
+LIBRARIES = ("python-can", "cantools", "asammdf", "rosbags", "mcap", "polars", "pandas", "numpy", "numba")
 
 
-@dataclass(frozen=True)
-class Case:
-    """One format. target: what issue and README promise, times the peer."""
-
-    name: str
-    file: str
-    peers: tuple[str, ...]
-    target: float
-
-
-CASES = (
-    Case("blf", "drive.blf", ("python_can",), 40),
-    Case("candump", "drive.log", ("python_can",), 35),
-    Case("asc", "drive.asc", ("python_can",), 35),
-    Case("trc", "drive.trc", ("python_can",), 20),
-    Case("blf fd", "drive_fd.blf", ("python_can",), 13),
-    Case("mf4 plain", "plain.mf4", ("asammdf",), 7),
-    Case("mf4 deflate", "deflate.mf4", ("asammdf",), 7),
-    Case("mf4 transposed", "transposed.mf4", ("asammdf",), 7),
-    Case("ros1 none", "none.bag", ("rosbags",), 60),
-    Case("ros1 lz4", "lz4.bag", ("rosbags",), 60),
-    Case("ros2 sqlite3", "sqlite3", ("rosbags",), 5),
-    Case("ros2 mcap", "ros2.mcap", ("rosbags",), 35),
-    Case("mcap protobuf", "protobuf.mcap", ("mcap_protobuf",), 35),
-    Case("mcap json", "json.mcap", ("mcap_json",), 3.5),
-    Case("csv", "drive.csv", ("polars_csv", "pandas_csv"), 1),
-    Case("vbo", "drive.vbo", ("polars_vbo",), 1),
-)
-
-
-def make_logs(folder: Path, seconds: float, names: set[str]) -> None:
-    """Write the logs of the chosen cases."""
-    from benchmarks.import_logs import can_logs, ros_logs, table_logs
-
-    folder.mkdir(exist_ok=True)
-    (folder / "bench.dbc").write_text(can_logs.database(8), encoding="ascii")
-    (folder / "bench_fd.dbc").write_text(can_logs.database(64), encoding="ascii")
-    frames = can_logs.make_frames(seconds, 8, SEED)
-    writers: dict[str, Callable[[Path], None]] = {
-        "blf": lambda path: can_logs.write_blf(frames, path),
-        "candump": lambda path: can_logs.write_candump(frames, path),
-        "asc": lambda path: can_logs.write_asc(frames, path),
-        "trc": lambda path: can_logs.write_trc(frames, path),
-        "blf fd": lambda path: can_logs.write_blf_fd(can_logs.make_frames(seconds, 64, SEED), path),
-        "mf4 plain": lambda path: table_logs.write_mf4(frames, path, 0),
-        "mf4 deflate": lambda path: table_logs.write_mf4(frames, path, 1),
-        "mf4 transposed": lambda path: table_logs.write_mf4(frames, path, 2),
-        "ros1 none": lambda path: ros_logs.write_bag1(seconds, SEED, path, lz4=False),
-        "ros1 lz4": lambda path: ros_logs.write_bag1(seconds, SEED, path, lz4=True),
-        "ros2 sqlite3": lambda path: ros_logs.write_bag2(seconds, SEED, path),
-        "ros2 mcap": lambda path: ros_logs.write_mcap_ros2(seconds, SEED, path),
-        "mcap protobuf": lambda path: ros_logs.write_mcap_protobuf(seconds, SEED, path),
-        "mcap json": lambda path: ros_logs.write_mcap_json(seconds, SEED, path),
-        "csv": lambda path: table_logs.write_csv(seconds, SEED, path),
-        "vbo": lambda path: table_logs.write_vbo(seconds, SEED, path),
-    }
-    for case in CASES:
-        if case.name in names:
-            print(f"making {case.file}", file=sys.stderr)
-            writers[case.name](folder / case.file)
-
-
-def _wanted(case: Case, names: list[str]) -> frozenset[str]:
-    """All channels of CAN and tables, the chosen ones of ROS."""
-    from benchmarks.import_logs.ros_logs import WANTED
-
-    return frozenset(WANTED if case.name.startswith("ros") else names)
-
-
-def ours(case: Case, folder: Path) -> int:
-    """Read with cogest; the number of values."""
-    from parsers.importer import ImportLog, ReadOptions
-    from parsers.registry import find_importer
-
-    path = folder / case.file
-    dbc = folder / ("bench_fd.dbc" if case.name == "blf fd" else "bench.dbc")
-    reader = find_importer(path).open(path, ReadOptions(dbc=(dbc,)), ImportLog())
-    wanted = _wanted(case, [info.name for info in reader.channels if info.kind == "number"])
-    chunks = list(reader.read(wanted))
-    return sum(len(values) for chunk in chunks for values in chunk.columns.values())
-
-
-def theirs(peer: str, case: Case, folder: Path) -> int:
-    """Read with a peer; the number of values."""
-    from benchmarks.import_logs import peers
-    from benchmarks.import_logs.ros_logs import FIELDS, WANTED
-
-    path = folder / case.file
-    dbc = folder / ("bench_fd.dbc" if case.name == "blf fd" else "bench.dbc")
-    second: dict[str, tuple[object, ...]] = {
-        "python_can": (dbc,),
-        "asammdf": (dbc,),
-        "rosbags": (WANTED,),
-        "mcap_json": (FIELDS,),
-        "mcap_protobuf": (FIELDS,),
-    }
-    columns = getattr(peers, peer)(path, *second.get(peer, ()))
-    return sum(len(values) for values in columns.values())
-
-
-def measure(side: str, case: Case, folder: Path) -> dict[str, float]:
-    """CPU seconds, values and peak memory of one side in a fresh process."""
-    command = [sys.executable, __file__, "--child", side, case.name, str(folder)]
-    done = subprocess.run(
-        command, check=True, capture_output=True, text=True, env=os.environ | {"POLARS_MAX_THREADS": "1"}
-    )
+def measure(side: str, case: Case, folder: Path, cores: int) -> dict[str, float]:
+    """CPU and wall seconds, values and growth of memory (MiB) of one side in a fresh process."""
+    command = [sys.executable, __file__, "--child", side, case.name, str(folder), str(cores)]
+    environment = os.environ | {"POLARS_MAX_THREADS": str(cores)}
+    done = subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, env=environment)
     return dict(json.loads(done.stdout.splitlines()[-1]))
 
 
-def child(side: str, name: str, folder: Path) -> None:
+def _read(side: str, case: Case, folder: Path) -> int:
+    """Read with one side; the number of values."""
+    from benchmarks.import_logs import floors, sides
+
+    if side == "floor":
+        return int(getattr(floors, case.floor or "")(folder / case.file))
+    columns = sides.ours(case, folder) if side == "cogest" else sides.theirs(side, case, folder)
+    return sum(len(part) for parts in columns.values() for part in parts)
+
+
+def child(side: str, name: str, folder: Path, cores: int) -> None:
     """What runs in the fresh process: imports and a first small log are not counted, the reading is."""
-    case = next(c for c in CASES if c.name == name)
-    read = ours if side == "cogest" else partial(theirs, side)
-    read(case, folder / "small")
-    before = resource.getrusage(resource.RUSAGE_SELF)
-    values = read(case, folder)
-    after = resource.getrusage(resource.RUSAGE_SELF)
+    allowed = sorted(os.sched_getaffinity(0))
+    os.sched_setaffinity(0, allowed[:cores])
+    case = case_named(name)
+    _read(side, case, folder / "small")
+    before, start = resource.getrusage(resource.RUSAGE_SELF), time.perf_counter()
+    values = _read(side, case, folder)
+    wall, after = time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     grown = (after.ru_maxrss - before.ru_maxrss) / 1024
-    print(json.dumps({"cpu_s": cpu, "values": values, "grown_mib": grown}))
+    print(json.dumps({"cpu_s": cpu, "wall_s": wall, "values": values, "grown_mib": grown}))
+
+
+def check(case: Case, folder: Path) -> None:
+    """Compare every value with every peer's, and stop where one differs."""
+    from benchmarks.import_logs import sides
+
+    mine = sides.ours(case, folder)
+    for peer in case.peers:
+        problems = sides.differences(mine, sides.theirs(peer, case, folder))
+        if problems:
+            raise SystemExit(f"{case.name} differs from {peer}: {'; '.join(problems)}")
+
+
+def row(case: Case, folder: Path, runs: int) -> str:
+    """One line of the table."""
+    measure("cogest", case, folder, 1)  # compiles, and warms the file cache
+    found: dict[tuple[str, int], list[dict[str, float]]] = {
+        (side, 1): [] for side in ("cogest", "floor", *case.peers)
+    }
+    found["cogest", 2] = []
+    for _ in range(runs):
+        for side, cores in found:
+            found[side, cores].append(measure(side, case, folder, cores))
+
+    def median(side: str, what: str, cores: int = 1) -> float:
+        return statistics.median(run[what] for run in found[side, cores])
+
+    best = min(case.peers, key=lambda peer: median(peer, "cpu_s"))
+    cpu, floor = median("cogest", "cpu_s"), median("floor", "cpu_s")
+    two = median("cogest", "wall_s") / median("cogest", "wall_s", 2)
+    return (
+        f"| {case.name} | {best} | {median(best, 'cpu_s'):.2f} | {cpu:.3f} | {median(best, 'cpu_s') / cpu:.1f} x | "
+        f"{case.target:g} x | {cpu / max(floor, 1e-3):.1f} x | {two:.2f} x | {median('cogest', 'grown_mib'):.0f} | "
+        f"{median(best, 'grown_mib'):.0f} |"
+    )
+
+
+def head(minutes: float, runs: int) -> list[str]:
+    """Machine, versions and what the columns mean."""
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in LIBRARIES)
+    return [
+        "# Import speed",
+        "",
+        f"`python benchmarks/import_speed.py --minutes {minutes:g} --runs {runs} --save`, seed {SEED}; {platform.machine()}, "
+        f"{os.cpu_count()} cores, Python {platform.python_version()}; {versions}.",
+        "",
+        "CPU seconds on one core, from file to columns in memory, median. Floor: libdeflate, lz4 or zstd on the containers, "
+        "counting the lines, or reading the file. Two cores: wall time of one core over that of two. Memory: growth of the "
+        "peak in MiB, the wanted columns included. Every value equals the peer's.",
+        "",
+        "| format | peer | peer CPU s | cogest CPU s | ratio | target | x floor | two cores | MiB | peer MiB |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+    ]
 
 
 def main() -> None:
@@ -157,51 +123,30 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=30)
     parser.add_argument("--runs", type=int, default=3)
     parser.add_argument("--only", default=",".join(case.name for case in CASES))
+    parser.add_argument("--logs", type=Path, help="folder for the logs, kept; made where it is empty")
     parser.add_argument("--save", action="store_true")
-    parser.add_argument("--child", nargs=3)
+    parser.add_argument("--child", nargs=4)
     arguments = parser.parse_args()
     if arguments.child:
-        side, name, folder = arguments.child
-        child(side, name, Path(folder))
+        side, name, folder, cores = arguments.child
+        child(side, name, Path(folder), int(cores))
         return
     names = set(arguments.only.split(","))
-    rows = [
-        "| format | peer | peer CPU s | cogest CPU s | ratio | target |",
-        "| --- | --- | --- | --- | --- | --- |",
-    ]
+    lines = head(arguments.minutes, arguments.runs)
     with tempfile.TemporaryDirectory() as text:
-        folder = Path(text)
-        make_logs(folder, arguments.minutes * 60, names)
-        make_logs(folder / "small", 2, names)
+        folder = arguments.logs or Path(text)
+        if not (folder / "small").exists():
+            make_logs(folder, arguments.minutes * 60, names)
+            make_logs(folder / "small", 2, names)
         for case in (case for case in CASES if case.name in names):
-            measure("cogest", case, folder)  # compiles and warms the file cache
-            runs: dict[str, list[dict[str, float]]] = {side: [] for side in ("cogest", *case.peers)}
-            for _ in range(arguments.runs):
-                for side in runs:
-                    runs[side].append(measure(side, case, folder))
-            medians = {side: statistics.median(run["cpu_s"] for run in found) for side, found in runs.items()}
-            best = min(case.peers, key=lambda peer: medians[peer])
-            ratio = medians[best] / medians["cogest"]
-            rows.append(
-                f"| {case.name} | {best} | {medians[best]:.2f} | {medians['cogest']:.3f} | {ratio:.1f} x | {case.target:g} x |"
-            )
-            print(
-                rows[-1],
-                f"values {runs['cogest'][0]['values']:.0f} / {runs[best][0]['values']:.0f}",
-                file=sys.stderr,
-            )
-    libraries = ("python-can", "cantools", "asammdf", "rosbags", "mcap", "polars", "pandas", "numpy", "numba")
-    versions = ", ".join(f"{name} {metadata.version(name)}" for name in libraries)
-    head = (
-        f"{arguments.minutes:g} minutes, seed {SEED}, median of {arguments.runs}; {platform.machine()}, {os.cpu_count()} cores, "
-        f"Python {platform.python_version()}; {versions}"
-    )
-    table = "\n".join(["# Import speed", "", head, "", *rows, ""])
+            check(case, folder)
+            lines.append(row(case, folder, arguments.runs))
+            print(lines[-1], file=sys.stderr)
+    table = "\n".join([*lines, ""])
     print(table)
     if arguments.save:
-        results = HERE / "results"
-        results.mkdir(exist_ok=True)
-        (results / "import_speed.md").write_text(table, encoding="utf-8")
+        RESULT.parent.mkdir(exist_ok=True)
+        RESULT.write_text(table, encoding="utf-8")
 
 
 if __name__ == "__main__":

@@ -5,8 +5,10 @@ Kernels are cached on disk: the first call on a machine compiles, every later st
 
 from __future__ import annotations
 
+import importlib
 import sys
 from collections.abc import Callable
+from types import ModuleType
 from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
@@ -17,6 +19,26 @@ from parsers.channels import ByteArray
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+_SCIPY_BLAS = "scipy.linalg.cython_blas"
+
+
+def _without_scipy() -> None:
+    """Load the part of numba that looks for scipy's linear algebra, with scipy out of its sight.
+
+    It imports all of scipy.linalg only to see whether it is there, which costs every command a tenth of a second;
+    kernels here need no linear algebra, and one that did would still find it.
+    """
+    if _SCIPY_BLAS in sys.modules:
+        return
+    sys.modules[_SCIPY_BLAS] = cast("ModuleType", None)
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        sys.modules.pop(_SCIPY_BLAS, None)
+
+
+_without_scipy()
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:

@@ -53,6 +53,22 @@ def make_frames(seconds: float, width: int, seed: int) -> Frames:
     return Frames(time_ns, np.where(wanted, known, other).astype(np.uint32), data)
 
 
+def with_motion(frames: Frames, seed: int) -> Frames:
+    """The same frames with signals that move as a vehicle's do: slow waves and a little noise instead of random numbers."""
+    rng = np.random.default_rng(seed)
+    data = frames.data.copy()
+    time_s = frames.time_ns / 1e9
+    for number in range(KNOWN):
+        rows = np.flatnonzero(frames.can_id == 256 + number)
+        for k in range(3):
+            low, high = rng.uniform(0.05, 0.2), rng.uniform(0.3, 1.0)
+            wave = np.sin(2 * np.pi * low * time_s[rows]) + 0.4 * np.sin(2 * np.pi * high * time_s[rows] + k)
+            raw = (12_000 * wave + rng.normal(0, 40, len(rows))).astype(np.int16)
+            order = "<i2" if number % 2 else ">i2"
+            data[rows, 2 * k : 2 * k + 2] = raw.astype(order).view(np.uint8).reshape(-1, 2)
+    return Frames(frames.time_ns, frames.can_id, data)
+
+
 def _blf_file(objects: NDArray[np.void], path: Path) -> None:
     raw = objects.tobytes()
     with path.open("wb") as file:

@@ -30,12 +30,16 @@ def python_can(path: Path, dbc: Path) -> Columns:
 
 
 def asammdf(path: Path, dbc: Path) -> Columns:
-    """asammdf's bus logging extraction."""
+    """asammdf's bus logging extraction; its groups carry the identifier, from which the message's name follows."""
     from asammdf import MDF
+    from cantools.database import load_file
 
+    names = {message.frame_id: message.name for message in load_file(str(dbc)).messages}
     with MDF(path) as mdf, mdf.extract_bus_logging({"CAN": [(str(dbc), 0)]}) as out:
         return {
-            f"{group.channel_group.acq_name}.{channel.name}": out.get(channel.name, group=g, index=c).samples
+            f"{names[int(group.channel_group.acq_name.split('ID=')[1].split()[0], 16)]}.{channel.name}": out.get(
+                channel.name, group=g, index=c
+            ).samples
             for g, group in enumerate(out.groups)
             for c, channel in enumerate(group.channels)
             if c

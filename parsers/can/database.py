@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from parsers.can.database_cache import KeptDatabase, cache_file, keep, recall
 from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef, id_text
 from parsers.can.frames import EXTENDED
 from parsers.can.salvage import salvage_messages
@@ -66,7 +67,19 @@ def builtin_j1939(log: ImportLog) -> tuple[MessageDef, ...]:
 
 def load_database(path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
     """The messages of one DBC file, in its order. Raises DatabaseError."""
-    text = _read_text(path)
+    raw = _read_bytes(path)
+    file = cache_file(path.name, raw)
+    kept = recall(file)
+    if kept is None:
+        own = ImportLog()
+        kept = KeptDatabase(_parsed(_text_of(raw), path, own), tuple(own.notes))
+        keep(file, kept)
+    for note in kept.notes:
+        log.note(note)
+    return kept.messages
+
+
+def _parsed(text: str, path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
     try:
         messages = _through_cantools(_bounded(text, path, log), path, log)
     except Exception as error:  # cantools raises its own, textparser's and built-in errors alike
@@ -88,7 +101,7 @@ def load_database(path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
     return _without_twins(messages, path, log)
 
 
-def _read_text(path: Path) -> str:
+def _read_bytes(path: Path) -> bytes:
     try:
         if path.stat().st_size > MAX_BYTES:
             raise DatabaseError(f"larger than {MAX_BYTES >> 20} MiB, which no DBC is", path=path)
@@ -99,6 +112,10 @@ def _read_text(path: Path) -> str:
         ) from error
     if b"\0" in raw:
         raise DatabaseError("a binary file, not a DBC", path=path, hint="name a DBC file with --dbc")
+    return raw
+
+
+def _text_of(raw: bytes) -> str:
     for encoding in ("utf-8-sig", "cp1252"):
         try:
             return raw.decode(encoding).replace("\r\n", "\n")
