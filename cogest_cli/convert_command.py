@@ -24,21 +24,17 @@ def convert(
 
     check_logs(logs)
     check_out(out)
-    from parsers.load import load_drive
-    from parsers.store import write_drive
+    from parsers.convert import convert_logs
 
     with ProgressLine() as progress:
-        drive = load_drive(logs, load_options(logs, map_file, dbc, not no_fix, progress))
-        written = write_drive(drive, out)
-    record = drive.record
-    show_line(
-        f"{record.format}, {record.status}: {len(drive.signals)} signals over {record.duration_s:.1f} s"
-    )
+        converted = convert_logs(logs, load_options(logs, map_file, dbc, not no_fix, progress), out)
+    record = converted.record
+    show_line(f"{record.format}, {record.status}: {converted.signals} signals over {record.duration_s:.1f} s")
     for decision in record.decisions:
         show_line(f"  {decision.signal}: {decision.found}; {decision.action} ({decision.evidence})")
     for reason, count in record.rejected.items():
         show_line(f"  rejected: {count} x {reason}")
     for note in record.notes:
         show_line(f"  note: {note}")
-    for path in written:
+    for path in converted.files:
         show_line(path)

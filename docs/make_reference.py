@@ -81,17 +81,31 @@ def settings_page() -> str:
     return "\n".join(parts)
 
 
+def speed_table() -> str:
+    """Format, peer and ratios of the import benchmark's last saved run, with what the conversion of a BLF drive takes."""
+    results = HERE.parent / "benchmarks" / "results"
+    lines = (results / "import_speed.md").read_text(encoding="utf-8").splitlines()
+    table = [[cell.strip() for cell in line.strip("|").split("|")] for line in lines if line.startswith("|")]
+    head, rows = table[0], table[2:]
+    chosen = [head.index(name) for name in ("format", "peer", "peer CPU s", "cogest CPU s", "ratio")]
+    return _table([head[k] for k in chosen], [[row[k] for k in chosen] for row in rows])
+
+
+def _between(path: Path, name: str, content: str) -> str:
+    """A page with what stands between two marks replaced."""
+    begin, end = f"<!-- {name}:begin -->\n", f"<!-- {name}:end -->"
+    head, rest = path.read_text(encoding="utf-8").split(begin)
+    return head + begin + content + end + rest.split(end)[1]
+
+
 def pages() -> dict[Path, str]:
     """Path -> text of every generated page."""
-    formats = HERE / "formats.md"
-    text = formats.read_text(encoding="utf-8")
-    begin, end = "<!-- formats:begin -->\n", "<!-- formats:end -->"
-    head, rest = text.split(begin)
-    tail = rest.split(end)[1]
+    formats, readme = HERE / "formats.md", HERE.parent / "README.md"
     return {
         HERE / "signals.md": signals_page(),
         HERE / "settings.md": settings_page(),
-        formats: head + begin + formats_table() + end + tail,
+        formats: _between(formats, "formats", formats_table()),
+        readme: _between(readme, "speed", speed_table()),
     }
 
 

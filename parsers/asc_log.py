@@ -8,9 +8,9 @@ from datetime import datetime
 from pathlib import Path
 
 from parsers.can.asc_kernel import parse_asc
-from parsers.can.frames import CanFrames
 from parsers.can.reader import CanReader
-from parsers.can.textlines import Columns, Tally, TextSource, first_lines, head_lines, looks_like_text
+from parsers.can.tally import AS_WRITTEN, SUMMED
+from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
 from parsers.channels import ByteArray
 from parsers.importer import HEAD_BYTES, ImportLog, ReadOptions
 
@@ -48,11 +48,8 @@ class AscImporter:
         for note in header.notes:
             log.note(note)
 
-        def parser() -> _Parser:
-            return _Parser(header)
-
         clock = "log time since the start of measurement"
-        source = TextSource(path, log, options.progress, parser, clock=clock, absolute=False)
+        source = TextSource(path, log, options.progress, _Parser(header), clock=clock, absolute=False)
         return CanReader(source, options, log, path)
 
 
@@ -66,34 +63,23 @@ class AscHeader:
     notes: tuple[str, ...]
 
 
+@dataclass(frozen=True)
 class _Parser:
-    def __init__(self, header: AscHeader) -> None:
-        self.tally = Tally()
-        self._header = header
+    """The kernel for lines written as the header says."""
 
-    def parse(self, block: ByteArray, ended: bool) -> CanFrames:
-        """The block's frames."""
-        tally, room = self.tally, Columns.for_block(block)
-        n = parse_asc(
-            block,
-            self._header.base,
-            self._header.relative,
-            ended,
-            tally.state,
-            tally.counts,
-            tally.first,
-            room.time_ns,
-            room.can_id,
-            room.bus,
-            room.length,
-            room.offset,
-            room.data,
+    header: AscHeader
+
+    @property
+    def meaning(self) -> int:
+        """What stamps mean."""
+        return SUMMED if self.header.relative else AS_WRITTEN
+
+    def parse(self, text: ByteArray, begin: int, stop: int, ended: bool, work: Work) -> int:
+        """Read the lines in [begin, stop) as long as there is room; where it stopped."""
+        header = self.header
+        return parse_asc(
+            text, begin, stop, header.base, header.relative, ended, work.book, work.rows, work.layouts
         )
-        return room.first_frames(n)
-
-    def notes(self) -> list[str]:
-        """Nothing beyond the header's notes."""
-        return []
 
 
 def read_header(lines: list[str]) -> AscHeader:

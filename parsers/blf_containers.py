@@ -1,8 +1,10 @@
-"""The outside of a BLF file: its header, and the containers with their compressed content, one at a time."""
+"""The outside of a BLF file: its header, and containers one at a time where they are not as usual.
+
+`parsers.blf_groups` reads what is as usual, which is nearly all, many containers at a time.
+"""
 
 from __future__ import annotations
 
-import os
 import struct
 import zlib
 from collections.abc import Iterator
@@ -11,17 +13,23 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import BinaryIO
 
+import deflate
+
 from parsers.blf_objects import LOG_CONTAINER
+from parsers.blf_walk import Block, Bytes, block_of
 from parsers.errors import LogError
 
 _HEADER = struct.Struct("<4sL8BQQLL8H8H")
 _OBJECT = struct.Struct("<4sHHLL")
 _CONTAINER = struct.Struct("<H6xL4x")
+OBJECT_SIZE = _OBJECT.size
 HEAD_SIZE = _OBJECT.size + _CONTAINER.size
 MAX_CONTAINER = 64 << 20
 """Bytes. Writers make containers of 128 KiB to a few MiB; a larger size is damage, never allocated."""
 RAW_BLOCK = 1 << 20
 _MARK = b"LOBJ\x10\x00\x01\x00"
+_MOST_PER_BYTE = 1040
+"""Bytes that one byte of a deflated stream can stand for."""
 STORED, ZLIB = 0, 2
 
 
@@ -36,17 +44,6 @@ class BlfHeader:
     file_size: int
     objects: int
     start_ns: int | None
-
-
-@dataclass(frozen=True)
-class Block:
-    """A piece of the file. kind: "container" (inflated content), "raw" (objects outside a container),
-    "damaged" or "cut" (`data` then holds what of it is readable). position, size: bytes in the file."""
-
-    kind: str
-    position: int
-    size: int
-    data: bytes
 
 
 def _system_time_ns(fields: tuple[int, ...]) -> int | None:
@@ -78,7 +75,31 @@ def read_header(path: Path) -> BlfHeader:
     return BlfHeader(size, int(fields[10]), int(fields[12]), _system_time_ns(fields[14:22]))
 
 
-def inflate(data: bytes, limit: int) -> tuple[bytes, bool]:
+@dataclass(frozen=True)
+class Container:
+    """A container whose header can be true. at, size: bytes in the file. method, claimed: of its content."""
+
+    at: int
+    size: int
+    method: int
+    claimed: int
+
+
+def container_at(buffer: bytes | bytearray, place: int, position: int) -> Container | None:
+    """The container whose header of HEAD_SIZE bytes stands at buffer[place], which is `position` in the file."""
+    mark, head, _, size, kind = _OBJECT.unpack_from(buffer, place)
+    if (
+        mark != b"LOBJ"
+        or kind != LOG_CONTAINER
+        or head != OBJECT_SIZE
+        or not HEAD_SIZE <= size <= MAX_CONTAINER
+    ):
+        return None
+    method, claimed = _CONTAINER.unpack_from(buffer, place + OBJECT_SIZE)
+    return Container(position, size, method, claimed)
+
+
+def inflate(data: Bytes, limit: int) -> tuple[bytes, bool]:
     """Inflate a zlib stream to at most `limit` bytes: the bytes, and whether the stream came to its proper end."""
     stream = zlib.decompressobj()
     try:
@@ -88,12 +109,19 @@ def inflate(data: bytes, limit: int) -> tuple[bytes, bool]:
     return content, stream.eof
 
 
-def _content(method: int, payload: bytes) -> tuple[bytes, bool]:
+def content_of(method: int, claimed: int, payload: Bytes) -> tuple[Bytes, bool]:
+    """What a container holds, and whether it is whole."""
     if method == STORED:
         return payload, True
-    if method == ZLIB:
-        return inflate(payload, MAX_CONTAINER)
-    return b"", False
+    if method != ZLIB:
+        return b"", False
+    if 0 < claimed <= min(MAX_CONTAINER, _MOST_PER_BYTE * len(payload)):
+        try:
+            return deflate.zlib_decompress(payload, claimed), True
+        except deflate.DeflateError:
+            # a size that is not true, a stream that breaks off or is damaged: zlib can tell
+            pass
+    return inflate(payload, MAX_CONTAINER)
 
 
 def _search(file: BinaryIO, position: int, total: int) -> int:
@@ -113,53 +141,44 @@ def _search(file: BinaryIO, position: int, total: int) -> int:
     return total
 
 
-def _container(file: BinaryIO, at: int, size: int, total: int) -> Block:
-    """The container at a place, whose header has been checked."""
-    file.seek(at + _OBJECT.size)
-    body = file.read(min(size, total - at) - _OBJECT.size)
-    method, _ = _CONTAINER.unpack_from(body)
-    content, whole = _content(method, body[_CONTAINER.size :])
-    if at + size > total:
-        return Block("cut", at, total - at, content)
-    return Block("container" if whole else "damaged", at, size, content if whole else b"")
+def _whole_or_cut(file: BinaryIO, found: Container, total: int) -> Block:
+    """The content of a container, of which the end may be beyond the file's."""
+    file.seek(found.at + HEAD_SIZE)
+    payload = file.read(min(found.size, total - found.at) - HEAD_SIZE)
+    content, whole = content_of(found.method, found.claimed, payload)
+    if found.at + found.size > total:
+        return block_of("cut", found.at, total - found.at, content)
+    return block_of("container" if whole else "damaged", found.at, found.size, content if whole else b"")
 
 
-def blocks(path: Path, header: BlfHeader) -> Iterator[Block]:
-    """The file's blocks in order; each step moves on by at least 16 bytes, so that no file loops for ever."""
-    total = os.path.getsize(path)
-    position = header.size
-    with path.open("rb") as file:
-        while position + _OBJECT.size <= total:
-            file.seek(position)
-            near = file.read(HEAD_SIZE + 8)
-            shift = near.find(b"LOBJ", 0, 12)
-            if shift < 0:
-                after = _search(file, position, total)
-                if any(near):
-                    yield Block("damaged" if after < total else "cut", position, after - position, b"")
-                position = after
-                continue
-            at = position + shift
-            if at + _OBJECT.size > total:
-                break
-            _, head, _, size, kind = _OBJECT.unpack_from(near, shift)
-            if kind != LOG_CONTAINER:
-                position = _search(file, at + _OBJECT.size, total)
-                for piece in range(at, position, RAW_BLOCK):
-                    file.seek(piece)
-                    size = min(RAW_BLOCK, position - piece)
-                    yield Block("raw", piece, size, file.read(size))
-                continue
-            fits = head == _OBJECT.size and HEAD_SIZE <= size <= MAX_CONTAINER
-            if not fits or at + size > total:
-                after = _search(file, at + _OBJECT.size, total)
-                if not fits or after < total or at + HEAD_SIZE > total:
-                    yield Block("damaged" if after < total else "cut", at, after - at, b"")
-                    position = after
-                    continue
-            yield _container(file, at, size, total)
-            position = at + size
-        if 0 < total - position < _OBJECT.size:
-            file.seek(position)
-            if any(file.read()):
-                yield Block("cut", position, total - position, b"")
+def odd_blocks(file: BinaryIO, position: int, total: int) -> Iterator[Block]:
+    """The blocks from a position on up to where the next container may be: one container, or what is none.
+
+    At least OBJECT_SIZE bytes are left there. The blocks' sizes add up to more than nothing, and to where reading goes on.
+    """
+    file.seek(position)
+    near = file.read(HEAD_SIZE + 8)
+    shift = near.find(b"LOBJ", 0, 12)
+    if shift < 0:
+        after = _search(file, position, total)
+        kind = "damaged" if after < total else "cut"
+        yield block_of(kind if any(near) else "padding", position, after - position)
+        return
+    at = position + shift
+    if at + OBJECT_SIZE > total:
+        yield block_of("cut", position, total - position)
+        return
+    if _OBJECT.unpack_from(near, shift)[4] != LOG_CONTAINER:
+        after = _search(file, at + OBJECT_SIZE, total)
+        for piece in range(at, after, RAW_BLOCK):
+            file.seek(piece)
+            size = min(RAW_BLOCK, after - piece)
+            yield block_of("raw", piece, size, file.read(size))
+        return
+    found = container_at(near, shift, at) if at + HEAD_SIZE <= total else None
+    if found is None or at + found.size > total:
+        after = _search(file, at + OBJECT_SIZE, total)
+        if found is None or after < total:
+            yield block_of("damaged" if after < total else "cut", at, after - at)
+            return
+    yield _whole_or_cut(file, found, total)

@@ -8,13 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from parsers import blf_objects as places
-from parsers.blf_containers import BlfHeader, Block, blocks
-from parsers.blf_objects import NO_TIME, ObjectWalker
+from parsers.blf_containers import BlfHeader
+from parsers.blf_groups import blocks
+from parsers.blf_objects import NO_TIME
+from parsers.blf_walk import Block, ObjectWalker, block_of
 from parsers.can.frames import CanFrames
 from parsers.importer import ImportLog
-
-GATHER = 2 << 20
-"""Inflated bytes that are walked at a time."""
 
 
 @dataclass(frozen=True)
@@ -39,30 +38,22 @@ class BlfFrames:
         return None
 
     def frames(self, *, counting: bool) -> Iterator[CanFrames]:
-        """All data frames in the file's order, in batches of about 2 MiB of inflated objects."""
-        walker = ObjectWalker.starting_at(self.header.start_ns or 0)
+        """All data frames in the file's order, in batches of about half a MiB of inflated objects."""
+        walker = ObjectWalker(self.header.start_ns or 0)
         total = os.path.getsize(self.path)
         trouble: list[Block] = []
-        messages, waiting, size = 0, list[bytes](), 0
+        messages = 0
         for block in blocks(self.path, self.header):
-            if block.data:
-                waiting.append(block.data)
-                size += len(block.data)
-            broken = block.kind in ("damaged", "cut")
-            if broken:
-                trouble.append(block)
-            if waiting and (broken or size >= GATHER):
-                for batch in walker.walk_pieces(waiting, GATHER):
-                    messages += batch.time_ns.size
-                    yield batch
-                waiting, size = [], 0
+            for batch in walker.walk(block):
+                messages += batch.time_ns.size
+                yield batch
             if block.kind == "damaged":
                 walker.lose(block.size)
+            if block.kind in ("damaged", "cut"):
+                # without its content
+                trouble.append(block_of(block.kind, block.position, block.size))
             if counting:
-                self.progress(block.position + block.size, total)
-        for batch in walker.walk_pieces(waiting, GATHER):
-            messages += batch.time_ns.size
-            yield batch
+                self.progress(min(block.position + block.size, total), total)
         if counting:
             self.progress(total, total)
             self._write_down(walker, trouble, messages, total)

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from parsers.can.candump_kernel import DATED, DELTA, MOST_BUSES, NAME_BYTES, PLAIN, parse_candump
-from parsers.can.frames import CanFrames
+from parsers.can.candump_kernel import DATED, DELTA, PLAIN, parse_candump
 from parsers.can.reader import CanReader
-from parsers.can.textlines import BUSES, Columns, Tally, TextSource, first_lines, head_lines, looks_like_text
+from parsers.can.tally import AS_WRITTEN, SINCE_FIRST, SUMMED
+from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
 from parsers.channels import ByteArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
@@ -21,7 +22,8 @@ _FILE = re.compile(rf"^\s*{_STAMP}\s+{_NAME}\s+[0-9A-Fa-f]{{3,8}}#")
 _CONSOLE = re.compile(
     rf"^\s*(?:{_STAMP}\s+)?{_NAME}\s+(?:[TR]X(?:\s+[-BE]){{0,2}}\s+)?[0-9A-Fa-f]{{3,8}}\s+\[\d{{1,2}}\]"
 )
-_SAMPLE_BYTES = 1 << 20
+_MEANINGS = {PLAIN: AS_WRITTEN, DELTA: SUMMED, DATED: SINCE_FIRST}
+_SAMPLE_BYTES = 1 << 16
 _WALL_CLOCK_FROM_S = 100_000_000
 """Stamps below (1973) count from the log's own zero."""
 
@@ -43,68 +45,51 @@ class CandumpImporter:
         """Raises LogError where the frames carry no time stamps."""
         lines = first_lines(path, _SAMPLE_BYTES)
         how, absolute, clock = _time_of(lines, path, log)
-
-        def parser() -> _Parser:
-            return _Parser(how)
-
-        source = TextSource(path, log, options.progress, parser, clock=clock, absolute=absolute)
+        source = TextSource(path, log, options.progress, _Parser(how), clock=clock, absolute=absolute)
         return CanReader(source, options, log, path)
 
 
+@dataclass(frozen=True)
 class _Parser:
-    def __init__(self, how: int) -> None:
-        self.tally = Tally()
-        self._how = how
-        self._names = np.zeros(MOST_BUSES * NAME_BYTES, dtype=np.uint8)
-        self._sizes = np.zeros(MOST_BUSES, dtype=np.int64)
+    """The kernel for stamps written as `how` says, one of `parsers.can.candump_kernel`."""
 
-    def parse(self, block: ByteArray, ended: bool) -> CanFrames:
-        """The block's frames."""
-        tally, room = self.tally, Columns.for_block(block)
-        n = parse_candump(
-            block,
-            self._how,
-            self._names,
-            self._sizes,
-            tally.state,
-            tally.counts,
-            tally.first,
-            room.time_ns,
-            room.can_id,
-            room.bus,
-            room.length,
-            room.offset,
-            room.data,
+    how: int
+
+    @property
+    def meaning(self) -> int:
+        """What stamps mean."""
+        return _MEANINGS[self.how]
+
+    def parse(self, text: ByteArray, begin: int, stop: int, ended: bool, work: Work) -> int:
+        """Read the lines in [begin, stop) as long as there is room; where it stopped."""
+        return parse_candump(
+            text, begin, stop, self.how, work.names, work.sizes, work.book, work.rows, work.layouts
         )
-        return room.first_frames(n)
-
-    def notes(self) -> list[str]:
-        """Which interface is which bus."""
-        names = []
-        for bus in range(int(self.tally.state[BUSES])):
-            at = bus * NAME_BYTES
-            text = bytes(self._names[at : at + int(self._sizes[bus])]).decode("latin-1")
-            names.append(f"bus {bus + 1} is {text}")
-        return [", ".join(names)] if names else []
 
 
 def _time_of(lines: list[str], path: Path, log: ImportLog) -> tuple[int, bool, str]:
     """How the stamps are written, whether they count from 1970, and the clock in words."""
     stamps: list[str] = []
+    bare: list[int] = []
     console = False
-    for line in lines:
-        found = _FILE.match(line) or _CONSOLE.match(line)
+    for number, line in enumerate(lines, start=1):
+        in_file = _FILE.match(line)
+        found = in_file or _CONSOLE.match(line)
         if found is None:
             continue
-        console = console or not _FILE.match(line)
+        console = console or in_file is None
         if found["stamp"] is None:
-            raise LogError(
-                "a candump console log without time stamps, from which no signal over time can be made",
-                path=path,
-                place=f"line {lines.index(line) + 1}",
-                hint="record with `candump -l` or `candump -t a`",
-            )
-        stamps.append(found["stamp"])
+            bare.append(number)
+        else:
+            stamps.append(found["stamp"])
+    # a line that lost its stamp by damage is not a log without stamps
+    if len(bare) > len(stamps):
+        raise LogError(
+            "a candump console log without time stamps, from which no signal over time can be made",
+            path=path,
+            place=f"line {bare[0]}",
+            hint="record with `candump -l` or `candump -t a`",
+        )
     if stamps and "-" in stamps[0]:
         log.note(
             f"recorded from {stamps[0]} (local time of the recorder, time zone unknown); time counts from there"

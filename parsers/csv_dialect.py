@@ -6,7 +6,8 @@ import re
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from itertools import pairwise
+from functools import cache
+from itertools import islice, pairwise
 
 from parsers.table_cells import NumberStyle, best_style, is_missing, split_cells, value_share
 from parsers.table_names import ColumnName, is_unit, plain_unit, split_header, unique_names
@@ -16,6 +17,7 @@ from parsers.table_text import Encoding, decode
 _MOST_LINES = 3000
 _SCORED_LINES = 80
 _HEADER_LINES = 8
+_SAMPLED_ROWS = 500
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _SEP_LINE = re.compile(r'^\s*"?sep=(.)"?\s*$', re.IGNORECASE)
 _COMMENT_START = re.compile(r"^\s*(?:#+|//|%%?(?=\s))\s*")
@@ -55,18 +57,23 @@ def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTabl
     if chosen is None:
         return None
     rules, style, share = chosen
-    cells = [split_cells(line, rules) if line.strip() else [] for line in lines]
-    first = _first_row(lines, cells, rules, style, share)
+    first = _first_row(lines, rules, style, share)
     if first is None:
         return None
-    rows = [
+    fitting = (
         tuple(row)
-        for line, row in zip(lines[first:], cells[first:], strict=True)
-        if row and not line.lstrip().startswith("#") and rules.min_width <= len(row) <= rules.width
-    ]
+        for line in lines[first:]
+        if _is_filled(line) and rules.min_width <= len(row := split_cells(line, rules)) <= rules.width
+    )
+    rows = tuple(islice(fitting, _SAMPLED_ROWS))
     names, rules, notes = _name_columns(lines, first, rules, style, rows)
     body = sum(len(line) + 1 for line in raw_lines[:first])
-    return TextTable(rules, style, names, body, tuple(rows[:500]), tuple(notes + _style_notes(rules, style)))
+    return TextTable(rules, style, names, body, rows, tuple(notes + _style_notes(rules, style)))
+
+
+def _is_filled(line: str) -> bool:
+    """Whether a line holds more than blanks or a comment."""
+    return bool(line.strip()) and not line.lstrip().startswith("#")
 
 
 def _style_notes(rules: RowRules, style: NumberStyle) -> list[str]:
@@ -115,15 +122,20 @@ def _rows_are_quoted(lines: Sequence[str]) -> bool:
     return len(whole) >= 0.8 * len(stripped)
 
 
-def _first_row(
-    lines: Sequence[str], cells: Sequence[list[str]], rules: RowRules, style: NumberStyle, share: float
-) -> int | None:
+def _first_row(lines: Sequence[str], rules: RowRules, style: NumberStyle, share: float) -> int | None:
     """The index of the first line that is a row of the table, followed by rows."""
-    filled = [k for k, row in enumerate(cells) if row and not lines[k].lstrip().startswith("#")]
-    fits = [len(cells[k]) == rules.width and value_share(cells[k], style) >= share / 2 for k in filled]
+    filled = [k for k, line in enumerate(lines) if _is_filled(line)]
+
+    @cache
+    def fits(at: int) -> bool:
+        cells = split_cells(lines[filled[at]], rules)
+        return len(cells) == rules.width and value_share(cells, style) >= share / 2
+
     for at, k in enumerate(filled):
-        following = fits[at : at + 3]
-        if all(following) or (fits[at] and at + 3 >= len(filled) and sum(following) >= len(following) - 1):
+        if not fits(at):
+            continue
+        following = [fits(later) for later in range(at, min(at + 3, len(filled)))]
+        if all(following) or (at + 3 >= len(filled) and sum(following) >= len(following) - 1):
             return k
     return None
 
@@ -214,9 +226,10 @@ def _join_brackets(cells: Sequence[str]) -> list[str]:
 
 def number_columns(table: TextTable) -> tuple[bool, ...]:
     """For each column, whether its sampled cells are numbers (or all missing)."""
-    pattern = table.style.pattern
     result = []
     for place in range(table.rules.width):
-        kept = [cell for cell in table.column(place) if not is_missing(cell)]
-        result.append(sum(pattern.fullmatch(cell) is not None for cell in kept) >= 0.5 * len(kept))
+        cells = table.column(place)
+        count = table.style.count(cells)
+        # a word for "missing" is no number: the cells are only looked at one by one where that could matter
+        result.append(count >= 0.5 * len(cells) or count >= 0.5 * sum(not is_missing(cell) for cell in cells))
     return tuple(result)

@@ -10,17 +10,10 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.csv_dialect import TextTable, find_table, number_columns
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
-from parsers.table_clock import TableClock
-from parsers.table_rows import RowBlock, read_rows
-from parsers.table_text import (
-    BLOCK_BYTES,
-    Encoding,
-    TextBlock,
-    decode,
-    find_encoding,
-    read_sample,
-    text_blocks,
-)
+from parsers.table_clock import TableClock, clock_rule, write_counts
+from parsers.table_ranges import RangeRows, read_table
+from parsers.table_rows import RowPlan
+from parsers.table_text import BLOCK_BYTES, Encoding, decode, find_encoding, read_sample
 from parsers.table_time import TimePlan, find_time
 
 _GROUP = "table"
@@ -145,20 +138,21 @@ class CsvReader:
         known = {channel.name for channel in self._channels if channel.kind == "number"}
         names = [name for name in self._places if name in wanted and name in known]
         columns = tuple(self._places[name] for name in names)
-        clock = TableClock(self._plan, self._table.rules)
+        plan = RowPlan(self._table.rules, columns, self._plan.columns, clock_rule(self._plan))
+        clock = TableClock(self._log, time_of_day=self._plan.kind == "calendar" and not self._plan.absolute)
         rows = 0
-        for text in text_blocks(self._path, self._encoding, self._table.body, self._block_bytes):
-            block = read_rows(text.data, self._table.rules, columns, self._plan.columns)
-            self._count(text, block, rows)
-            time_ns, valid = clock.read(block)
-            bad = len(valid) - int(valid.sum())
-            self._log.reject("row without a valid time", bad)
-            rows += block.rows - bad
-            self._log.messages += block.rows - bad
-            self._options.progress(text.done, self._size)
-            if block.rows > bad:
-                keep = slice(None) if bad == 0 else valid
-                yield Chunk(_GROUP, time_ns[keep], {n: block.numbers[k][keep] for k, n in enumerate(names)})
+        for part in read_table(
+            self._path, self._encoding, self._table.body, self._size, plan, block_bytes=self._block_bytes
+        ):
+            rows += part.rows
+            self._count(part, rows)
+            self._log.messages += part.rows
+            self._options.progress(part.done, self._size)
+            for block in part.blocks:
+                time_ns = clock.follow(block)
+                yield Chunk(_GROUP, time_ns, dict(zip(names, block.numbers, strict=True)))
+            if part.left_out:
+                clock.leave_out()
         if rows == 0:
             raise LogError(
                 "no row with a time and numbers could be read",
@@ -166,30 +160,19 @@ class CsvReader:
                 hint="cogest inspect shows what was found",
             )
 
-    def _count(self, text: TextBlock, block: RowBlock, rows_before: int) -> None:
-        """Write down what a block lacked."""
-        counts, log = block.counts, self._log
-        log.reject("row with too few columns", counts.too_few)
-        log.reject("row with too many columns", counts.too_many)
-        log.reject("row with bytes that are no text", counts.binary + text.lost_lines)
-        log.reject("cell with text where a number was expected", counts.text_cells)
-        log.reject("cell with an infinite value", counts.infinite_cells)
-        log.reject("cell with a number that is too long", counts.unread_cells)
+    def _count(self, part: RangeRows, rows: int) -> None:
+        """Write down what a part of the file lacked. rows: read so far."""
+        counts, log = part.counts, self._log
+        write_counts(counts, log)
         if counts.first_text is not None:
             place, raw = counts.first_text
             shown = decode(raw, self._encoding)
             name = self._table.names[place].name
             if not any(note.startswith("text where") and f'"{name}"' in note for note in log.notes):
                 log.note(f'text where a number was expected in column "{name}", first {shown!r}')
-        if counts.binary or text.lost_lines:
+        if part.ends_open and part.last_short:
             log.worsen(
-                "malformed",
-                "a part of the file is not text (a damaged block, or a disk that filled with zeros)",
+                "truncated", f"the last row breaks off: the log was cut; {rows} rows before it are whole"
             )
-        if text.ends_open and counts.last_row_short:
-            whole = rows_before + block.rows
-            log.worsen(
-                "truncated", f"the last row breaks off: the log was cut; {whole} rows before it are whole"
-            )
-        elif text.ends_open:
+        elif part.ends_open:
             log.note("the last line has no line end; if the log was cut there, its last value may be cut too")

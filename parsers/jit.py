@@ -20,6 +20,8 @@ from parsers.channels import ByteArray
 P = ParamSpec("P")
 R = TypeVar("R")
 
+_LEAN: dict[str, Any] = {"_nrt": False, "forceinline": True}
+
 _SCIPY_BLAS = "scipy.linalg.cython_blas"
 
 
@@ -44,6 +46,16 @@ _without_scipy()
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
     """Compile `function` with numba on its first call: no Python objects, GIL released, cached on disk."""
     return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))
+
+
+def lean_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """As `kernel`, for a helper that makes no arrays: it is put into its callers, and counts no references to arrays.
+
+    Calling and counting cost more than what a helper does that a kernel needs for each line or value. The outermost
+    caller is a `kernel` and holds the arrays. Single rows may be taken as views; no array is returned, and no slice
+    assigned.
+    """
+    return cast("Callable[P, R]", numba.njit(cache=True, nogil=True, **_LEAN)(function))
 
 
 def _loader(bits: int, result: Any) -> Any:

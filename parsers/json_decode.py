@@ -92,19 +92,47 @@ def _read_texts(data: ByteArray, slow: IntArray) -> FloatArray:
     return frame["value"].to_numpy().astype(np.float64)
 
 
+@dataclass(frozen=True)
+class JsonDecoded(Decoded):
+    """new_keys: how many keys with a value came up that no field is known for, and the first of them."""
+
+    new_keys: int = 0
+    first_new_key: str = ""
+
+
 @dataclass
+class NewKeys:
+    """The keys of one topic that came up only after its fields were listed, batch by batch."""
+
+    count: int = 0
+    first: str = ""
+
+    def add(self, decoded: Decoded) -> None:
+        """Take in what a batch found; batches in the order of the log."""
+        if isinstance(decoded, JsonDecoded) and decoded.new_keys:
+            self.count += decoded.new_keys
+            self.first = self.first or decoded.first_new_key
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """The sentence for the user, where there is something to say."""
+        if not self.count:
+            return ()
+        return (
+            f"a key that neither the schema nor the first messages have came up later and was not read "
+            f"({self.count} times, the first is {self.first!r})",
+        )
+
+
+@dataclass(frozen=True)
 class JsonDecoder:
-    """A `MessageDecoder` for JSON messages. `notes` grows while messages with keys that are not known go by."""
+    """A `MessageDecoder` for JSON messages. notes: what of the messages cannot be given."""
 
     tree: FlatTree
-    notes: list[str] = field(default_factory=list)
-    _new_keys: int = 0
-    _first_new_key: str = ""
-
-    def __post_init__(self) -> None:
-        paths = {info.path for info in self.tree.fields if info.kind == "number"}
-        self._stamp = stamp_fields(paths)
-        self._paths = paths
+    notes: tuple[str, ...] = ()
+    _paths: frozenset[str] = frozenset()
+    _stamp: tuple[str, str] | None = None
+    _programs: dict[tuple[str, ...], _Tables] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def fields(self) -> Sequence[FieldInfo]:
@@ -116,17 +144,20 @@ class JsonDecoder:
         """Whether messages carry their own stamp."""
         return self._stamp is not None
 
-    def decode(self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]) -> Decoded:
+    def decode(
+        self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]
+    ) -> JsonDecoded:
         """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths.
 
         true is 1.0, false 0.0; null, text and absent are NaN.
         """
-        known = [path for path in wanted if path in self._paths]
-        column_of = {path: column for column, path in enumerate(dict.fromkeys(known))}
-        tables = _compile(self.tree, column_of, self._stamp)
+        column_of = {
+            path: row for row, path in enumerate(dict.fromkeys(p for p in wanted if p in self._paths))
+        }
+        tables = self._program(tuple(wanted), column_of)
         view = np.ascontiguousarray(data, dtype=np.uint8).view()
         view.flags.writeable = False
-        out = np.empty((offset.size, len(column_of)), dtype=np.float64)
+        out = np.empty((len(column_of), offset.size), dtype=np.float64)
         stamps = np.empty((offset.size, 2), dtype=np.int64)
         room = min(int(np.maximum(length, 0).sum()), view.size) // _SLOW_BYTES + 1
         slow = np.empty((min(room, 2 * out.size + 16), 3), dtype=np.int64)
@@ -135,14 +166,7 @@ class JsonDecoder:
             view,
             np.ascontiguousarray(offset, dtype=np.int64),
             np.ascontiguousarray(length, dtype=np.int64),
-            tables.nodes,
-            tables.items,
-            tables.keys,
-            tables.names,
-            out,
-            stamps,
-            slow,
-            unknown,
+            *(tables.nodes, tables.items, tables.keys, tables.names, out, stamps, slow, unknown),
         )
         if used:
             slow = slow[:used]
@@ -150,30 +174,29 @@ class JsonDecoder:
             # a later value of the same key, read at once, holds
             open_cells = np.isnan(cells[slow[:, 2]])
             cells[slow[open_cells, 2]] = _read_texts(view, slow)[open_cells]
-        if unknown[0]:
-            self._count_new(int(unknown[0]), view[unknown[1] : unknown[1] + unknown[2]].tobytes())
-        columns = {path: np.ascontiguousarray(out[:, column]) for path, column in column_of.items()}
-        missing = np.full(offset.size, np.nan)
-        return Decoded(
-            columns={path: columns.get(path, missing) for path in wanted},
+        new = view[unknown[1] : unknown[1] + unknown[2]].tobytes().decode("utf-8", "replace")[:60]
+        return JsonDecoded(
+            columns={
+                path: out[column_of[path]] if path in column_of else np.full(offset.size, np.nan)
+                for path in wanted
+            },
             stamp_ns=self._stamp_ns(stamps),
             bad=int(bad),
+            new_keys=int(unknown[0]),
+            first_new_key=new,
         )
+
+    def _program(self, wanted: tuple[str, ...], column_of: Mapping[str, int]) -> _Tables:
+        """The tables for these paths; kept, since batch after batch asks for the same ones."""
+        found = self._programs.get(wanted)
+        if found is None:
+            found = self._programs[wanted] = _compile(self.tree, column_of, self._stamp)
+        return found
 
     def _stamp_ns(self, stamps: IntArray) -> IntArray | None:
         if self._stamp is None:
             return None
         return np.where(stamps[:, 1] < 0, 0, join_stamp(stamps[:, 0], stamps[:, 1]))
-
-    def _count_new(self, count: int, key: bytes) -> None:
-        """Keep one note of all keys that came up only after the fields were listed."""
-        self._first_new_key = self._first_new_key or key.decode("utf-8", "replace")[:60]
-        self._new_keys += count
-        self.notes[:] = [
-            *(note for note in self.notes if not note.startswith("a key")),
-            f"a key that neither the schema nor the first messages have came up later and was not read "
-            f"({self._new_keys} times, the first is {self._first_new_key!r})",
-        ]
 
 
 def needs_samples(definition: bytes) -> bool:
@@ -199,4 +222,5 @@ def make_json_decoder(definition: bytes, samples: Sequence[bytes] = ()) -> JsonD
     notes = [f"two places share the name {path!r}; only the first is read" for path in tree.clashes[:3]]
     if tree.full:
         notes.append(f"the messages have more than {MAX_FIELDS} fields; only the first are listed")
-    return JsonDecoder(tree, notes)
+    paths = frozenset(info.path for info in tree.fields if info.kind == "number")
+    return JsonDecoder(tree, tuple(notes), paths, stamp_fields(paths))

@@ -9,24 +9,33 @@ from __future__ import annotations
 import numpy as np
 
 from parsers.channels import ByteArray, FloatArray, IntArray
-from parsers.jit import kernel
+from parsers.jit import kernel, lean_kernel
+from parsers.json_shape import (
+    LEAF_AT,
+    LEAF_CELL,
+    LEAF_END,
+    LEAF_STAMP,
+    MAX_LEAVES,
+    MAX_TEXT,
+    is_null,
+    leaf,
+    learn,
+    read_alike,
+    string_end,
+)
 
 # columns of the node table
 FIRST_KEY, END_KEY, FIRST_ITEM, ITEMS, COLUMN, STAMP, KNOWN = range(7)
+# columns of the stack: node of an open object or list, whether it is a list, next element or the key to try first
+_NODE, _IS_LIST, _NEXT = range(3)
 STACK = 256
-_QUOTE, _BACKSLASH, _COMMA, _COLON = 34, 92, 44, 58
-_MINUS, _PLUS, _DOT, _ZERO, _NINE = 45, 43, 46, 48, 57
+_PATIENCE, _PAUSE = 8, 64
+"""After so many messages of other shapes one after the other, so many are read without looking at their shape."""
+_QUOTE, _COMMA, _COLON = 34, 44, 58
 _OPEN, _CLOSE, _OPEN_LIST, _CLOSE_LIST = 123, 125, 91, 93
-_EXACT = 1 << 53
-_POWERS = np.array([10.0**k for k in range(23)])
-_TRUE = np.frombuffer(b"true", dtype=np.uint8)
-_FALSE = np.frombuffer(b"false", dtype=np.uint8)
-_NULL = np.frombuffer(b"null", dtype=np.uint8)
-_NAN = np.frombuffer(b"NaN", dtype=np.uint8)
-_INFINITY = np.frombuffer(b"Infinity", dtype=np.uint8)
 
 
-@kernel
+@lean_kernel
 def _blank(data: ByteArray, at: int, end: int) -> int:
     """The place of the next byte that is not blank."""
     while at < end and (data[at] == 32 or 9 <= data[at] <= 13):
@@ -34,104 +43,16 @@ def _blank(data: ByteArray, at: int, end: int) -> int:
     return at
 
 
-@kernel
-def _string_end(data: ByteArray, at: int, end: int) -> int:
-    """The place of the closing quote of a string whose content begins at `at`, -1 where there is none."""
-    while at < end:
-        if data[at] == _QUOTE:
-            return at
-        at += 2 if data[at] == _BACKSLASH else 1
-    return -1
-
-
-@kernel
-def _is_word(data: ByteArray, at: int, end: int, word: ByteArray) -> bool:
-    if end - at < word.size:
-        return False
-    same = True
-    for k in range(word.size):
-        same = same and data[at + k] == word[k]
-    return same
-
-
-@kernel
+@lean_kernel
 def _is_nothing(data: ByteArray, at: int, end: int) -> bool:
     """Whether the value at a place is null or an empty object or list."""
     if at < end and (data[at] == _OPEN or data[at] == _OPEN_LIST):
         inside = _blank(data, at + 1, end)
         return inside < end and data[inside] == data[at] + 2
-    return _is_word(data, at, end, _NULL)
+    return is_null(data, at, end)
 
 
-@kernel
-def _digits(data: ByteArray, at: int, end: int) -> int:
-    while at < end and _ZERO <= data[at] <= _NINE:
-        at += 1
-    return at
-
-
-@kernel
-def _digit(data: ByteArray, at: int) -> int:
-    return np.int64(data[at]) - _ZERO  # type: ignore[return-value]
-
-
-@kernel
-def _number(data: ByteArray, at: int, end: int) -> tuple[int, float, int, int]:
-    """A number: the place behind it (-1: none), its value, whether the value is exact, and as an integer.
-
-    exact 1: the value is the nearest float64. 0: only the text tells (many digits or a large exponent).
-    The integer is -1 where the number has a fraction, an exponent, or more than 18 digits.
-    """
-    negative = at < end and data[at] == _MINUS
-    if negative:
-        at += 1
-    first = at
-    at = _digits(data, at, end)
-    if at == first or (data[first] == _ZERO and at - first > 1):
-        return -1, np.nan, 0, -1
-    mantissa, used, scale = 0, 0, 0
-    for k in range(first, at):
-        if used < 18:
-            mantissa = mantissa * 10 + _digit(data, k)
-        used += 1 if mantissa > 0 else 0
-    whole = mantissa if at - first <= 18 else -1
-    if at < end and data[at] == _DOT:
-        first = at + 1
-        at = _digits(data, first, end)
-        if at == first:
-            return -1, np.nan, 0, -1
-        for k in range(first, at):
-            if used < 18:
-                mantissa = mantissa * 10 + _digit(data, k)
-            used += 1 if mantissa > 0 else 0
-        scale, whole = first - at, -1
-    if at < end and (data[at] == 101 or data[at] == 69):
-        at += 1
-        minus = at < end and data[at] == _MINUS
-        if at < end and (data[at] == _MINUS or data[at] == _PLUS):
-            at += 1
-        first = at
-        at = _digits(data, at, end)
-        if at == first:
-            return -1, np.nan, 0, -1
-        power = 0
-        for k in range(first, min(at, first + 6)):
-            power = power * 10 + _digit(data, k)
-        scale, whole = scale - power if minus else scale + power, -1
-        if at - first > 6:
-            scale = 1 << 30
-    if negative:
-        whole = -1
-    if used > 18 or mantissa > _EXACT or scale > 22 or scale < -22:
-        return at, np.nan, 0, whole
-    # both factors are exact in float64, so that the one rounding gives the nearest value (Clinger)
-    value = mantissa * _POWERS[scale] if scale >= 0 else mantissa / _POWERS[-scale]
-    if negative:
-        value = -value
-    return at, value, 1, whole
-
-
-@kernel
+@lean_kernel
 def _find_key(
     data: ByteArray, at: int, size: int, keys: IntArray, names: ByteArray, first: int, end: int, hint: int
 ) -> int:
@@ -152,55 +73,77 @@ def _find_key(
     return -1
 
 
-@kernel
-def _scalar(
+@lean_kernel
+def _behind_value(data: ByteArray, at: int, end: int, depth: int, stack: IntArray) -> tuple[int, int]:
+    """Close what closes behind a value: the place behind the comma (-1: malformed) and the depth.
+
+    At depth 0 the message is over, and the place is that of the next byte which is not blank.
+    """
+    while True:
+        at = _blank(data, at, end)
+        if depth == 0:
+            return at, 0
+        if at >= end:
+            return -1, depth
+        byte = data[at]
+        at += 1
+        if byte == _COMMA:
+            return at, depth
+        if byte != (_CLOSE_LIST if stack[depth - 1, _IS_LIST] else _CLOSE):
+            return -1, depth
+        depth -= 1
+
+
+@lean_kernel
+def _next_value(
     data: ByteArray,
     at: int,
     end: int,
-    cell: int,
-    stamp_at: int,
-    row: FloatArray,
-    stamp: IntArray,
-    slow: IntArray,
-    slow_count: int,
-    shift: int,
+    top: IntArray,
+    nodes: IntArray,
+    items: IntArray,
+    keys: IntArray,
+    names: ByteArray,
+    unknown: IntArray,
 ) -> tuple[int, int]:
-    """Read a value that is no string, object or list; returns the place behind it (-1: malformed) and how many
-    numbers were left to be read from their text. cell: column of the row, -1 where it is not wanted."""
-    value, exact = np.nan, 1
-    whole, stop = -1, -1
-    first = data[at]
-    if _ZERO <= first <= _NINE or first == _MINUS:
-        if first == _MINUS and _is_word(data, at + 1, end, _INFINITY):
-            value, stop = -np.inf, at + 9
-        else:
-            stop, value, exact, whole = _number(data, at, end)
-    elif _is_word(data, at, end, _TRUE):
-        value, stop = 1.0, at + 4
-    elif _is_word(data, at, end, _FALSE):
-        value, stop = 0.0, at + 5
-    elif _is_word(data, at, end, _NULL):
-        stop = at + 4
-    elif _is_word(data, at, end, _NAN):
-        stop = at + 3
-    elif _is_word(data, at, end, _INFINITY):
-        value, stop = np.inf, at + 8
-    if stop < 0:
-        return -1, slow_count
-    if stamp_at >= 0:
-        stamp[stamp_at] = whole
-    if cell >= 0:
-        row[cell] = value
-        if exact == 0:
-            if slow_count >= slow.shape[0]:
-                return -1, slow_count
-            slow[slow_count, 0], slow[slow_count, 1] = at, stop - at
-            slow[slow_count, 2] = cell + shift
-            slow_count += 1
-    return stop, slow_count
+    """Behind an opening bracket or a comma: the place of the next value (-1: malformed) and its node (-1: not known).
+
+    top: the row of the stack for the object or list that it is in.
+    """
+    at = _blank(data, at, end)
+    above, node = top[_NODE], -1
+    if top[_IS_LIST]:
+        index = top[_NEXT]
+        top[_NEXT] = index + 1
+        if above >= 0 and index < nodes[above, ITEMS]:
+            node = items[nodes[above, FIRST_ITEM] + index]
+        return at, node
+    if at >= end or data[at] != _QUOTE:
+        return -1, -1
+    first = at + 1
+    at = string_end(data, first, end)
+    if at < 0:
+        return -1, -1
+    size = at - first
+    known = above < 0 or nodes[above, KNOWN] == 0
+    if not known:
+        begin, stop = nodes[above, FIRST_KEY], nodes[above, END_KEY]
+        k = _find_key(data, first, size, keys, names, begin, stop, top[_NEXT])
+        if k >= 0:
+            known, node = True, keys[k, 2]
+            top[_NEXT] = k + 1 if k + 1 < stop else begin
+    at = _blank(data, at + 1, end)
+    if at >= end or data[at] != _COLON:
+        return -1, -1
+    at = _blank(data, at + 1, end)
+    if not known and not _is_nothing(data, at, end):
+        unknown[0] += 1
+        if unknown[0] == 1:
+            unknown[1], unknown[2] = first, size
+    return at, node
 
 
-@kernel
+@lean_kernel
 def _document(
     data: ByteArray,
     at: int,
@@ -209,97 +152,66 @@ def _document(
     items: IntArray,
     keys: IntArray,
     names: ByteArray,
-    row: FloatArray,
-    stamp: IntArray,
+    i: int,
+    out: FloatArray,
+    stamps: IntArray,
     slow: IntArray,
-    slow_count: int,
-    shift: int,
+    used: int,
     stack: IntArray,
+    leaves: IntArray,
     unknown: IntArray,
-) -> tuple[bool, int]:
-    """Read one payload; returns whether it is whole, and the count of numbers left to be read from their text.
+) -> tuple[bool, int, int]:
+    """Read one payload; whether it is whole, how many rows of `slow` are used, and how many leaves it has.
 
-    stack: per open object or list its node, whether it is a list, and the next element or the key to try first.
+    leaves: where the values stand, as many as there is room for.
     """
+    depth, node, count = 0, 0, 0
+    while True:
+        at = _blank(data, at, end)
+        if at >= end:
+            return False, used, count
+        byte = data[at]
+        opened = byte in (_OPEN, _OPEN_LIST)
+        if opened:
+            if depth == stack.shape[0]:
+                return False, used, count
+            is_list = byte == _OPEN_LIST
+            at = _blank(data, at + 1, end)
+            if at < end and data[at] == byte + 2:
+                opened = False
+                at += 1
+            else:
+                stack[depth, _NODE], stack[depth, _IS_LIST] = node, is_list
+                stack[depth, _NEXT] = 0 if is_list or node < 0 else nodes[node, FIRST_KEY]
+                depth += 1
+        else:
+            cell = nodes[node, COLUMN] if node >= 0 else -1
+            part = nodes[node, STAMP] if node >= 0 else -1
+            begin = at
+            at, used = leaf(data, at, end, cell, part, i, out, stamps, slow, used)
+            if at < 0:
+                return False, used, count
+            if count < leaves.shape[0]:
+                leaves[count, LEAF_AT], leaves[count, LEAF_END] = begin, at
+                leaves[count, LEAF_CELL], leaves[count, LEAF_STAMP] = cell, part
+            count += 1
+        if not opened:
+            at, depth = _behind_value(data, at, end, depth, stack)
+            if at < 0 or depth == 0:
+                return at == end, used, count
+        at, node = _next_value(data, at, end, stack[depth - 1], nodes, items, keys, names, unknown)
+        if at < 0:
+            return False, used, count
+
+
+@lean_kernel
+def _trim(data: ByteArray, at: int, end: int) -> tuple[int, int]:
+    """A payload without a byte order mark and without zero bytes at its end."""
     while end > at and data[end - 1] == 0:
         end -= 1
     if end - at >= 3 and data[at] == 0xEF and data[at + 1] == 0xBB and data[at + 2] == 0xBF:
         at += 3
-    depth, node, value_next = 0, 0, True
-    while True:
-        at = _blank(data, at, end)
-        if not value_next and depth == 0:
-            return at == end, slow_count
-        if at >= end:
-            return False, slow_count
-        byte = data[at]
-        if value_next:
-            value_next = False
-            if byte in (_OPEN, _OPEN_LIST):
-                if depth == stack.shape[0]:
-                    return False, slow_count
-                stack[depth, 0], stack[depth, 1] = node, 1 if byte == _OPEN_LIST else 0
-                stack[depth, 2] = 0 if byte == _OPEN_LIST or node < 0 else nodes[node, FIRST_KEY]
-                depth += 1
-                inside = _blank(data, at + 1, end)
-                if inside < end and data[inside] == byte + 2:
-                    at, depth = inside + 1, depth - 1
-                    continue
-            elif byte == _QUOTE:
-                at = _string_end(data, at + 1, end) + 1
-                if at == 0:
-                    return False, slow_count
-                if node >= 0 and nodes[node, COLUMN] >= 0:
-                    row[nodes[node, COLUMN]] = np.nan
-                continue
-            else:
-                cell = nodes[node, COLUMN] if node >= 0 else -1
-                stamp_at = nodes[node, STAMP] if node >= 0 else -1
-                at, slow_count = _scalar(data, at, end, cell, stamp_at, row, stamp, slow, slow_count, shift)
-                if at < 0:
-                    return False, slow_count
-                continue
-        elif byte == (_CLOSE_LIST if stack[depth - 1, 1] else _CLOSE):
-            depth -= 1
-            at += 1
-            continue
-        elif byte != _COMMA:
-            return False, slow_count
-        # behind an opening bracket or a comma: the next element, or the next key and its value
-        at = _blank(data, at + 1, end)
-        value_next = True
-        above = stack[depth - 1, 0]
-        if stack[depth - 1, 1]:
-            index = stack[depth - 1, 2]
-            stack[depth - 1, 2] = index + 1
-            node = -1
-            if above >= 0 and index < nodes[above, ITEMS]:
-                node = items[nodes[above, FIRST_ITEM] + index]
-            continue
-        if at >= end or data[at] != _QUOTE:
-            return False, slow_count
-        first = at + 1
-        at = _string_end(data, first, end)
-        if at < 0:
-            return False, slow_count
-        node = -1
-        if above >= 0 and nodes[above, KNOWN]:
-            begin, stop = nodes[above, FIRST_KEY], nodes[above, END_KEY]
-            k = _find_key(data, first, at - first, keys, names, begin, stop, stack[depth - 1, 2])
-            if k >= 0:
-                node = keys[k, 2]
-                stack[depth - 1, 2] = k + 1 if k + 1 < stop else begin
-            new, size = k < 0, at - first
-        else:
-            new, size = False, 0
-        at = _blank(data, at + 1, end)
-        if at >= end or data[at] != _COLON:
-            return False, slow_count
-        at = _blank(data, at + 1, end)
-        if new and not _is_nothing(data, at, end):
-            unknown[0] += 1
-            if unknown[0] == 1:
-                unknown[1], unknown[2] = first, size
+    return at, end
 
 
 @kernel
@@ -316,29 +228,46 @@ def read_documents(
     slow: IntArray,
     unknown: IntArray,
 ) -> tuple[int, int]:
-    """Read payload i = data[offset[i] : offset[i] + length[i]] into out[i, :] and stamps[i, :].
+    """Read payload i = data[offset[i] : offset[i] + length[i]] into out[:, i] and stamps[i, :].
 
     slow: rows (place, length, cell of `out` counted through) of numbers whose text must be read elsewhere; of two
     texts for one cell the last one holds. unknown: count of keys that no table has (with a value that is something),
     and place and length of the first. Returns how many payloads were malformed, and how many rows of `slow` are used.
     """
-    columns = out.shape[1]
-    stack = np.zeros((STACK, 3), dtype=np.int64)
-    bad, slow_count = 0, 0
-    for i in range(offset.size):
+    stack = np.empty((STACK, 3), dtype=np.int64)
+    leaves = np.empty((MAX_LEAVES, 4), dtype=np.int64)
+    shape = np.empty((MAX_LEAVES + 1, 4), dtype=np.int64)
+    text = np.empty(MAX_TEXT, dtype=np.uint8)
+    bad, used, shape_size, misses, i = 0, 0, -1, 0, 0
+    # what a shape has no value for stays as it is here
+    out[:] = np.nan
+    stamps[:] = -1
+    while i < offset.size:
+        if shape_size >= 0 and misses < _PATIENCE:
+            alike = i
+            i, used = read_alike(data, offset, length, i, shape, shape_size, text, out, stamps, slow, used)
+            if i > alike:
+                misses = 0
+            if i == offset.size:
+                break
+            out[:, i] = np.nan
+            stamps[i, :] = -1
         start, size = offset[i], length[i]
-        before = slow_count
+        before, new = used, unknown[0]
         whole = start >= 0 and size >= 0 and size <= data.size - start
-        out[i, :] = np.nan
-        stamps[i, :] = -1
         if whole:
-            whole, slow_count = _document(
-                data, start, start + size, nodes, items, keys, names, out[i], stamps[i], slow, slow_count,
-                i * columns, stack, unknown,
-            )  # fmt: skip
+            at, end = _trim(data, start, start + size)
+            whole, used, count = _document(
+                data, at, end, nodes, items, keys, names, i, out, stamps, slow, used, stack, leaves, unknown
+            )
+            misses = misses + 1 if misses < _PATIENCE + _PAUSE else 0
+            # keys that are not known are counted by the long way only
+            if whole and unknown[0] == new and misses <= _PATIENCE:
+                shape_size = learn(data, start, start + size, leaves, count, shape, text)
         if not whole:
             bad += 1
-            slow_count = before
-            out[i, :] = np.nan
+            used = before
+            out[:, i] = np.nan
             stamps[i, :] = -1
-    return bad, slow_count
+        i += 1
+    return bad, used

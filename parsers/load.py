@@ -2,31 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Collection, Iterator, Sequence, Set
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from parsers.checks import check_all
-from parsers.drive import Decision, Drive, Gap, ImportRecord, MappedChannel, Signal
+from parsers.drive import Decision, Drive, Gap, ImportRecord, MappedChannel
 from parsers.errors import LogError, MappingError
 from parsers.importer import ImportLog
+from parsers.intake import Intake
 from parsers.log_hash import BackgroundHash, hash_logs
 from parsers.mapping import MapFile, missing_channels
-from parsers.merge import Merged, merge_parts
+from parsers.merge import merge_parts
 from parsers.read_log import (
     LoadOptions,
     OpenedLog,
     Part,
+    PartFacts,
     Progress,
     lenient,
+    make_part,
     open_log,
     quiet,
     read_chunks,
-    read_part,
+    take_in,
 )
 from parsers.registry import find_importer
-from parsers.timebase import MAX_GAPS, NS, list_gaps
+from parsers.timebase import MAX_GAPS, NS, GapList, list_gaps
 
 __all__ = [
     "LoadOptions",
@@ -40,7 +43,7 @@ __all__ = [
 ]
 
 
-def _require_mapped(parts: Sequence[Part], mapping: MapFile | None) -> None:
+def _require_mapped(parts: Sequence[PartFacts], mapping: MapFile | None) -> None:
     """Raise MappingError where a mapping file that the user gave names a channel that no log has."""
     if mapping is None or not mapping.strict or len(parts) < 2:
         return
@@ -49,7 +52,7 @@ def _require_mapped(parts: Sequence[Part], mapping: MapFile | None) -> None:
         raise MappingError(sentence.replace("this log", "any of the logs"), path=mapping.path)
 
 
-def _no_signal(parts: Sequence[Part]) -> LogError:
+def _no_signal(parts: Sequence[PartFacts]) -> LogError:
     """The error for logs in which nothing maps to a signal: what is there, and how to say what it is."""
     path = parts[0].opened.path
     notes = [note for part in parts for note in part.opened.log.notes][:3]
@@ -70,7 +73,7 @@ def _no_signal(parts: Sequence[Part]) -> LogError:
     )
 
 
-def _nothing_left(path: Path, decisions: Sequence[Decision]) -> LogError:
+def nothing_left(path: Path, decisions: Sequence[Decision]) -> LogError:
     """The error for logs whose every signal the checks left out."""
     found = "; ".join(f"{d.signal}: {d.found}" for d in decisions[:3])
     return LogError(
@@ -80,7 +83,7 @@ def _nothing_left(path: Path, decisions: Sequence[Decision]) -> LogError:
     )
 
 
-def _start_utc(parts: Sequence[Part], start_ns: int) -> str | None:
+def _start_utc(parts: Sequence[PartFacts], start_ns: int) -> str | None:
     reader = parts[0].opened.reader
     origin = 0 if reader.absolute else reader.start_utc_ns
     if origin is None:
@@ -91,11 +94,13 @@ def _start_utc(parts: Sequence[Part], start_ns: int) -> str | None:
         return None
 
 
-def _mapping(parts: Sequence[Part], merged: Merged, signals: Mapping[str, Signal]) -> Iterator[MappedChannel]:
+def _mapping(
+    parts: Sequence[PartFacts], left_out: Set[tuple[int, str]], signals: Collection[str]
+) -> Iterator[MappedChannel]:
     """What each log's channels became; a channel that is not used in the end says so."""
     for number, part in enumerate(parts):
         for entry in part.mapped:
-            if (number, entry.signal) in merged.left_out:
+            if (number, entry.signal) in left_out:
                 yield replace(entry, used=False, rule=f"left out, another log has it; {entry.rule}")
             elif entry.signal not in signals:
                 yield replace(entry, used=False, rule=f"left out by the checks; {entry.rule}")
@@ -111,11 +116,8 @@ def _rejected(logs: Sequence[ImportLog]) -> dict[str, int]:
     return rejected
 
 
-def _gaps(
-    signals: Mapping[str, Signal], logs: Sequence[ImportLog], start_ns: int, notes: list[str]
-) -> tuple[Gap, ...]:
+def _gaps(found: GapList, logs: Sequence[ImportLog], start_ns: int, notes: list[str]) -> tuple[Gap, ...]:
     """Gaps in the signals and what damage took, at most MAX_GAPS of each sort; a note says how many there are."""
-    found = list_gaps({name: s.time_ns for name, s in signals.items()}, start_ns)
     lost = [(a, b) for log in logs for a, b in log.lost_spans_ns]
     for total, what in ((found.total, "gaps"), (len(lost), "damaged spans")):
         if total > MAX_GAPS:
@@ -125,51 +127,106 @@ def _gaps(
     return found.gaps + tuple(Gap((a - start_ns) / NS, (b - start_ns) / NS, "lost") for a, b in lost)
 
 
-def load_drive(paths: Sequence[Path], options: LoadOptions | None = None) -> Drive:
-    """Read one drive from its logs (recorded in parts, or by several recorders).
+@dataclass(frozen=True)
+class Outcome:
+    """What came out of the logs of a drive, for its record. gaps: of the signals; signals: names, as they are used."""
 
-    Raises LogError (a log cannot be read, or nothing in it maps to a signal), MappingError, DatabaseError.
-    """
-    options = options or LoadOptions()
-    for path in paths:
-        # before the hash is begun, which would go through all of a folder that is no log
-        find_importer(path)
-    with BackgroundHash(paths) as digest:
-        each = lenient(options) if len(paths) > 1 else options
-        parts = [read_part(path, each) for path in paths]
-        _require_mapped(parts, options.map)
-        if not any(part.signals for part in parts):
-            raise _no_signal(parts)
-        merged = merge_parts(parts)
-        stated = {name: value for part in parts for name, value in part.stated.items()}
-        options.progress("checking signs and units", 0.0)
-        checked = check_all(merged.signals, fix=options.fix, units_stated=stated)
-        signals, decisions = checked.signals, checked.decisions
-        if not signals:
-            raise _nothing_left(paths[0], decisions)
-        sha256 = digest.result()
-    start_ns = min(int(s.time_ns[0]) for s in signals.values())
-    end_ns = max(int(s.time_ns[-1]) for s in signals.values())
+    parts: Sequence[PartFacts]
+    left_out: Set[tuple[int, str]]
+    signals: Collection[str]
+    decisions: tuple[Decision, ...]
+    unchecked: tuple[str, ...]
+    notes: tuple[str, ...]
+    start_ns: int
+    end_ns: int
+    gaps: GapList
+
+
+def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportRecord:
+    """Write down what happened."""
+    parts, start_ns = outcome.parts, outcome.start_ns
     logs = [part.opened.log for part in parts]
-    notes = [note for log in logs for note in log.notes] + merged.notes
-    if checked.unchecked:
-        notes.append("not checked against physics: " + "; ".join(checked.unchecked))
-    record = ImportRecord(
+    notes = [note for log in logs for note in log.notes] + list(outcome.notes)
+    if outcome.unchecked:
+        notes.append("not checked against physics: " + "; ".join(outcome.unchecked))
+    return ImportRecord(
         format=", ".join(dict.fromkeys(part.opened.importer.title for part in parts)),
         paths=tuple(paths),
         sha256=sha256,
         status=max((log.status for log in logs), key=["complete", "truncated", "malformed"].index),
         messages=sum(log.messages for log in logs),
         rejected=_rejected(logs),
-        gaps=_gaps(signals, logs, start_ns, notes),
+        gaps=_gaps(outcome.gaps, logs, start_ns, notes),
         clock=", ".join(dict.fromkeys(part.opened.reader.clock for part in parts)),
         start_utc=_start_utc(parts, start_ns),
-        duration_s=(end_ns - start_ns) / NS,
-        mapped=tuple(_mapping(parts, merged, signals)),
-        decisions=decisions,
+        duration_s=(outcome.end_ns - start_ns) / NS,
+        mapped=tuple(_mapping(parts, outcome.left_out, outcome.signals)),
+        decisions=outcome.decisions,
         notes=tuple(dict.fromkeys(notes)),
         out_of_order=sum(part.out_of_order for part in parts),
         duplicates=sum(part.duplicates for part in parts),
         clock_jumps=sum(part.jumps for part in parts),
     )
-    return Drive(signals, record, start_ns)
+
+
+def find_all(paths: Sequence[Path]) -> None:
+    """Raise LogError where one of the paths is no log: said before its hash is begun, which would go through all of it."""
+    for path in paths:
+        find_importer(path)
+
+
+def options_of_each(paths: Sequence[Path], options: LoadOptions) -> LoadOptions:
+    """The options for each of the logs."""
+    return lenient(options) if len(paths) > 1 else options
+
+
+def require_signals(parts: Sequence[PartFacts], found: bool, mapping: MapFile | None) -> None:
+    """Raise MappingError where no log has a channel that the user named, LogError where no signal was found."""
+    _require_mapped(parts, mapping)
+    if not found:
+        raise _no_signal(parts)
+
+
+def load_drive(paths: Sequence[Path], options: LoadOptions | None = None) -> Drive:
+    """Read one drive from its logs (recorded in parts, or by several recorders).
+
+    Raises LogError (a log cannot be read, or nothing in it maps to a signal), MappingError, DatabaseError.
+    """
+    options = options or LoadOptions()
+    find_all(paths)
+    with BackgroundHash(paths) as digest:
+        each = options_of_each(paths, options)
+        # log by log, so that no more than one of them is in memory as it was read
+        parts = [make_part(take_in(path, each, Intake())) for path in paths]
+        return make_drive(paths, parts, options, digest)
+
+
+def make_drive(
+    paths: Sequence[Path], parts: Sequence[Part], options: LoadOptions, digest: BackgroundHash
+) -> Drive:
+    """Bring the parts together, check them against physics, and record it. Raises as `load_drive`."""
+    require_signals(parts, any(part.signals for part in parts), options.map)
+    merged = merge_parts(parts)
+    options.progress("checking signs and units", 0.0)
+    checked = check_all(merged.signals, fix=options.fix, units_stated=all_stated(parts))
+    signals = checked.signals
+    if not signals:
+        raise nothing_left(paths[0], checked.decisions)
+    start_ns = min(int(s.time_ns[0]) for s in signals.values())
+    outcome = Outcome(
+        parts=parts,
+        left_out=merged.left_out,
+        signals=signals,
+        decisions=checked.decisions,
+        unchecked=checked.unchecked,
+        notes=tuple(merged.notes),
+        start_ns=start_ns,
+        end_ns=max(int(s.time_ns[-1]) for s in signals.values()),
+        gaps=list_gaps({name: s.time_ns for name, s in signals.items()}, start_ns),
+    )
+    return Drive(signals, make_record(paths, outcome, digest.result()), start_ns)
+
+
+def all_stated(parts: Sequence[PartFacts]) -> dict[str, bool]:
+    """Signal -> whether its unit is known."""
+    return {name: value for part in parts for name, value in part.stated.items()}

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-import zlib
 from dataclasses import dataclass
+from io import RawIOBase
 from pathlib import Path
-from typing import BinaryIO, Protocol, cast
+from threading import Lock
+from typing import Protocol, cast
 
+import deflate
 import lz4.frame
 import numpy as np
 import zstandard
@@ -67,65 +69,92 @@ class _Lz4Stream(Protocol):
 
 
 class McapFile:
-    """A file of known size, read at given places into writable buffers."""
+    """A file of known size, read at given places into writable buffers; threads may share it."""
 
-    def __init__(self, path: Path, file: BinaryIO) -> None:
+    def __init__(self, path: Path, file: RawIOBase) -> None:
         self.path = path
         self._file = file
+        self._lock = Lock()
         self.size = file.seek(0, 2)
 
     def array(self, offset: int, length: int) -> ByteArray:
         """Up to `length` bytes from `offset`, fewer at the end of the file."""
-        length = max(0, min(length, self.size - offset))
-        out = np.empty(length, dtype=np.uint8)
+        out = np.empty(max(0, min(length, self.size - offset)), dtype=np.uint8)
+        return out[: self.fill(offset, out)]
+
+    def fill(self, offset: int, out: ByteArray) -> int:
+        """Read from `offset` until `out` is full; returns how many bytes there were."""
+        view = out.data
+        done = 0
         try:
-            self._file.seek(offset)
-            got = self._file.readinto(out.data) if length else 0  # type: ignore[attr-defined]
+            with self._lock:
+                self._file.seek(offset)
+                while done < out.size:
+                    got = self._file.readinto(view[done:])
+                    if not got:
+                        break
+                    done += got
         except OSError as error:
             raise LogError(
                 f"cannot be read ({error.strerror})", path=self.path, place=f"byte {offset}"
             ) from error
-        return out[:got]
+        return done
 
     def bytes(self, offset: int, length: int) -> bytes:
         """As `array`, as bytes."""
         return self.array(offset, length).tobytes()
 
 
-def _unpack_zstd(packed: ByteArray, size: int) -> ByteArray:
-    out = np.empty(size, dtype=np.uint8)
-    view = out.data
+class Scratch:
+    """Memory of one thread that chunk after chunk is read and unpacked into: fresh memory costs more than the work.
+
+    records: the unpacked records of some chunks behind one another, the first `used` bytes count. zstd: as above, for the state of the decompression.
+    """
+
+    def __init__(self) -> None:
+        self.used = 0
+        self.records: ByteArray = np.empty(0, dtype=np.uint8)
+        self.zstd = zstandard.ZstdDecompressor()
+        self._packed: ByteArray = np.empty(0, dtype=np.uint8)
+
+    def packed(self, size: int) -> ByteArray:
+        """`size` bytes for a chunk as it stands in the file; the ones before are gone."""
+        if self._packed.size < size:
+            self._packed = np.empty(size + size // 4, dtype=np.uint8)
+        return self._packed[:size]
+
+    def room(self, size: int) -> ByteArray:
+        """`size` bytes behind the records; whoever fills them adds to `used`."""
+        if self.records.size - self.used < size:
+            larger = np.empty(self.used + size + size // 4, dtype=np.uint8)
+            larger[: self.used] = self.records[: self.used]
+            self.records = larger
+        return self.records[self.used : self.used + size]
+
+
+def _unpack_zstd(zstd: zstandard.ZstdDecompressor, packed: ByteArray, out: ByteArray) -> int:
     done = 0
     try:
-        with zstandard.ZstdDecompressor().stream_reader(packed.data, read_across_frames=True) as stream:
-            while done < size:
-                got = stream.readinto(view[done:])
+        with zstd.stream_reader(packed.data, read_across_frames=True) as stream:
+            while done < out.size:
+                got = stream.readinto(out.data[done:])
                 if got == 0:
                     break
                 done += got
     except zstandard.ZstdError as error:
         if not done:
             raise DamagedError(f"it cannot be unpacked ({error})") from error
-    return out[:done]
+    return done
 
 
-def _unpack_lz4(packed: ByteArray, size: int) -> ByteArray:
+def _unpack_lz4(packed: ByteArray, out: ByteArray) -> int:
     stream = cast("_Lz4Stream", lz4.frame.LZ4FrameDecompressor(return_bytearray=True))
     try:
-        unpacked = stream.decompress(packed.data, max_length=size)
+        unpacked = stream.decompress(packed.data, max_length=out.size)
     except (RuntimeError, EOFError) as error:
         raise DamagedError("it cannot be unpacked (lz4 finds an error)") from error
-    return np.frombuffer(unpacked, dtype=np.uint8)
-
-
-def _unpack(head: ChunkHead, packed: ByteArray) -> ByteArray:
-    if head.compression == "":
-        return packed
-    if head.compression == "zstd":
-        return _unpack_zstd(packed, head.uncompressed_size)
-    if head.compression == "lz4":
-        return _unpack_lz4(packed, head.uncompressed_size)
-    raise DamagedError(f"its compression {head.compression[:20]!r} is not known (expected zstd, lz4 or none)")
+    out[: len(unpacked)] = np.frombuffer(unpacked, dtype=np.uint8)
+    return len(unpacked)
 
 
 def read_chunk_head(file: McapFile, offset: int) -> tuple[ChunkHead, int]:
@@ -143,7 +172,7 @@ def read_chunk_head(file: McapFile, offset: int) -> tuple[ChunkHead, int]:
         raise DamagedError(str(error)) from error
     if head.records_length != content_length - head.records_at:
         raise DamagedError(f"a chunk of {content_length} bytes says that it holds {head.records_length}")
-    if head.uncompressed_size > MAX_CHUNK_BYTES:
+    if max(head.uncompressed_size, head.records_length) > MAX_CHUNK_BYTES:
         raise DamagedError(
             f"it says that it unpacks to {head.uncompressed_size} bytes (expected at most {MAX_CHUNK_BYTES})"
         )
@@ -172,22 +201,38 @@ def find_chunk(file: McapFile, start: int, end: int) -> int | None:
     return None
 
 
-def load_chunk(file: McapFile, span: ChunkSpan) -> ByteArray:
-    """The records of a chunk, unpacked and checked: shape (n,) uint8, writable.
+def _fetch(file: McapFile, offset: int, head: ChunkHead, scratch: Scratch) -> tuple[int, bool]:
+    """Read a chunk's records, unpacked, to scratch.room: how many bytes, and whether the file had all of them."""
+    at = offset + RECORD_HEAD + head.records_at
+    size = max(0, min(head.records_length, file.size - at))
+    if head.compression == "":
+        got = file.fill(at, scratch.room(size))
+        return got, got == head.records_length
+    packed = scratch.packed(size)
+    packed = packed[: file.fill(at, packed)]
+    room = scratch.room(head.uncompressed_size)
+    if head.compression == "zstd":
+        return _unpack_zstd(scratch.zstd, packed, room), packed.size == head.records_length
+    if head.compression == "lz4":
+        return _unpack_lz4(packed, room), packed.size == head.records_length
+    raise DamagedError(f"its compression {head.compression[:20]!r} is not known (expected zstd, lz4 or none)")
 
-    Of a chunk that the end of the file cuts off, what can be unpacked. Raises DamagedError.
+
+def load_chunk(file: McapFile, span: ChunkSpan, scratch: Scratch) -> int:
+    """Add the records of a chunk, unpacked and checked, to the scratch; returns how many bytes they are.
+
+    Of a chunk that the end of the file cuts off, what can be unpacked. Raises DamagedError (and adds nothing).
     """
     head, length = read_chunk_head(file, span.offset)
     if span.whole and length != span.length:
         raise DamagedError(f"its record is {length} bytes long, the index says {span.length}")
-    packed = file.array(span.offset + RECORD_HEAD + head.records_at, head.records_length)
-    if not span.whole:
-        return _unpack(head, packed)
-    if packed.size < head.records_length:
-        raise DamagedError("the file ends inside it")
-    records = _unpack(head, packed)
-    if records.size != head.uncompressed_size:
-        raise DamagedError(f"it unpacks to {records.size} bytes, not to {head.uncompressed_size} as it says")
-    if head.crc and zlib.crc32(records.data) != head.crc:
-        raise DamagedError("its checksum is wrong")
-    return records
+    got, all_there = _fetch(file, span.offset, head, scratch)
+    if span.whole:
+        if not all_there:
+            raise DamagedError("the file ends inside it")
+        if got != head.uncompressed_size:
+            raise DamagedError(f"it unpacks to {got} bytes, not to {head.uncompressed_size} as it says")
+        if head.crc and deflate.crc32(scratch.room(got).data) != head.crc:
+            raise DamagedError("its checksum is wrong")
+    scratch.used += got
+    return got

@@ -11,10 +11,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from parsers.channels import ByteArray, IntArray
-from parsers.jit import kernel
+from parsers.jit import kernel, lean_kernel, load_u16, load_u64
 
 MAGIC = b"\x89MCAP0\r\n"
 RECORD_HEAD = 9
@@ -27,6 +26,11 @@ MESSAGE_INDEX, CHUNK_INDEX, STATISTICS, DATA_END = 0x07, 0x08, 0x0B, 0x0F
 
 RECORDS_AT_ONCE = 1 << 17
 WALK_DONE, WALK_FULL, WALK_CUT, WALK_INVALID, WALK_DATA_END = 0, 1, 2, 3, 4
+
+
+_CHUNK_HEAD = struct.Struct("<QQQII")
+_CHUNK_INDEX = struct.Struct("<QQQQI")
+_CHUNK_OFFSET = struct.Struct("<HQ")
 
 
 class BadRecordError(ValueError):
@@ -129,23 +133,27 @@ def parse_channel(content: bytes) -> ChannelRecord:
 
 def parse_chunk_head(content: bytes) -> ChunkHead:
     """From the first bytes of a chunk's content. Raises BadRecordError."""
-    fields = _Fields(content)
-    start, end, size, crc = fields.number("Q"), fields.number("Q"), fields.number("Q"), fields.number("I")
-    compression, length = fields.text(), fields.number("Q")
-    return ChunkHead(start, end, size, crc, compression, length, fields.at)
+    if len(content) < CHUNK_HEAD:
+        raise BadRecordError(f"a chunk of {len(content)} bytes")
+    start, end, size, crc, name_length = _CHUNK_HEAD.unpack_from(content)
+    at = _CHUNK_HEAD.size + name_length + 8
+    if at > len(content):
+        raise BadRecordError(f"a compression's name of {name_length} bytes in a record of {len(content)}")
+    name = content[_CHUNK_HEAD.size : at - 8].decode("utf-8", "replace")
+    return ChunkHead(start, end, size, crc, name, int.from_bytes(content[at - 8 : at], "little"), at)
 
 
 def parse_chunk_index(content: bytes) -> ChunkIndexRecord:
     """Raises BadRecordError."""
-    fields = _Fields(content)
-    start, end, offset, length = (fields.number("Q") for _ in range(4))
-    offsets = _Fields(fields.data())
-    channels: set[int] = set()
-    while offsets.at < len(offsets.content):
-        channels.add(offsets.number("H"))
-        offsets.number("Q")
-    index_length = fields.number("Q")
-    known = frozenset(channels) if index_length else None
+    if len(content) < _CHUNK_INDEX.size:
+        raise BadRecordError(f"a chunk index of {len(content)} bytes")
+    start, end, offset, length, map_length = _CHUNK_INDEX.unpack_from(content)
+    behind = _CHUNK_INDEX.size + map_length
+    if map_length % _CHUNK_OFFSET.size or behind + 8 > len(content):
+        raise BadRecordError(f"a map of {map_length} bytes in a record of {len(content)}")
+    pairs = _CHUNK_OFFSET.iter_unpack(content[_CHUNK_INDEX.size : behind])
+    index_length = int.from_bytes(content[behind : behind + 8], "little")
+    known = frozenset(channel for channel, _ in pairs) if index_length else None
     return ChunkIndexRecord(start, end, offset, length, index_length, known)
 
 
@@ -163,13 +171,10 @@ def parse_statistics(content: bytes) -> StatisticsRecord:
     return StatisticsRecord(messages, chunks, start, end, counts)
 
 
-@kernel
-def _unsigned(data: ByteArray, at: int, size: int) -> int:
-    """A little-endian integer of up to 8 bytes, as int64; the caller has checked the bounds."""
-    value = np.uint64(0)
-    for k in range(size):
-        value |= np.uint64(data[at + k]) << np.uint64(8 * k)
-    return np.int64(value)  # type: ignore[return-value]
+@lean_kernel
+def _long(data: ByteArray, at: int) -> int:
+    """A little-endian integer of 8 bytes, as int64; the caller has checked the bounds."""
+    return np.int64(load_u64(data, at))  # type: ignore[return-value]
 
 
 @kernel
@@ -192,7 +197,7 @@ def _walk(
             return count, at, WALK_INVALID
         if end - at < RECORD_HEAD:
             return count, at, WALK_CUT
-        size = _unsigned(data, at + 1, 8)
+        size = _long(data, at + 1)
         if size < 0 or size > end - at - RECORD_HEAD:
             return count, at, WALK_CUT
         opcode[count] = op
@@ -206,18 +211,15 @@ def _walk(
 
 
 @kernel
-def _message_heads(
-    data: ByteArray, offset: IntArray, channel: IntArray, log_ns: IntArray, publish_ns: IntArray
-) -> None:
-    """Read channel, log time and publish time of message records; a content too near the end gives channel -1."""
+def _message_heads(data: ByteArray, offset: IntArray, channel: IntArray, log_ns: IntArray) -> None:
+    """Read channel and log time of message records; a content too near the end gives channel -1."""
     for i in range(offset.size):
         at = offset[i]
         if at < 0 or at + MESSAGE_HEAD > data.size:
             channel[i] = -1
             continue
-        channel[i] = _unsigned(data, at, 2)
-        log_ns[i] = _unsigned(data, at + 6, 8)
-        publish_ns[i] = _unsigned(data, at + 14, 8)
+        channel[i] = load_u16(data, at)
+        log_ns[i] = _long(data, at + 6)
 
 
 @kernel
@@ -246,27 +248,8 @@ class Messages:
     data: ByteArray
     channel: IntArray
     log_ns: IntArray
-    publish_ns: IntArray
     offset: IntArray
     length: IntArray
-
-    def take(self, rows: NDArray[np.int64]) -> Messages:
-        """Only these rows, in this order; the buffer is shared."""
-        return Messages(
-            self.data,
-            self.channel[rows],
-            self.log_ns[rows],
-            self.publish_ns[rows],
-            self.offset[rows],
-            self.length[rows],
-        )
-
-    def packed(self) -> Messages:
-        """The same messages in a buffer of their own, so that a large one can be let go."""
-        out = np.empty(int(self.length.sum()), dtype=np.uint8)
-        offset = np.cumsum(self.length) - self.length
-        gather(self.data, self.offset, self.length, offset, out)
-        return Messages(out, self.channel, self.log_ns, self.publish_ns, offset, self.length)
 
 
 class Walker:
@@ -301,7 +284,6 @@ def find_messages(data: ByteArray, records: Records) -> tuple[Messages, int]:
     offset, length = records.offset[whole], records.length[whole]
     channel = np.empty(whole.size, dtype=np.int64)
     log_ns = np.zeros(whole.size, dtype=np.int64)
-    publish_ns = np.zeros(whole.size, dtype=np.int64)
-    _message_heads(data, offset, channel, log_ns, publish_ns)
-    found = Messages(data, channel, log_ns, publish_ns, offset + MESSAGE_HEAD, length - MESSAGE_HEAD)
+    _message_heads(data, offset, channel, log_ns)
+    found = Messages(data, channel, log_ns, offset + MESSAGE_HEAD, length - MESSAGE_HEAD)
     return found, rows.size - whole.size

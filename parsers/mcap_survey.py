@@ -19,6 +19,7 @@ from parsers.mcap_chunks import (
     DamagedError,
     LooseSpan,
     McapFile,
+    Scratch,
     Span,
     find_chunk,
     load_chunk,
@@ -255,11 +256,13 @@ class Surveyor:
 
     def _unpack(self, span: ChunkSpan) -> ChunkSpan:
         """Read a chunk for its definitions; returns the span with the channels that are really in it."""
+        scratch = Scratch()
         try:
-            data = load_chunk(self._file, span)
+            size = load_chunk(self._file, span, scratch)
         except DamagedError as error:
             damage(self._log, span, error)
             return replace(span, channels=frozenset())
+        data = scratch.records[:size]
         found: Counter[int] = Counter()
         walker = Walker()
         for records in walker.walk(data):

@@ -42,7 +42,7 @@ class Source:
     def notes(self) -> Sequence[str]:
         """What the decoder has to say of the messages."""
         decoder = self.topic.decoder
-        return tuple(decoder.notes) if isinstance(decoder, (JsonDecoder, ProtobufDecoder)) else ()
+        return decoder.notes if isinstance(decoder, (JsonDecoder, ProtobufDecoder)) else ()
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ def _sample_span(
     file: McapFile, span: Span, found: dict[int, list[bytes]], missing: set[int], enough: int
 ) -> None:
     """Collect payloads of the missing channels from one span; those that have enough are missing no more."""
-    for messages in messages_in(file, span, frozenset(missing), ImportLog()):
+    for messages in messages_in(file, span, frozenset(missing)):
         for channel in sorted(missing):
             rows = np.flatnonzero((messages.channel == channel) & (messages.length <= _LARGE_SAMPLE))
             for i in rows[: enough - len(found[channel])].tolist():

@@ -8,27 +8,17 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from parsers.channels import ByteArray, FloatArray, IntArray
+from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
 from parsers.field_notes import join_stamp, stamp_fields
 from parsers.protobuf_kernel import decode_payloads
+from parsers.protobuf_tables import LOOK_UP, STEP_OVER, TAKE, TAKE_DOUBLE, Output, Tables
 from parsers.protobuf_tree import Entry, Range, Tree, build_tree
 from parsers.ros.contract import Decoded, FieldInfo
 
 _WIRE_FIXED64 = (1, 6, 16)
 _WIRE_FIXED32 = (2, 7, 15)
-_MESSAGE = 11
-
-
-@dataclass(frozen=True)
-class _Program:
-    """The tables of `decode_payloads` for some wanted columns."""
-
-    entries: IntArray
-    nodes: IntArray
-    oneofs: IntArray
-    elements: IntArray
-    defaults: FloatArray
+_DOUBLE, _MESSAGE = 1, 11
 
 
 def _wire(kind: int) -> int:
@@ -43,51 +33,88 @@ def _table(rows: Sequence[Sequence[int]], width: int) -> IntArray:
     return np.array(rows, dtype=np.int64).reshape(len(rows), width)
 
 
-def _compile(
-    tree: Tree, kept: IntArray, column_of: Mapping[int, int], stamp_of: Mapping[int, int]
-) -> _Program:
-    """Tables that look only at the kept columns (sorted). column_of: column -> row of the output; stamp_of: column
-    -> 0 for the seconds and 1 for the nanoseconds of the stamp."""
+def _tag(field: int, wire: int) -> tuple[int, int]:
+    """A field's tag as it stands in a message, as a number of 8 bytes; and how many of them it has."""
+    value, tag, size = field << 3 | wire, 0, 0
+    while True:
+        more = value > 0x7F
+        tag |= (value & 0x7F | (0x80 if more else 0)) << (8 * size)
+        size += 1
+        value >>= 7
+        if not more:
+            return tag, size
 
-    def squeezed(below: Range) -> list[int]:
-        first, end = np.searchsorted(kept, below.columns).tolist()
+
+class _Compiler:
+    """Makes tables that look only at the kept columns (sorted).
+
+    column_of: column -> row of the output. stamp_of: column -> 0 for the seconds and 1 for the nanoseconds of the stamp.
+    """
+
+    def __init__(
+        self, tree: Tree, kept: IntArray, column_of: Mapping[int, int], stamp_of: Mapping[int, int]
+    ) -> None:
+        self.tree, self.kept, self.column_of, self.stamp_of = tree, kept, column_of, stamp_of
+        self.entries: list[list[int]] = []
+        self.tags: list[tuple[int, int]] = []
+        self.elements: list[list[int]] = []
+
+    def tables(self) -> Tables:
+        """All tables of the kernel."""
+        nodes: list[list[int]] = []
+        defaults: list[tuple[float, float]] = []
+        for node in self.tree.nodes:
+            first_entry, first_default = len(self.entries), len(defaults)
+            for entry in node.entries:
+                self._add(entry)
+            defaults += [
+                (float(self.column_of[column]), value)
+                for column, value in node.defaults.items()
+                if column in self.column_of and not math.isnan(value)
+            ]
+            nodes.append([first_entry, len(self.entries), first_default, len(defaults)])
+        template = np.full(self.kept.size, np.nan)
+        for row, value in defaults[: nodes[0][3]]:
+            template[int(row)] = value
+        return Tables(
+            _table(self.entries, 16),
+            np.array([tag for tag, _ in self.tags], dtype=np.uint64),
+            np.array([(1 << 8 * size) - 1 for _, size in self.tags], dtype=np.uint64),
+            _table(nodes, 4),
+            _table([self._squeezed(below) for below in self.tree.oneofs], 6),
+            _table(self.elements, 2),
+            np.array(defaults, dtype=np.float64).reshape(len(defaults), 2),
+            template,
+            self.tree.lists,
+        )
+
+    def _squeezed(self, below: Range) -> list[int]:
+        first, end = np.searchsorted(self.kept, below.columns).tolist()
         return [first, end, *below.nodes, *below.lists]
 
-    entries: list[list[int]] = []
-    nodes: list[list[int]] = []
-    elements: list[list[int]] = []
-    defaults: list[tuple[float, float]] = []
-
-    def of_interest(entry: Entry) -> bool:
-        first, end = squeezed(entry.below)[:2]
-        return first < end or entry.oneof >= 0
-
-    for node in tree.nodes:
-        first_entry, first_default = len(entries), len(defaults)
-        for entry in filter(of_interest, node.entries):
-            idle = squeezed(entry.below)[0] == squeezed(entry.below)[1]
-            first = len(elements)
-            if entry.kind == _MESSAGE:
-                elements += [[-1 if idle else element, -1] for element in entry.elements]
-            else:
-                elements += [
-                    [column_of.get(element, -1), stamp_of.get(element, -1)] for element in entry.elements
-                ]
-            head = [entry.number, entry.kind, _wire(entry.kind), first, len(entry.elements)]
-            entries.append([*head, entry.list_number, entry.oneof, *squeezed(entry.below)])
-        defaults += [
-            (float(column_of[column]), value)
-            for column, value in node.defaults.items()
-            if column in column_of and not math.isnan(value)
-        ]
-        nodes.append([first_entry, len(entries), first_default, len(defaults)])
-    return _Program(
-        _table(entries, 13),
-        _table(nodes, 4),
-        _table([squeezed(below) for below in tree.oneofs], 6),
-        _table(elements, 2),
-        np.array(defaults, dtype=np.float64).reshape(len(defaults), 2),
-    )
+    def _add(self, entry: Entry) -> None:
+        squeezed = self._squeezed(entry.below)
+        idle = squeezed[0] == squeezed[1]
+        first = len(self.elements)
+        if entry.kind == _MESSAGE:
+            self.elements += [[-1 if idle else element, -1] for element in entry.elements]
+        else:
+            self.elements += [
+                [self.column_of.get(element, -1), self.stamp_of.get(element, -1)]
+                for element in entry.elements
+            ]
+        wire, listed = _wire(entry.kind), entry.list_number >= 0
+        action, cell = LOOK_UP, -1
+        if entry.oneof < 0 and idle:
+            action = STEP_OVER
+        elif entry.oneof < 0 and not listed and wire != 2 and self.elements[first][1] < 0:
+            action = TAKE_DOUBLE if entry.kind == _DOUBLE else TAKE
+            cell = self.elements[first][0]
+        # numbers of a list are usually packed
+        tag, size = _tag(entry.number, 2 if listed else wire)
+        self.tags.append((tag, size))
+        head = [entry.number, entry.kind, wire, first, len(entry.elements), entry.list_number, entry.oneof]
+        self.entries.append([*head, *squeezed, action, cell, size])
 
 
 @dataclass(frozen=True)
@@ -98,6 +125,9 @@ class ProtobufDecoder:
     notes: tuple[str, ...] = ()
     _column: Mapping[str, int] = field(default_factory=dict)
     _stamp: tuple[str, str] | None = None
+    _programs: dict[tuple[str, ...], tuple[Tables, dict[str, int]]] = field(
+        default_factory=dict, compare=False, repr=False
+    )
 
     @property
     def fields(self) -> Sequence[FieldInfo]:
@@ -114,35 +144,37 @@ class ProtobufDecoder:
 
         Absent: 0.0 or the declared default where the type has no way to say "absent", else NaN.
         """
-        known = [path for path in wanted if path in self._column]
-        stamps = {self._column[path]: k for k, path in enumerate(self._stamp or ())}
-        kept = np.array(sorted({self._column[path] for path in known} | set(stamps)), dtype=np.int64)
-        column_of = {int(column): row for row, column in enumerate(kept.tolist())}
-        program = _compile(self.tree, kept, column_of, stamps)
-        out = np.empty((kept.size, offset.size), dtype=np.float64)
-        stamp = np.zeros((offset.size, 2), dtype=np.int64)
+        tables, rows = self._program(tuple(wanted))
+        out = np.empty((tables.template.size, offset.size), dtype=np.float64)
+        stamp = np.empty((offset.size, 2), dtype=np.int64)
         view = np.ascontiguousarray(data, dtype=np.uint8).view()
         view.flags.writeable = False
         bad = decode_payloads(
             view,
             np.ascontiguousarray(offset, dtype=np.int64),
             np.ascontiguousarray(length, dtype=np.int64),
-            program.entries,
-            program.nodes,
-            program.oneofs,
-            program.elements,
-            program.defaults,
-            self.tree.lists,
-            out,
-            stamp,
+            tables,
+            Output(out, out.view(np.uint64), stamp),
         )
-        columns = {path: out[column_of[self._column[path]]] for path in known}
-        missing = np.full(offset.size, np.nan)
         return Decoded(
-            columns={path: columns.get(path, missing) for path in wanted},
+            columns={
+                path: out[row] if row >= 0 else np.full(offset.size, np.nan) for path, row in rows.items()
+            },
             stamp_ns=join_stamp(stamp[:, 0], stamp[:, 1]) if self._stamp else None,
             bad=int(bad),
         )
+
+    def _program(self, wanted: tuple[str, ...]) -> tuple[Tables, dict[str, int]]:
+        """The tables for these paths, and the row of the output of each (-1: none); kept for the next batch."""
+        found = self._programs.get(wanted)
+        if found is None:
+            stamps = {self._column[path]: k for k, path in enumerate(self._stamp or ())}
+            columns = {self._column[path] for path in wanted if path in self._column}
+            kept = np.array(sorted(columns | set(stamps)), dtype=np.int64)
+            row_of = {int(column): row for row, column in enumerate(kept.tolist())}
+            rows = {path: row_of[self._column[path]] if path in self._column else -1 for path in wanted}
+            found = self._programs[wanted] = _Compiler(self.tree, kept, row_of, stamps).tables(), rows
+        return found
 
 
 def make_protobuf_decoder(type_name: str, definition: bytes) -> ProtobufDecoder:

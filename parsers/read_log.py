@@ -12,14 +12,18 @@ from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.drive import MappedChannel, Signal
 from parsers.errors import LogError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
+from parsers.intake import Group, Intake, LogRows
 from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose
 from parsers.registry import find_importer
 from parsers.signals import SIGNALS
-from parsers.timebase import LATEST_NS, order, usual_period_s
+from parsers.timebase import LATEST_NS, usual_period_s
 from parsers.units import SI_TEXT
 
 MIN_SAMPLES = 2
 """A channel with fewer valid samples than this is no signal."""
+
+BEYOND_JUMP = "row beyond a jump of the clock"
+_BLOCK = 1 << 14
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and how much of it is done (0-1)."""
@@ -50,28 +54,58 @@ class OpenedLog:
 
 
 @dataclass(frozen=True)
-class _Group:
-    """All rows of one group, in order: time_ns (n,), columns name -> (n,)."""
+class _ReadOut:
+    """What is still to be known of a reader when its log was read."""
 
-    time_ns: IntArray
-    columns: Mapping[str, FloatArray]
+    channels: tuple[ChannelInfo, ...]
+    clock: str
+    absolute: bool
+    start_utc_ns: int | None
+
+    def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
+        """Nothing: a log is read once."""
+        return iter(())
+
+
+def _read_out(reader: LogReader) -> _ReadOut:
+    return _ReadOut(reader.channels, reader.clock, reader.absolute, reader.start_utc_ns)
 
 
 @dataclass(frozen=True)
-class Part:
-    """One log, read: its signals, before the physics checks, and what the record needs.
+class Taken:
+    """A log that was read: what its channels may become (signal -> bindings, best first), and its rows."""
+
+    opened: OpenedLog
+    proposals: Mapping[str, tuple[Binding, ...]]
+    rows: LogRows
+
+    @property
+    def infos(self) -> dict[str, ChannelInfo]:
+        """The log's channels by name."""
+        return {info.name: info for info in self.opened.reader.channels}
+
+
+@dataclass(frozen=True)
+class PartFacts:
+    """What the record needs to know of one log.
 
     stated: signal -> whether its unit is known, not assumed. short: signals whose channel has too few valid samples.
     """
 
     opened: OpenedLog
-    signals: Mapping[str, Signal]
     mapped: tuple[MappedChannel, ...]
     stated: Mapping[str, bool]
     short: tuple[str, ...]
     out_of_order: int
     duplicates: int
     jumps: int
+
+
+@dataclass(frozen=True)
+class Part(PartFacts):
+    """One log, read: its signals, before the physics checks."""
+
+    signals: Mapping[str, Signal]
 
 
 def _unreadable(path: Path, error: OSError) -> LogError:
@@ -114,67 +148,74 @@ def _possible(time_ns: IntArray) -> slice | IntArray:
     return np.flatnonzero((time_ns >= -LATEST_NS) & (time_ns <= LATEST_NS))
 
 
-def _collect(opened: OpenedLog, wanted: frozenset[str]) -> tuple[dict[str, _Group], int, int, int]:
-    """Read the wanted channels whole and order each group in time; counts of late, equal and jumping stamps."""
-    times: dict[str, list[IntArray]] = {}
-    columns: dict[str, dict[str, list[FloatArray]]] = {}
+def _take_rows(opened: OpenedLog, wanted: frozenset[str], rows: LogRows) -> None:
+    """Read the wanted channels, chunk by chunk."""
     for chunk in read_chunks(opened, wanted):
-        rows = _possible(chunk.time_ns)
-        time_ns = chunk.time_ns[rows]
+        possible = _possible(chunk.time_ns)
+        time_ns = chunk.time_ns[possible]
         opened.log.reject("row whose time stamp is impossible", len(chunk.time_ns) - len(time_ns))
-        times.setdefault(chunk.group, []).append(time_ns)
-        group = columns.setdefault(chunk.group, {})
-        for name, values in chunk.columns.items():
-            group.setdefault(name, []).append(values[rows])
-    groups: dict[str, _Group] = {}
-    late = equal = jumps = 0
-    for name, parts in times.items():
-        time_ns = np.concatenate(parts)
-        ordered = order(time_ns)
-        late, equal, jumps = late + ordered.out_of_order, equal + ordered.duplicates, jumps + ordered.jumps
-        opened.log.reject("row beyond a jump of the clock", ordered.lost)
-        groups[name] = _Group(
-            ordered.time_ns, {c: np.concatenate(v)[ordered.rows] for c, v in columns[name].items()}
-        )
-    return groups, late, equal, jumps
+        rows.add(chunk.group, time_ns, {name: values[possible] for name, values in chunk.columns.items()})
 
 
-def _signal(
-    binding: Binding, groups: Mapping[str, _Group], infos: Mapping[str, ChannelInfo]
-) -> Signal | None:
+def _bound(binding: Binding, columns: Mapping[str, FloatArray]) -> FloatArray:
+    """`bind` block by block: what it makes in between then stays in the processor's cache."""
+    columns = {name: columns[name] for name in binding.needed}
+    n = len(columns[binding.channels[0]])
+    values = np.empty(n)
+    for start in range(0, n, _BLOCK):
+        part = {name: column[start : start + _BLOCK] for name, column in columns.items()}
+        values[start : start + _BLOCK] = bind(binding, part)
+    return values
+
+
+def _signal(binding: Binding, groups: Mapping[str, Group], infos: Mapping[str, ChannelInfo]) -> Signal | None:
     """A binding's signal, or None where its channel has too few valid samples."""
     group = groups.get(infos[binding.channels[0]].group)
     if group is None or any(name not in group.columns for name in binding.channels):
         return None
-    values = bind(binding, group.columns)
+    values = _bound(binding, group.columns)
     valid = np.isfinite(values)
-    if int(valid.sum()) < MIN_SAMPLES:
+    count = int(np.count_nonzero(valid))
+    if count < MIN_SAMPLES:
         return None
-    whole = bool(valid.all())
+    whole = count == len(values)
     return Signal(
         binding.signal,
         group.time_ns if whole else group.time_ns[valid],
         values if whole else values[valid],
-        " + ".join(binding.channels),
+        source_text(binding),
         group=infos[binding.channels[0]].group,
     )
 
 
-def _mapped(binding: Binding, signal: Signal, others: Iterable[Binding]) -> MappedChannel:
-    period = usual_period_s(signal.time_ns)
+def source_text(binding: Binding) -> str:
+    """The channels of a binding as a signal's source."""
+    return " + ".join(binding.channels)
+
+
+def mapped_channel(
+    binding: Binding, samples: int, period_s: float, proposed: Iterable[Binding]
+) -> MappedChannel:
+    """What the record says of a binding that was chosen out of the proposed ones. period_s: 0 where there is none."""
+    others = (source_text(other) for other in proposed if other is not binding)
     return MappedChannel(
         signal=binding.signal,
-        channel=signal.source,
+        channel=source_text(binding),
         unit=binding.unit.text or SI_TEXT[SIGNALS[binding.signal].quantity],
         unit_from=binding.unit_from,
         rule=binding.rule,
-        samples=len(signal.values),
-        rate_hz=1 / period if period > 0 else 0.0,
+        samples=samples,
+        rate_hz=1 / period_s if period_s > 0 else 0.0,
         scale=binding.scale,
         offset=binding.offset,
         inverted=binding.invert,
-        alternatives=tuple(dict.fromkeys(" + ".join(other.channels) for other in others)),
+        alternatives=tuple(dict.fromkeys(others)),
     )
+
+
+def is_stated(binding: Binding) -> bool:
+    """Whether a binding's unit is known, not assumed."""
+    return not binding.unit_from.startswith("assumed")
 
 
 def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Binding, ...]]:
@@ -184,36 +225,58 @@ def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Bind
     return propose(opened.reader.channels, options.map)
 
 
-def read_part(path: Path, options: LoadOptions) -> Part:
-    """Read one log's signals. Raises LogError, MappingError, DatabaseError."""
+def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:
+    """Read one log's rows. Raises LogError, MappingError, DatabaseError."""
 
     def progress(done: int, total: int) -> None:
         options.progress(f"reading {path.name}", done / total if total else 0.0)
 
     opened = open_log(path, options, progress)
-    infos = {info.name: info for info in opened.reader.channels}
     proposals = _propose(opened, options)
     wanted = frozenset(name for bindings in proposals.values() for name in needed_channels(bindings))
-    groups, late, equal, jumps = _collect(opened, wanted) if wanted else ({}, 0, 0, 0)
+    rows = intake.begin(opened.reader.channels, wanted)
+    if wanted:
+        _take_rows(opened, wanted, rows)
+        if opened.log.messages == 0:
+            raise LogError(
+                f"holds no readable data ({opened.importer.title})",
+                path=path,
+                hint="; ".join(opened.log.notes) or "check that the recording was copied whole",
+            )
+    # what a reader keeps of its log (frames, an index) must not stay in memory for the rest of the work
+    return Taken(replace(opened, reader=_read_out(opened.reader)), proposals, rows)
+
+
+def make_part(taken: Taken) -> Part:
+    """The signals of a log whose rows were kept in memory; the rows are given up."""
+    groups, infos = taken.rows.groups(), taken.infos
+    ordered = [group.ordered for group in groups.values()]
+    taken.opened.log.reject(BEYOND_JUMP, sum(each.lost for each in ordered))
+    # signals of one table share their stamps: how often they come is worked out once
+    periods = {id(group.time_ns): usual_period_s(group.time_ns) for group in groups.values()}
     signals: dict[str, Signal] = {}
     mapped: list[MappedChannel] = []
     stated: dict[str, bool] = {}
-    for name, bindings in proposals.items():
-        for place, binding in enumerate(bindings):
+    for name, bindings in taken.proposals.items():
+        for binding in bindings:
             signal = _signal(binding, groups, infos)
             if signal is not None:
+                time_ns = signal.time_ns
+                period = periods[id(time_ns)] if id(time_ns) in periods else usual_period_s(time_ns)
                 signals[name] = signal
-                mapped.append(_mapped(binding, signal, bindings[:place] + bindings[place + 1 :]))
-                stated[name] = not binding.unit_from.startswith("assumed")
+                mapped.append(mapped_channel(binding, len(time_ns), period, bindings))
+                stated[name] = is_stated(binding)
                 break
-    if opened.log.messages == 0 and wanted:
-        raise LogError(
-            f"holds no readable data ({opened.importer.title})",
-            path=path,
-            hint="; ".join(opened.log.notes) or "check that the recording was copied whole",
-        )
-    short = tuple(name for name in proposals if name not in signals)
-    return Part(opened, signals, tuple(mapped), stated, short, late, equal, jumps)
+    return Part(
+        opened=taken.opened,
+        mapped=tuple(mapped),
+        stated=stated,
+        short=tuple(name for name in taken.proposals if name not in signals),
+        out_of_order=sum(each.out_of_order for each in ordered),
+        duplicates=sum(each.duplicates for each in ordered),
+        jumps=sum(each.jumps for each in ordered),
+        signals=signals,
+    )
 
 
 def lenient(options: LoadOptions) -> LoadOptions:

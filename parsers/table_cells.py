@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from parsers.table_numbers import MISSING_WORDS
 from parsers.table_rows import RowRules
@@ -16,6 +17,7 @@ _DATE = r"(?:\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{4})"
 DATE_CELL = re.compile(rf"{_DATE}{_ZONE}")
 CLOCK_CELL = re.compile(rf"\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm])?{_ZONE}")
 CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}")
+_BLANKS = re.compile("[ \t]+")
 _MISSING = frozenset(MISSING_WORDS) | {"inf", "-inf", "+inf", "infinity", "-infinity"}
 
 
@@ -26,14 +28,26 @@ class NumberStyle:
     decimal: str
     thousands: str = ""
 
-    @property
+    @cached_property
     def pattern(self) -> re.Pattern[str]:
         """What a number in this style looks like."""
+        return re.compile(self._spelling)
+
+    @cached_property
+    def _line_pattern(self) -> re.Pattern[str]:
+        return re.compile(f"^{self._spelling}$", re.MULTILINE)
+
+    @property
+    def _spelling(self) -> str:
         point = re.escape(self.decimal)
         whole = r"\d+"
         if self.thousands:
             whole = rf"(?:\d{{1,3}}(?:{re.escape(self.thousands)}\d{{3}})+|\d+)"
-        return re.compile(rf"[+-]?(?:{whole}(?:{point}\d*)?|{point}\d+){_EXPONENT}")
+        return rf"[+-]?(?:{whole}(?:{point}\d*)?|{point}\d+){_EXPONENT}"
+
+    def count(self, cells: Sequence[str]) -> int:
+        """How many cells are numbers; of cells without line feeds."""
+        return len(self._line_pattern.findall("\n".join(cells)))
 
     def value(self, cell: str) -> float | None:
         """A cell as a number, for looking at samples; None where it is none."""
@@ -68,8 +82,14 @@ def is_time(cell: str) -> bool:
 def best_style(cells: Iterable[str]) -> NumberStyle:
     """The style that reads most of the cells as numbers."""
     kept = [cell for cell in cells if not is_missing(cell)]
-    counts = [sum(style.pattern.fullmatch(cell) is not None for cell in kept) for style in STYLES]
-    return STYLES[counts.index(max(counts))]
+    best, most = STYLES[0], -1
+    for style in STYLES:
+        count = style.count(kept)
+        if count > most:
+            best, most = style, count
+        if count == len(kept):
+            break
+    return best
 
 
 def value_share(cells: Sequence[str], style: NumberStyle) -> float:
@@ -87,6 +107,10 @@ def split_cells(line: str, rules: RowRules) -> list[str]:
     if rules.row_quotes and len(line) >= 2 and line[0] == line[-1] == '"':
         line = line[1:-1]
     separator, quote = chr(rules.separator), chr(rules.quote) if rules.quote > 0 else ""
+    if '"' not in line and (not quote or quote not in line):
+        if not rules.spaces:
+            return [cell.strip() for cell in line.split(separator)]
+        return [cell.strip() for cell in _BLANKS.split(line)] if line else []
     cells: list[str] = []
     i = 0
     while i <= len(line):

@@ -1,60 +1,87 @@
-"""Turn the time cells of a block into nanoseconds, by a `TimePlan`."""
+"""The time of a table's rows: how the kernel is to read it, what only their order can tell, and what they lacked."""
 
 from __future__ import annotations
 
 import numpy as np
 
+from parsers import table_lines as lines
 from parsers.channels import IntArray
-from parsers.table_rows import RowBlock, RowRules
-from parsers.table_stamps import BoolArray, calendar_ns, decimal_ns, has_zone, unwrap_days
+from parsers.importer import ImportLog
+from parsers.table_rows import RowBlock, RowCounts
+from parsers.table_stamps import unwrap_days
 from parsers.table_time import TimePlan
 
-_MINUTE_NS = 60_000_000_000
+LOST_NS = 250_000_000
+"""Left out lines between stamps further apart than this have taken a span of time with them."""
+_MOST_SPANS = 1000
+
+
+def clock_rule(plan: TimePlan) -> lines.Clock:
+    """A plan in the kernel's order."""
+    if plan.kind == "calendar":
+        kind = lines.MOMENT if plan.absolute else lines.TIME_OF_DAY
+        return kind, plan.order, len(plan.columns), 0, 0
+    if plan.kind == "decimal":
+        return lines.DECIMALS, 0, 1, plan.unit_ns, 0
+    return lines.DECIMALS, 0, 2, 1_000_000_000, 1
 
 
 class TableClock:
-    """Reads the time of block after block; remembers the last time of day, for midnights."""
+    """Follows block after block: times of day run on over midnight, and spans that damage took are written down.
 
-    def __init__(self, plan: TimePlan, rules: RowRules) -> None:
-        self._plan = plan
-        self._rules = rules
+    midnight: added to each stamp.
+    """
+
+    def __init__(self, log: ImportLog, *, time_of_day: bool, midnight: int = 0) -> None:
+        self._log = log
+        self._time_of_day = time_of_day
+        self._midnight = midnight
         self._last: int | None = None
+        self._left_out = False
 
-    def read(self, block: RowBlock) -> tuple[IntArray, BoolArray]:
-        """time_ns and whether it is valid, each of shape (rows,). The block's spans begin with the plan's columns."""
-        if self._plan.kind == "calendar":
-            return self._calendar(block)
-        units = (self._plan.unit_ns,) if self._plan.kind == "decimal" else (1_000_000_000, 1)
-        total = np.zeros(block.rows, dtype=np.int64)
-        all_valid = np.ones(block.rows, dtype=np.bool_)
-        for k, unit_ns in enumerate(units):
-            part = np.empty(block.rows, dtype=np.int64)
-            valid = np.empty(block.rows, dtype=np.bool_)
-            decimal_ns(
-                block.data, block.spans[k], self._rules.decimal, self._rules.thousands, unit_ns, part, valid
-            )
-            total += part
-            all_valid &= valid
-        return total, all_valid
+    def follow(self, block: RowBlock) -> IntArray:
+        """The stamps of a block. shape (rows,); the block's own are changed."""
+        time_ns = block.time_ns
+        if self._time_of_day:
+            before = None if self._last is None else self._last - self._midnight
+            time_ns = unwrap_days(time_ns, before)
+            time_ns += self._midnight
+        self._write_gaps(time_ns, block.gaps)
+        self._last = int(time_ns[-1])
+        self._left_out = False
+        return time_ns
 
-    def _calendar(self, block: RowBlock) -> tuple[IntArray, BoolArray]:
-        day = np.zeros(block.rows, dtype=np.int64)
-        clock = np.zeros(block.rows, dtype=np.int64)
-        shift = np.zeros(block.rows, dtype=np.int64)
-        all_valid = np.ones(block.rows, dtype=np.bool_)
-        for k in range(len(self._plan.columns)):
-            days, clocks, zones = (np.empty(block.rows, dtype=np.int64) for _ in range(3))
-            valid = np.empty(block.rows, dtype=np.bool_)
-            calendar_ns(block.data, block.spans[k], self._plan.order, days, clocks, zones, valid)
-            day += days
-            clock += clocks
-            shift += np.where(has_zone(zones), zones, 0)
-            all_valid &= valid
-        time_ns = day + clock - shift * _MINUTE_NS
-        if self._plan.absolute:
-            return time_ns, all_valid & (day != 0)
-        kept = unwrap_days(time_ns[all_valid], self._last)
-        if len(kept):
-            self._last = int(kept[-1])
-        time_ns[all_valid] = kept
-        return time_ns, all_valid
+    def leave_out(self) -> None:
+        """Say that lines were left out behind the last block."""
+        self._left_out = True
+
+    def _write_gaps(self, time_ns: IntArray, gaps: IntArray) -> None:
+        if self._left_out and (len(gaps) == 0 or gaps[0] > 0):
+            gaps = np.concatenate([np.zeros(1, dtype=np.int64), gaps])
+        if self._last is None:
+            gaps = gaps[gaps > 0]
+        if len(gaps) == 0:
+            return
+        first = 0 if self._last is None else self._last
+        before = np.where(gaps > 0, time_ns[gaps - 1], first)
+        after = time_ns[gaps]
+        wide = np.flatnonzero(after - before > LOST_NS)
+        spans = self._log.lost_spans_ns
+        room = max(0, _MOST_SPANS - len(spans))
+        spans.extend(zip(before[wide[:room]].tolist(), after[wide[:room]].tolist(), strict=True))
+        if len(wide) > room:
+            self._log.note(f"more than {_MOST_SPANS} spans of time are lost; only the first ones are listed")
+
+
+def write_counts(counts: RowCounts, log: ImportLog) -> None:
+    """Write down which rows were left out of a part of a file, and which cells hold no number."""
+    log.reject("row with too few columns", counts.too_few)
+    log.reject("row with too many columns", counts.too_many)
+    log.reject("row with bytes that are no text", counts.binary)
+    log.reject("cell with text where a number was expected", counts.text_cells)
+    log.reject("cell with an infinite value", counts.infinite_cells)
+    log.reject("row without a valid time", counts.no_time)
+    if counts.binary:
+        log.worsen(
+            "malformed", "a part of the file is not text (a damaged block, or a disk that filled with zeros)"
+        )

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from parsers.channels import ByteArray, IntArray
 from parsers.jit import kernel
+from parsers.table_bytes import byte_at
 
 OK, EMPTY, TEXT, HARD, INFINITE = 0, 1, 2, 3, 4
 """What a cell was found to be."""
@@ -89,7 +90,7 @@ def _times(a: np.uint64, b: np.uint64) -> tuple[np.uint64, np.uint64]:
 
 
 @kernel
-def _to_double(digits: np.uint64, power: int) -> tuple[bool, float]:
+def to_double(digits: np.uint64, power: int) -> tuple[bool, float]:
     """digits * 10**power as the nearest double; (False, 0) where that is not certain."""
     if digits == np.uint64(0):
         return True, 0.0
@@ -125,12 +126,12 @@ def _to_double(digits: np.uint64, power: int) -> tuple[bool, float]:
 
 
 @kernel
-def parse_number(data: ByteArray, start: int, stop: int, decimal: int, thousands: int) -> tuple[int, float]:
-    """The number in data[start:stop] and OK, or NaN and what stands there instead. Bounds are the caller's duty."""
+def parse_number(start: int, stop: int, decimal: int, thousands: int) -> tuple[int, float]:
+    """The number in the text between two addresses and OK, or NaN and what stands there instead."""
     i = start
     negative = False
-    if i < stop and (data[i] == 43 or data[i] == 45):
-        negative = data[i] == 45
+    if i < stop and (byte_at(i) == 43 or byte_at(i) == 45):
+        negative = byte_at(i) == 45
         i += 1
     mantissa = np.uint64(0)
     digits = 0
@@ -139,7 +140,7 @@ def parse_number(data: ByteArray, start: int, stop: int, decimal: int, thousands
     cut = False
     fraction = False
     while i < stop:
-        c = np.int64(data[i])
+        c = byte_at(i)
         if 48 <= c <= 57:
             seen = True
             if digits < 19:
@@ -159,26 +160,26 @@ def parse_number(data: ByteArray, start: int, stop: int, decimal: int, thousands
         i += 1
     if not seen:
         return TEXT, math.nan
-    if i < stop and (data[i] | 32 == 101 or data[i] | 32 == 100):
+    if i < stop and (byte_at(i) | 32 == 101 or byte_at(i) | 32 == 100):
         i += 1
         minus = False
-        if i < stop and (data[i] == 43 or data[i] == 45):
-            minus = data[i] == 45
+        if i < stop and (byte_at(i) == 43 or byte_at(i) == 45):
+            minus = byte_at(i) == 45
             i += 1
         exponent = 0
         first = i
-        while i < stop and 48 <= data[i] <= 57:
+        while i < stop and 48 <= byte_at(i) <= 57:
             if exponent < 100000:
-                exponent = int(exponent * 10 + np.int64(data[i]) - 48)
+                exponent = int(exponent * 10 + byte_at(i) - 48)
             i += 1
         if i == first:
             return TEXT, math.nan
         power += -exponent if minus else exponent
     if i != stop:
         return TEXT, math.nan
-    sure, value = _to_double(mantissa, power)
+    sure, value = to_double(mantissa, power)
     if sure and cut:
-        sure, above = _to_double(mantissa + np.uint64(1), power)
+        sure, above = to_double(mantissa + np.uint64(1), power)
         sure = sure and above == value
     if not sure:
         return HARD, math.nan
@@ -186,31 +187,31 @@ def parse_number(data: ByteArray, start: int, stop: int, decimal: int, thousands
 
 
 @kernel
-def odd_cell(data: ByteArray, start: int, stop: int) -> int:
-    """What a cell without a number is: EMPTY (or a word for it), INFINITE or TEXT."""
+def odd_cell(start: int, stop: int) -> int:
+    """What a cell (between two addresses) without a number is: EMPTY (or a word for it), INFINITE or TEXT."""
     length = stop - start
     for w in range(_WORDS.shape[0]):
         if _WORD_LENGTHS[w] != length:
             continue
         same = True
         for k in range(length):
-            c = data[start + k]
+            c = byte_at(start + k)
             if 65 <= c <= 90:
-                c = c | np.uint8(32)
+                c |= 32
             if c != _WORDS[w, k]:
                 same = False
                 break
         if same:
             return EMPTY
     k = start
-    if k < stop and (data[k] == 43 or data[k] == 45):
+    if k < stop and (byte_at(k) == 43 or byte_at(k) == 45):
         k += 1
     rest = stop - k
     if (
         (rest == 3 or rest == 8)
-        and data[k] | 32 == 105
-        and data[k + 1] | 32 == 110
-        and data[k + 2] | 32 == 102
+        and byte_at(k) | 32 == 105
+        and byte_at(k + 1) | 32 == 110
+        and byte_at(k + 2) | 32 == 102
     ):
         return INFINITE
     return TEXT

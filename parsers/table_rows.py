@@ -1,22 +1,17 @@
-"""The kernel that turns a block of whole text lines into columns, and its plain Python face `read_rows`."""
+"""Rows of a text table as columns: how rows are written, what is wanted of them, and the collector that a kernel fills."""
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from parsers import table_lines as lines
 from parsers.channels import ByteArray, FloatArray, IntArray
-from parsers.jit import kernel
-from parsers.table_numbers import HARD, INFINITE, OK, TEXT, odd_cell, parse_number
+from parsers.table_swar import PADDING
 
-# places in the rule array of the kernels
-_SEPARATOR, _SPACES, _QUOTE, _COMMENT, _DECIMAL, _THOUSANDS, _MIN_WIDTH, _WIDTH, _ROW_QUOTES = range(9)
-# places in their counter array
-_TOO_FEW, _TOO_MANY, _BINARY, _TEXT, _INFINITE, _HARD, _TEXT_AT, _TEXT_END, _LAST_FEW = range(9)
-_HARD_ROOM = 65536
-"""Cells of one block that are left to Python's float; real logs have next to none."""
+_HARD_ROOM = 4096
+"""Cells that a kernel leaves to Python's float before it comes back to have them read; real logs have next to none."""
 
 
 @dataclass(frozen=True)
@@ -37,183 +32,175 @@ class RowRules:
     thousands: int = -1
     row_quotes: bool = False
 
-    def as_array(self) -> IntArray:
-        """The rules in the kernels' order."""
-        return np.array(
-            [
-                self.separator,
-                9 if self.spaces else -1,
-                self.quote,
-                self.comment,
-                self.decimal,
-                self.thousands,
-                self.min_width,
-                self.width,
-                self.row_quotes,
-            ],
-            dtype=np.int64,
+    def for_kernel(self, *, with_care: bool) -> lines.Rules:
+        """The rules in the kernel's order. with_care: read every line the careful way."""
+        return (
+            self.separator,
+            9 if self.spaces else -1,
+            self.quote,
+            self.comment,
+            self.decimal,
+            self.thousands,
+            self.min_width,
+            self.width,
+            int(self.row_quotes),
+            int(with_care or self.row_quotes),
         )
+
+
+@dataclass(frozen=True)
+class RowPlan:
+    """What to read of a table's rows. numbers: columns to read as numbers, in this order; times: the columns that tell
+    the time, two at most; clock: how they do, in the kernel's order. A column may not be in both. with_care: read every
+    line the careful way, to check the quick one."""
+
+    rules: RowRules
+    numbers: tuple[int, ...]
+    times: tuple[int, ...] = ()
+    clock: lines.Clock = (lines.DECIMALS, 0, 0, 0, 0)
+    with_care: bool = False
+
+    def slots(self) -> IntArray:
+        """For each column, where the kernel puts it."""
+        slots = np.zeros(self.rules.width, dtype=np.int64)
+        wanted = {*self.numbers, *self.times}
+        more = 0
+        for column in reversed(range(self.rules.width)):
+            more = 0 if column in wanted else more + 1
+            slots[column] = lines.SKIPPED + 1 - more
+        slots[list(self.numbers)] = np.arange(len(self.numbers))
+        slots[list(self.times)] = lines.TIMES - np.arange(len(self.times))
+        return slots
 
 
 @dataclass
 class RowCounts:
-    """What was met in a block: rows left out and cells without a number."""
+    """What was met beside numbers: rows left out and cells without a number. first_text: column and text of the first
+    word where a number was expected, in the first column that has one."""
 
     too_few: int = 0
     too_many: int = 0
     binary: int = 0
+    no_time: int = 0
     text_cells: int = 0
     infinite_cells: int = 0
-    unread_cells: int = 0
-    last_row_short: bool = False
     first_text: tuple[int, bytes] | None = None
 
 
 @dataclass(frozen=True)
 class RowBlock:
-    """The rows of a block. numbers: shape (n, rows). spans: shape (m, 2, rows), byte ranges in `data`."""
+    """Rows. time_ns: shape (rows,). numbers: shape (n, rows). gaps: the rows before which lines were left out."""
 
-    data: ByteArray
-    rows: int
+    time_ns: IntArray
     numbers: FloatArray
-    spans: IntArray
+    gaps: IntArray
+
+
+@dataclass
+class RowCollector:
+    """Reads pieces of text, one after the other, into blocks of rows.
+
+    counts: of all pieces so far. left_out: whether lines were left out since the last row. last_short, last_kept: whether
+    the last line had too few columns; whether it is the last row.
+    """
+
+    plan: RowPlan
     counts: RowCounts = field(default_factory=RowCounts)
+    left_out: bool = False
+    last_short: bool = False
+    last_kept: bool = False
 
+    def __post_init__(self) -> None:
+        self._rules = self.plan.rules.for_kernel(with_care=self.plan.with_care)
+        self._slots = self.plan.slots()
+        self._hard = np.empty((_HARD_ROOM + len(self.plan.numbers), 4), dtype=np.int64)
+        self._state = np.zeros(lines.STATE_SIZE, dtype=np.int64)
+        self._blocks: list[RowBlock] = []
+        self._new_columns(0)
 
-@kernel
-def _find_cells(
-    data: ByteArray, line_ends: IntArray, rules: IntArray, slots: IntArray, cells: IntArray, counts: IntArray
-) -> int:
-    """Split whole lines into cells; the number of rows kept.
+    def _new_columns(self, rows: int) -> None:
+        # columns that lie a multiple of 4096 bytes apart would push each other out of the processor's cache
+        rows += 8 if rows and rows % 512 == 0 else 0
+        self._numbers = np.empty((len(self.plan.numbers), rows))
+        self._time_ns = np.empty(rows, dtype=np.int64)
+        self._gaps: ByteArray = np.empty(rows, dtype=np.uint8)
+        self._state[[lines.ROWS, lines.GAPS]] = 0
 
-    cells: shape (slots, 2, lines), the byte range of each wanted cell, without blanks and quotes around it.
-    """
-    separator, blank, quote, width = rules[_SEPARATOR], rules[_SPACES], rules[_QUOTE], rules[_WIDTH]
-    row = 0
-    begin = 0
-    for line in range(line_ends.shape[0]):
-        i, stop = begin, line_ends[line]
-        begin = stop + 1
-        while stop > i and (data[stop - 1] == 13 or data[stop - 1] == 32):
-            stop -= 1
-        while i < stop and data[i] == 32:
-            i += 1
-        if rules[_ROW_QUOTES] != 0 and stop - i >= 2 and data[i] == 34 and data[stop - 1] == 34:
-            i += 1
-            stop -= 1
-        if i >= stop or data[i] == rules[_COMMENT]:
-            continue
-        found = 0
-        binary = False
-        while i <= stop:
-            while i < stop and (data[i] == 32 or data[i] == blank):
-                i += 1
-            if blank > 0 and i >= stop:
-                break
-            a = i
-            if i < stop and data[i] == quote:
-                i += 1
-                while i < stop and data[i] != quote:
-                    i += 1
-            while i < stop and data[i] != separator and data[i] != blank:
-                binary |= data[i] < 9
-                i += 1
-            if found < width and slots[found] >= 0:
-                b = i
-                while b > a and (data[b - 1] <= 32 or data[b - 1] == 34):
-                    b -= 1
-                while a < b and (data[a] <= 32 or data[a] == 34):
-                    a += 1
-                cells[slots[found], 0, row], cells[slots[found], 1, row] = a, b
-            found += 1
-            i += 1
-        counts[_LAST_FEW] = 0
-        for missing in range(found, width):
-            if slots[missing] >= 0:
-                cells[slots[missing], :, row] = 0
-        if binary:
-            counts[_BINARY] += 1
-        elif found < rules[_MIN_WIDTH]:
-            counts[_TOO_FEW] += 1
-            counts[_LAST_FEW] = 1
-        elif found > width:
-            counts[_TOO_MANY] += 1
-        else:
-            row += 1
-    return row
+    def take(self, text: bytearray, start: int, stop: int, limit: int, to_come: int) -> None:
+        """Read the lines of text[start:stop] that begin before `limit`.
 
+        text: text[stop - 1] or text[stop] is a line feed, and `PADDING` bytes follow. to_come: about how many bytes will
+        follow in later pieces; it only serves to make columns of the right size.
+        """
+        if len(text) < stop + PADDING or not 0 <= start < stop or text.find(b"\n", stop - 1, stop + 1) < 0:
+            raise ValueError("a text must end with a line feed and padding")
+        data = np.frombuffer(text, dtype=np.uint8)
+        while start < min(stop, limit):
+            if self._state[lines.ROWS] >= len(self._time_ns):
+                self._close()
+                self._new_columns(self._expected(text, start, stop, to_come))
+            start = self._run(data, text, start, stop, limit)
 
-@kernel
-def _parse_cells(
-    data: ByteArray,
-    starts: IntArray,
-    stops: IntArray,
-    rules: IntArray,
-    values: FloatArray,
-    hard: IntArray,
-    counts: IntArray,
-) -> None:
-    """The numbers in one column's cells; NaN and a count where a cell holds none. hard: shape (k,), rows left over."""
-    decimal, thousands = rules[_DECIMAL], rules[_THOUSANDS]
-    for row in range(starts.shape[0]):
-        start, stop = starts[row], stops[row]
-        if stop <= start:
-            values[row] = math.nan
-            continue
-        status, value = parse_number(data, start, stop, decimal, thousands)
-        values[row] = value
-        if status == OK:
-            continue
-        if status == HARD:
-            if counts[_HARD] < hard.shape[0]:
-                hard[counts[_HARD]] = row
-            counts[_HARD] += 1
-            continue
-        status = odd_cell(data, start, stop)
-        if status == INFINITE:
-            counts[_INFINITE] += 1
-        elif status == TEXT:
-            if counts[_TEXT] == 0:
-                counts[_TEXT_AT], counts[_TEXT_END] = start, stop
-            counts[_TEXT] += 1
+    def _expected(self, text: bytearray, start: int, stop: int, to_come: int) -> int:
+        """How many rows to make room for, by the lines of this piece; never more than the bytes can hold."""
+        size = stop - start
+        counted = text.count(b"\n", start, stop) + 1
+        most = (size + to_come) // max(1, self.plan.rules.min_width)
+        return min(int(counted * (1.03 * to_come / size + 1)), most) + 8
 
+    def _run(self, data: ByteArray, text: bytearray, start: int, stop: int, limit: int) -> int:
+        state = self._state
+        state[[lines.HARDS, lines.TEXTS]] = 0
+        start = lines.read_lines(
+            data,
+            start,
+            stop,
+            limit,
+            self._rules,
+            self.plan.clock,
+            self._slots,
+            self._numbers,
+            self._time_ns,
+            self._gaps,
+            self._hard,
+            state,
+        )
+        for slot, row, a, b in self._hard[: state[lines.HARDS]].tolist():
+            self._numbers[slot, row] = plain_float(bytes(text[a:b]), self.plan.rules)
+        counts = self.counts
+        counts.text_cells += int(state[lines.TEXTS])
+        if state[lines.TEXTS]:
+            column = self.plan.numbers[state[lines.TEXT_SLOT]]
+            if counts.first_text is None or column < counts.first_text[0]:
+                shown = text[state[lines.TEXT_AT] : state[lines.TEXT_END]][:40]
+                counts.first_text = (column, bytes(shown))
+        return start
 
-def read_rows(
-    block: bytes, rules: RowRules, number_columns: tuple[int, ...], span_columns: tuple[int, ...]
-) -> RowBlock:
-    """Read a block of whole lines (the last may lack its newline).
+    def _close(self) -> None:
+        rows = int(self._state[lines.ROWS])
+        if rows:
+            gaps = (
+                np.flatnonzero(self._gaps[:rows]) if self._state[lines.GAPS] else np.empty(0, dtype=np.int64)
+            )
+            self._blocks.append(RowBlock(self._time_ns[:rows], self._numbers[:, :rows], gaps))
 
-    number_columns: columns parsed as numbers, in the order of `RowBlock.numbers`; span_columns: columns whose
-    byte ranges are wanted. A column may not be in both.
-    """
-    data = np.frombuffer(block, dtype=np.uint8)
-    ends = np.flatnonzero(data == 10)
-    if len(data) and data[-1] != 10:
-        ends = np.append(ends, len(data))
-    wanted = (*number_columns, *span_columns)
-    slots = np.full(rules.width, -1, dtype=np.int64)
-    slots[list(wanted)] = np.arange(len(wanted))
-    cells = np.empty((len(wanted), 2, len(ends)), dtype=np.int64)
-    raw = np.zeros(9, dtype=np.int64)
-    rule_array = rules.as_array()
-    rows = _find_cells(data, ends, rule_array, slots, cells, raw)
-    counts = RowCounts(
-        int(raw[_TOO_FEW]), int(raw[_TOO_MANY]), int(raw[_BINARY]), last_row_short=bool(raw[_LAST_FEW])
-    )
-    numbers = np.empty((len(number_columns), rows))
-    hard = np.empty(_HARD_ROOM, dtype=np.int64)
-    for k, column in enumerate(number_columns):
-        starts, stops = cells[k, 0, :rows], cells[k, 1, :rows]
-        raw[:] = 0
-        _parse_cells(data, starts, stops, rule_array, numbers[k], hard, raw)
-        for row in hard[: raw[_HARD]].tolist():
-            numbers[k, row] = plain_float(block[starts[row] : stops[row]], rules)
-        counts.text_cells += int(raw[_TEXT])
-        counts.infinite_cells += int(raw[_INFINITE])
-        counts.unread_cells += max(0, int(raw[_HARD]) - _HARD_ROOM)
-        if raw[_TEXT] and counts.first_text is None:
-            counts.first_text = (column, block[raw[_TEXT_AT] : raw[_TEXT_END]][:40])
-    return RowBlock(data, rows, numbers, cells[len(number_columns) :, :, :rows], counts)
+    def lose_line(self) -> None:
+        """Count a line that is left out unread."""
+        self._state[lines.BINARY] += 1
+        self._state[lines.LEFT_OUT] = 1
+        self._state[[lines.LAST_SHORT, lines.LAST_KEPT]] = 0
+
+    def finish(self) -> list[RowBlock]:
+        """Close the last block; all blocks with rows."""
+        self._close()
+        self._new_columns(0)
+        state, counts = self._state, self.counts
+        counts.too_few, counts.too_many = int(state[lines.TOO_FEW]), int(state[lines.TOO_MANY])
+        counts.binary, counts.no_time = int(state[lines.BINARY]), int(state[lines.NO_TIME])
+        counts.infinite_cells = int(state[lines.INFINITES])
+        self.left_out, self.last_short = bool(state[lines.LEFT_OUT]), bool(state[lines.LAST_SHORT])
+        self.last_kept = bool(state[lines.LAST_KEPT])
+        return self._blocks
 
 
 def plain_float(text: bytes, rules: RowRules) -> float:

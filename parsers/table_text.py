@@ -14,7 +14,8 @@ SAMPLE_BYTES = 256 * 1024
 """How much of a text log is looked at to find out how it is written."""
 
 BLOCK_BYTES = 8 * 1024 * 1024
-_MOST_LINE_BYTES = 4 * 1024 * 1024
+MOST_LINE_BYTES = 4 * 1024 * 1024
+"""A line without an end within this is no text."""
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1c-\x1f]")
 _LINES_BEFORE_DAMAGE = 3
 """So many lines of text must stand before other bytes for these to be damage, and the file a text all the same."""
@@ -142,7 +143,7 @@ def text_blocks(
                     return
                 cut = data.rfind(b"\n") + 1
                 rest = data[cut:]
-                if len(rest) > _MOST_LINE_BYTES:
+                if len(rest) > MOST_LINE_BYTES:
                     rest, lost, dropping = b"", lost + 1, True
                 if cut:
                     yield TextBlock(data[:cut], file.tell(), lost)

@@ -62,6 +62,8 @@ _NS_NAMES = re.compile(r"^%time$|rosbag_?timestamp|(?:^|[._/])header[._/]stamp$"
 
 def shape_of(cells: Sequence[str], style: NumberStyle) -> Shape:
     """What the sampled cells of a column are: for most of those that hold anything."""
+    if cells and style.count(cells) == len(cells):
+        return "number"
     kept = [cell for cell in cells if not is_missing(cell)]
     if not kept:
         return "text"
@@ -220,11 +222,18 @@ def _plan_for(
     return _calendar_plan(tuple(columns), names, samples)
 
 
+def _dates(cells: Sequence[str]) -> list[str]:
+    """The cells with a date, of a column of dates; a single one among times of day is damage."""
+    kept = [cell for cell in cells if not is_missing(cell)]
+    dates = [cell for cell in kept if DATE_CELL.match(cell)]
+    return dates if len(dates) > 0.5 * len(kept) else []
+
+
 def _calendar_plan(
     columns: tuple[int, ...], names: Sequence[ColumnName], samples: Sequence[Sequence[str]]
 ) -> TimePlan:
     cells = [cell for k in columns for cell in samples[k] if not is_missing(cell)]
-    dates = [cell for cell in cells if not CLOCK_CELL.fullmatch(cell)]
+    dates = [cell for k in columns for cell in _dates(samples[k])]
     said = " and ".join(f'"{names[k].name}"' for k in columns)
     clock = f"column{'s' if len(columns) > 1 else ''} {said}"
     if not dates:

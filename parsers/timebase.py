@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from parsers.channels import IntArray
 from parsers.drive import Gap
+from parsers.quantiles import median_step, quantile
 
 NS = 1_000_000_000
 
@@ -40,7 +41,7 @@ class Ordered:
     """Rows in order. rows: (n,) indices into the given rows. time_ns: (n,) strictly increasing.
 
     out_of_order, duplicates: how many rows were late, or shared a stamp with another (the last one stays).
-    jumps: how often the clock was set. lost: rows that a set clock made unusable.
+    jumps: how often the clock was set. lost: rows that a set clock made unusable. untouched: the rows were in order.
     """
 
     rows: NDArray[np.intp]
@@ -49,10 +50,11 @@ class Ordered:
     duplicates: int
     jumps: int
     lost: int
+    untouched: bool = False
 
 
 @dataclass(frozen=True)
-class _Run:
+class Run:
     """Rows [start, stop) between two settings of the clock, and the stamps that they reach."""
 
     start: int
@@ -61,30 +63,48 @@ class _Run:
     high: int
 
 
-def _runs(time_ns: IntArray) -> list[_Run]:
-    """Rows between settings of the clock; one run of all rows where there are more than MAX_RUNS."""
+def clock_settings(time_ns: IntArray, latest: int | None = None) -> IntArray:
+    """The steps at which the clock was set: numbers of the rows before them. latest: the latest stamp of earlier rows."""
     step = np.diff(time_ns)
-    latest = np.maximum.accumulate(time_ns)[:-1]
+    if len(step) == 0 or (int(step.min()) >= -JUMP_BACK_NS and int(step.max()) <= JUMP_AHEAD_NS):
+        return np.zeros(0, dtype=np.int64)
+    reached = np.maximum.accumulate(time_ns)[:-1]
+    if latest is not None:
+        reached = np.maximum(reached, latest)
     # after a step back every later row is behind the old maximum: only the row where the step happens counts
-    back = (time_ns[1:] < latest - JUMP_BACK_NS) & (step < -JUMP_BACK_NS)
-    edges = np.concatenate([[0], np.flatnonzero(back | (step > JUMP_AHEAD_NS)) + 1])
+    back = (time_ns[1:] < reached - JUMP_BACK_NS) & (step < -JUMP_BACK_NS)
+    return np.flatnonzero(back | (step > JUMP_AHEAD_NS))
+
+
+def _runs(time_ns: IntArray) -> list[Run]:
+    """Rows between settings of the clock; one run of all rows where there are more than MAX_RUNS."""
+    edges = np.concatenate([[0], clock_settings(time_ns) + 1])
     if len(edges) > MAX_RUNS:
         # nobody sets a clock that often: these stamps are shuffled, and sorting is all that can be done
         edges = edges[:1]
     low, high = np.minimum.reduceat(time_ns, edges), np.maximum.reduceat(time_ns, edges)
     stops = [*edges[1:].tolist(), len(time_ns)]
     columns = zip(edges.tolist(), stops, low.tolist(), high.tolist(), strict=True)
-    return [_Run(*each) for each in columns]
+    return [Run(*each) for each in columns]
 
 
-def _overlap(kept: list[_Run], run: _Run) -> bool:
+def _overlap(kept: list[Run], run: Run) -> bool:
     """Whether a run covers time that is covered already, by more than a late message would."""
     return any(min(run.high, other.high) - max(run.low, other.low) > JUMP_BACK_NS for other in kept)
 
 
-def _far(kept: list[_Run], run: _Run) -> bool:
+def _far(kept: list[Run], run: Run) -> bool:
     """Whether a run lies more than JUMP_AHEAD away from all that is kept: another clock."""
     return all(run.low - other.high > JUMP_AHEAD_NS or other.low - run.high > JUMP_AHEAD_NS for other in kept)
+
+
+def usable_runs(runs: Sequence[Run]) -> list[Run]:
+    """The longest run and all that fit beside it, in the log's order."""
+    kept: list[Run] = []
+    for run in sorted(runs, key=lambda r: r.start - r.stop):
+        if not kept or not (_overlap(kept, run) or _far(kept, run)):
+            kept.append(run)
+    return sorted(kept, key=lambda r: r.start)
 
 
 def order(time_ns: IntArray) -> Ordered:
@@ -96,16 +116,12 @@ def order(time_ns: IntArray) -> Ordered:
     if n == 0:
         return Ordered(np.zeros(0, dtype=np.intp), time_ns, 0, 0, 0, 0)
     step = np.diff(time_ns)
-    if bool((step > 0).all()) and bool((step <= JUMP_AHEAD_NS).all()):
-        return Ordered(np.arange(n), time_ns, 0, 0, 0, 0)
-    kept: list[_Run] = []
-    jumps = 0
-    for run in sorted(_runs(time_ns), key=lambda r: r.start - r.stop):
-        if kept and (_overlap(kept, run) or _far(kept, run)):
-            jumps += 1
-        else:
-            kept.append(run)
-    rows = np.concatenate([np.arange(run.start, run.stop) for run in sorted(kept, key=lambda r: r.start)])
+    if n == 1 or (int(step.min()) > 0 and int(step.max()) <= JUMP_AHEAD_NS):
+        return Ordered(np.arange(n), time_ns, 0, 0, 0, 0, untouched=True)
+    runs = _runs(time_ns)
+    kept = usable_runs(runs)
+    jumps = len(runs) - len(kept)
+    rows = np.concatenate([np.arange(run.start, run.stop) for run in kept])
     lost = n - len(rows)
     late = int((np.diff(time_ns[rows]) < 0).sum())
     rows = rows[np.argsort(time_ns[rows], kind="stable")]
@@ -116,7 +132,12 @@ def order(time_ns: IntArray) -> Ordered:
 
 def usual_period_s(time_ns: IntArray) -> float:
     """The median step in seconds; 0 for fewer than two stamps."""
-    return float(np.median(np.diff(time_ns))) / NS if len(time_ns) > 1 else 0.0
+    return median_step(time_ns) / NS if len(time_ns) > 1 else 0.0
+
+
+def gap_limit_ns(usual_step_ns: float) -> float:
+    """A longer step than this is a gap."""
+    return max(GAP_PERIODS * usual_step_ns, MIN_GAP_S * NS)
 
 
 def _spans(time_ns: IntArray) -> tuple[IntArray, IntArray]:
@@ -124,8 +145,10 @@ def _spans(time_ns: IntArray) -> tuple[IntArray, IntArray]:
     if len(time_ns) < 3:
         return time_ns[:0], time_ns[:0]
     step = np.diff(time_ns)
-    limit = max(GAP_PERIODS * float(np.median(step)), MIN_GAP_S * NS)
-    at = np.flatnonzero(step > limit)
+    # where no step is long enough for a gap at any rate there is no need to know the usual one
+    if int(step.max()) <= MIN_GAP_S * NS:
+        return time_ns[:0], time_ns[:0]
+    at = np.flatnonzero(step > gap_limit_ns(quantile(step, 0.5)))
     return time_ns[at], time_ns[at + 1]
 
 
@@ -165,14 +188,20 @@ def list_gaps(times: Mapping[str, IntArray], start_ns: int, most: int = MAX_GAPS
 
     times: signal -> (n,) increasing. Gaps of the whole drive stay before those of a signal, long ones before short ones.
     """
-    if not times:
-        return GapList((), 0)
-    names = list(times)
     # signals of one table share their stamps: looked at once
     stamps = {id(time_ns): time_ns for time_ns in times.values()}
     shared = {key: _spans(time_ns) for key, time_ns in stamps.items()}
-    spans = [shared[id(time_ns)] for time_ns in times.values()]
-    whole = _common(list(shared.values()))
+    return gaps_of_spans({name: shared[id(time_ns)] for name, time_ns in times.items()}, start_ns, most)
+
+
+def gaps_of_spans(
+    spans_of: Mapping[str, tuple[IntArray, IntArray]], start_ns: int, most: int = MAX_GAPS
+) -> GapList:
+    """`list_gaps`, from starts and ends of each signal's own gaps, (m,) each, in order."""
+    if not spans_of:
+        return GapList((), 0)
+    names, spans = list(spans_of), list(spans_of.values())
+    whole = _common(list({id(each[0]): each for each in spans}.values()))
     starts, ends = [whole[0]], [whole[1]]
     owner = [np.full(len(whole[0]), -1)]
     for number, (a, b) in enumerate(spans):

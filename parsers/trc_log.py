@@ -10,9 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from parsers.can.frames import CanFrames
 from parsers.can.reader import CanReader
-from parsers.can.textlines import Columns, Tally, TextSource, first_lines, head_lines, looks_like_text
+from parsers.can.tally import AS_WRITTEN
+from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
 from parsers.can.trc_kernel import parse_trc
 from parsers.channels import ByteArray
 from parsers.errors import LogError
@@ -62,10 +62,8 @@ class TrcImporter:
             text = header.start.isoformat(sep=" ", timespec="milliseconds")
             log.note(f"recorded from {text} (clock of the recorder, time zone unknown)")
 
-        def parser() -> _Parser:
-            return _Parser(header.columns)
-
         clock = "receive time since the start of the trace"
+        parser = _Parser(header.columns)
         source = TextSource(path, log, options.progress, parser, clock=clock, absolute=False)
         return CanReader(source, options, log, path)
 
@@ -80,31 +78,16 @@ class TrcHeader:
 
 
 class _Parser:
+    """The kernel for a trace's columns."""
+
+    meaning = AS_WRITTEN
+
     def __init__(self, columns: str) -> None:
-        self.tally = Tally()
         self._columns = np.frombuffer(columns.encode("ascii"), dtype=np.uint8)
 
-    def parse(self, block: ByteArray, ended: bool) -> CanFrames:
-        """The block's frames."""
-        tally, room = self.tally, Columns.for_block(block)
-        n = parse_trc(
-            block,
-            self._columns,
-            tally.state,
-            tally.counts,
-            tally.first,
-            room.time_ns,
-            room.can_id,
-            room.bus,
-            room.length,
-            room.offset,
-            room.data,
-        )
-        return room.first_frames(n)
-
-    def notes(self) -> list[str]:
-        """Nothing beyond the header's notes."""
-        return []
+    def parse(self, text: ByteArray, begin: int, stop: int, ended: bool, work: Work) -> int:
+        """Read the lines in [begin, stop) as long as there is room; where it stopped."""
+        return parse_trc(text, begin, stop, self._columns, work.book, work.rows, work.layouts)
 
 
 def read_header(lines: list[str], path: Path) -> TrcHeader:

@@ -19,15 +19,21 @@ from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.table_cells import split_cells
+from parsers.table_clock import TableClock, write_counts
+from parsers.table_lines import HHMMSS
 from parsers.table_names import ColumnName, unique_names
-from parsers.table_rows import RowBlock, RowRules, read_rows
-from parsers.table_stamps import DAY_NS, BoolArray, decimal_ns, unwrap_days
-from parsers.table_text import Encoding, decode, find_encoding, text_blocks
+from parsers.table_ranges import RangeRows, read_table
+from parsers.table_rows import RowBlock, RowPlan, RowRules
+from parsers.table_stamps import DAY_NS
+from parsers.table_text import Encoding, decode, find_encoding
 from parsers.vbo_header import VboColumn, name_columns, read_head
 
 _GROUP = "vbo"
 _HEAD_LIMIT = 4 * 1024 * 1024
+_ROWS_BYTES = 64 * 1024
 _SECOND_NS = 1_000_000_000
+_CLOCK = (HHMMSS, 0, 1, _SECOND_NS, 0)
+"""The time as HHMMSS.ss, for the kernel."""
 
 
 class VboImporter:
@@ -51,8 +57,7 @@ class VboImporter:
     def open(self, path: Path, options: ReadOptions, log: ImportLog) -> VboReader:
         """Read the head; raises LogError where there is no data, no time column, or no text."""
         try:
-            with path.open("rb") as file:
-                start = file.read(_HEAD_LIMIT)
+            start, at = _read_start(path)
             size = path.stat().st_size
         except OSError as error:
             raise LogError(f"cannot be read ({error.strerror})", path=path) from error
@@ -60,7 +65,6 @@ class VboImporter:
             raise LogError(
                 "the file is empty (0 bytes)", path=path, hint="check that the recording was copied whole"
             )
-        at = start.lower().find(b"[data]")
         if at < 0:
             raise LogError(
                 "no [data] section: the log breaks off within its head",
@@ -69,7 +73,7 @@ class VboImporter:
             )
         encoding = find_encoding(start[:at]) or Encoding("cp1252")
         body = start.find(b"\n", at) + 1 or len(start)
-        rules, first = _rules(start[body : body + 65536], encoding, path)
+        rules, first = _rules(start[body : body + _ROWS_BYTES], encoding, path)
         head = read_head(decode(start[encoding.mark : at], encoding))
         columns, notes = name_columns(head, rules.width)
         names, repeated = unique_names([ColumnName(c.title, c.name, c.unit) for c in columns])
@@ -88,6 +92,17 @@ class VboImporter:
         return VboReader(
             path, encoding, named, time_at, rules, body - encoding.mark, midnight, options, log, size
         )
+
+
+def _read_start(path: Path) -> tuple[bytes, int]:
+    """A file's beginning with its first rows, and where in it [data] is; -1 where it is not."""
+    with path.open("rb") as file:
+        start = file.read(_ROWS_BYTES)
+        at = start.lower().find(b"[data]")
+        while at < 0 and len(start) < _HEAD_LIMIT and (more := file.read(len(start))):
+            start += more
+            at = start.lower().find(b"[data]")
+        return start + file.read(_ROWS_BYTES), at
 
 
 def _rules(start: bytes, encoding: Encoding, path: Path) -> tuple[RowRules, list[str]]:
@@ -153,7 +168,6 @@ class VboReader:
         self._options = options
         self._log = log
         self._size = size
-        self._last: int | None = None
 
     @property
     def channels(self) -> tuple[ChannelInfo, ...]:
@@ -182,74 +196,56 @@ class VboReader:
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield the wanted columns block by block; raises LogError where no row at all can be read."""
         places = {c.name: k for k, c in enumerate(self._columns) if c.name in wanted and k != self._time_at}
+        plan = RowPlan(self._rules, tuple(places.values()), (self._time_at,), _CLOCK)
+        clock = TableClock(self._log, time_of_day=True, midnight=self._midnight or 0)
         rows = 0
-        for text in text_blocks(self._path, self._encoding, self._body):
-            block = read_rows(text.data, self._rules, tuple(places.values()), (self._time_at,))
-            self._count(block, text.lost_lines)
-            time_ns, valid = self._time(block)
-            bad = len(valid) - int(valid.sum())
-            self._log.reject("row without a valid time", bad)
-            if text.ends_open and block.rows and not block.counts.last_row_short:
-                # a unit ends every row; "1.2E" of "1.2E-03" would be a number too, and a wrong one
-                self._log.reject("row cut off at the end of the file", int(valid[-1]))
-                bad += int(valid[-1])
-                valid[-1] = False
-            if text.ends_open:
-                whole = rows + block.rows - bad
+        for part in read_table(self._path, self._encoding, self._body, self._size, plan):
+            write_counts(part.counts, self._log)
+            blocks = self._whole_rows(part)
+            count = sum(len(block.time_ns) for block in blocks)
+            rows += count
+            if part.ends_open:
                 self._log.worsen(
-                    "truncated", f"the last row has no end: the log was cut; {whole} rows before it are whole"
+                    "truncated", f"the last row has no end: the log was cut; {rows} rows before it are whole"
                 )
-            rows += block.rows - bad
-            self._log.messages += block.rows - bad
-            self._options.progress(text.done, self._size)
-            if block.rows > bad:
-                values = {name: block.numbers[k][valid] for k, name in enumerate(places)}
-                yield Chunk(_GROUP, time_ns[valid], self._without_flags(values))
+            self._log.messages += count
+            self._options.progress(part.done, self._size)
+            for block in blocks:
+                time_ns = clock.follow(block)
+                self._note_midnight(time_ns)
+                values = dict(zip(places, block.numbers, strict=True))
+                yield Chunk(_GROUP, time_ns, self._without_flags(values))
+            if part.left_out:
+                clock.leave_out()
         if rows == 0:
             raise LogError(
                 "no row of [data] could be read", path=self._path, hint="cogest inspect shows what was found"
             )
 
-    def _time(self, block: RowBlock) -> tuple[IntArray, BoolArray]:
-        """HHMMSS.ss as nanoseconds that run on over midnight."""
-        digits = np.empty(block.rows, dtype=np.int64)
-        valid = np.empty(block.rows, dtype=np.bool_)
-        decimal_ns(block.data, block.spans[0], self._rules.decimal, 0, _SECOND_NS, digits, valid)
-        whole, part = np.divmod(digits, _SECOND_NS)
-        hours, minutes, seconds = whole // 10000, whole // 100 % 100, whole % 100
-        valid &= (digits >= 0) & (hours < 24) & (minutes < 60) & (seconds < 61)
-        clock = (hours * 3600 + minutes * 60 + seconds) * _SECOND_NS + part
-        kept = unwrap_days(clock[valid], self._last)
-        if len(kept):
-            if int(kept.max()) >= DAY_NS:
-                self._log.note("the time of day passes midnight: it runs on into the next day")
-            self._last = int(kept[-1])
-        clock[valid] = kept
-        return clock + (self._midnight or 0), valid
+    def _whole_rows(self, part: RangeRows) -> list[RowBlock]:
+        """The blocks without a last row that has no end: "1.2E" of "1.2E-03" would be a number too, and a wrong one."""
+        if not (part.ends_open and part.last_kept):
+            return part.blocks
+        self._log.reject("row cut off at the end of the file")
+        *whole, last = part.blocks
+        rows = len(last.time_ns) - 1
+        if rows == 0:
+            return whole
+        return [*whole, RowBlock(last.time_ns[:rows], last.numbers[:, :rows], last.gaps[last.gaps < rows])]
+
+    def _note_midnight(self, time_ns: IntArray) -> None:
+        if int(time_ns.max()) - (self._midnight or 0) >= DAY_NS:
+            self._log.note("the time of day passes midnight: it runs on into the next day")
 
     def _without_flags(self, values: dict[str, FloatArray]) -> dict[str, FloatArray]:
         """Take the flags out of the satellite count: 64 for a brake trigger, 128 for differential corrections."""
         count = values.get("sats")
         if count is not None and bool(np.any(count >= 64)):
-            values["sats"] = np.where(count >= 0, np.mod(count, 64.0), count)
+            values["sats"] = np.mod(count, 64.0, out=count.copy(), where=(count >= 64) & np.isfinite(count))
             self._log.note(
                 "the satellite count carries flags (64 brake trigger, 128 differential corrections): taken out"
             )
         return values
-
-    def _count(self, block: RowBlock, lost_lines: int) -> None:
-        """Write down what a block lacked."""
-        counts, log = block.counts, self._log
-        log.reject("row with too few columns", counts.too_few)
-        log.reject("row with too many columns", counts.too_many)
-        log.reject("row with bytes that are no text", counts.binary + lost_lines)
-        log.reject("cell with text where a number was expected", counts.text_cells)
-        log.reject("cell with an infinite value", counts.infinite_cells)
-        if counts.binary or lost_lines:
-            log.worsen(
-                "malformed",
-                "a part of the file is not text (a damaged block, or a disk that filled with zeros)",
-            )
 
 
 def _tags(column: VboColumn) -> dict[str, str]:

@@ -9,7 +9,7 @@ from itertools import groupby
 from typing import Any
 
 from parsers.drive import Decision, ImportRecord
-from parsers.store import record_dict
+from parsers.store_folder import record_dict
 from pipelines.inspection import ChannelReport, Inspection
 from reports.layout import printable, table, terminal_width, wrapped
 from reports.text import MINUS, NARROW, significant

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from parsers.can.bytescan import (
     BAD,
@@ -13,15 +12,24 @@ from parsers.can.bytescan import (
     same_word,
     skip_space,
     token_end,
+    trimmed_end,
     whole_number,
 )
-from parsers.can.textlines import (
+from parsers.can.layouts import Layouts, known_lines
+from parsers.can.learn_layout import learn
+from parsers.can.linebook import (
+    BUS,
     CLOCK,
+    COUNT_AT,
+    COUNT_END,
+    DATA_AT,
     ERROR_FRAME,
-    LAST_BAD_CODE,
-    LAST_BAD_LINE,
+    FOUND_SIZE,
+    FRAMES,
+    ID,
+    ID_AT,
+    ID_END,
     LINE,
-    MALFORMED_END,
     NO_BUS,
     NO_DATA,
     NO_ID,
@@ -30,12 +38,21 @@ from parsers.can.textlines import (
     OTHER_EVENT,
     REMOTE_FRAME,
     SENDING_REQUEST,
+    STAMP,
+    STAMP_AT,
+    STAMP_END,
     STATISTIC,
+    TIME,
+    USED,
+    Book,
+    Rows,
+    accept,
+    reject,
 )
 from parsers.channels import ByteArray, IntArray
-from parsers.jit import kernel
+from parsers.jit import kernel, lean_kernel
 
-_SECOND = 1_000_000_000
+SECOND_NS = 1_000_000_000
 _RX = np.frombuffer(b"rx", dtype=np.uint8)
 _TX = np.frombuffer(b"tx", dtype=np.uint8)
 _TXRQ = np.frombuffer(b"txrq", dtype=np.uint8)
@@ -48,7 +65,7 @@ _SILENT = -1
 """A line that says nothing of a frame and is not worth counting: comment, header, start of measurement."""
 
 
-@kernel
+@lean_kernel
 def read_id(text: ByteArray, at: int, end: int, base: int) -> int:
     """An identifier with bit 31 where an x follows it; BAD where it is none."""
     extended = end > at and (text[end - 1] == 120 or text[end - 1] == 88)
@@ -58,7 +75,23 @@ def read_id(text: ByteArray, at: int, end: int, base: int) -> int:
     return value | 0x80000000 if extended else value
 
 
-@kernel
+@lean_kernel
+def tell_id(text: ByteArray, at: int, end: int, can_id: int, found: IntArray) -> None:
+    """Note the identifier, and where its digits stand."""
+    found[ID] = can_id
+    found[ID_AT] = at
+    found[ID_END] = end - 1 if end > at and (text[end - 1] == 120 or text[end - 1] == 88) else end
+
+
+@lean_kernel
+def tell_payload(text: ByteArray, at: int, stop: int, end: int, found: IntArray) -> None:
+    """Note where the payload's size stands, which is the word [at, stop), and where the payload does."""
+    found[COUNT_AT] = at
+    found[COUNT_END] = stop
+    found[DATA_AT] = skip_space(text, stop, end)
+
+
+@lean_kernel
 def read_direction(text: ByteArray, at: int, end: int) -> int:
     """0 for Rx and Tx, 1 for TxRq, BAD for anything else."""
     if same_word(text, at, end, _RX) or same_word(text, at, end, _TX):
@@ -66,29 +99,33 @@ def read_direction(text: ByteArray, at: int, end: int) -> int:
     return 1 if same_word(text, at, end, _TXRQ) else BAD
 
 
-@kernel
+@lean_kernel
 def is_flag(text: ByteArray, at: int, end: int) -> bool:
     """Whether a word is a single 0 or 1."""
     return end - at == 1 and (text[at] == 48 or text[at] == 49)
 
 
-@kernel
+@lean_kernel
 def read_classic(
-    text: ByteArray, at: int, end: int, base: int, whole: bool, data: ByteArray, into: int, found: IntArray
+    text: ByteArray, at: int, end: int, base: int, broken_at: int, data: ByteArray, into: int, found: IntArray
 ) -> int:
-    """What follows the channel of a CAN line: the payload's length, or -10 - code. found[1] becomes the id."""
+    """What follows the channel of a CAN line: the payload's length, or -10 - code. found[ID] becomes the id.
+
+    broken_at: where the file breaks off in this line, -1 where the line is whole.
+    """
     stop = token_end(text, at, end)
     if same_word(text, at, stop, _ERRORFRAME):
         return -10 - ERROR_FRAME
     if same_word(text, at, stop, _STATISTIC):
         return -10 - STATISTIC
     can_id = read_id(text, at, stop, base)
+    tell_id(text, at, stop, can_id, found)
     at = skip_space(text, stop, end)
     stop = token_end(text, at, end)
     direction = read_direction(text, at, stop)
     if direction == BAD:
         # a line that breaks off in the id or direction looks like this too
-        return -10 - (NO_LAYOUT if at >= end or not whole else OTHER_EVENT)
+        return -10 - (NO_LAYOUT if at >= end or broken_at >= 0 else OTHER_EVENT)
     if can_id == BAD:
         return -10 - NO_ID
     at = skip_space(text, stop, end)
@@ -105,19 +142,19 @@ def read_classic(
     if count < 0 or count > 15:
         return -10 - NO_DATA
     count = min(count, 8)
+    tell_payload(text, at, stop, end, found)
     last = read_bytes(text, stop, end, base, count, data, into)
     # of a decimal number that the file's end cuts short nobody can tell
-    if last == BAD or (base == 10 and last == text.size and not whole):
+    if last == BAD or (base == 10 and last == broken_at):
         return -10 - NO_DATA
-    found[1] = can_id
     return count
 
 
-@kernel
+@lean_kernel
 def read_fd(
-    text: ByteArray, at: int, end: int, base: int, whole: bool, data: ByteArray, into: int, found: IntArray
+    text: ByteArray, at: int, end: int, base: int, broken_at: int, data: ByteArray, into: int, found: IntArray
 ) -> int:
-    """What follows the word CANFD: as `read_classic`, and found[2] becomes the bus."""
+    """What follows the word CANFD: as `read_classic`, and found[BUS] becomes the bus."""
     stop = token_end(text, at, end)
     bus = whole_number(text, at, stop, 10)
     if bus < 0 or bus > 32767:
@@ -134,6 +171,7 @@ def read_fd(
     can_id = read_id(text, at, stop, base)
     if can_id == BAD:
         return -10 - NO_ID
+    tell_id(text, at, stop, can_id, found)
     # a symbolic name may stand before the two flags
     at = skip_space(text, stop, end)
     stop = token_end(text, at, end)
@@ -158,22 +196,22 @@ def read_fd(
         return -10 - REMOTE_FRAME
     if direction == 1:
         return -10 - SENDING_REQUEST
+    tell_payload(text, at, stop, end, found)
     last = read_bytes(text, stop, end, base, count, data, into)
-    if last == BAD or (base == 10 and last == text.size and not whole):
+    if last == BAD or (base == 10 and last == broken_at):
         return -10 - NO_DATA
-    found[1] = can_id
-    found[2] = bus
+    found[BUS] = bus
     return count
 
 
-@kernel
+@lean_kernel
 def read_line(
     text: ByteArray,
     at: int,
     end: int,
     base: int,
     relative: bool,
-    whole: bool,
+    broken_at: int,
     state: IntArray,
     data: ByteArray,
     into: int,
@@ -185,16 +223,19 @@ def read_line(
         letter = 65 <= text[at] <= 90 or 97 <= text[at] <= 122 or text[at] == 47
         return _SILENT if letter else -10 - NO_TIME
     stop = token_end(text, at, end)
-    stamp = decimal_ns(text, at, stop, _SECOND)
+    stamp = decimal_ns(text, at, stop, SECOND_NS)
     fraction = False
     for i in range(at, stop):
         fraction = fraction or text[i] == 46 or text[i] == 44
     if stamp == BAD or not fraction:
         return -10 - NO_TIME
+    found[STAMP] = stamp
+    found[STAMP_AT] = at
+    found[STAMP_END] = stop
     if relative:
         state[CLOCK] += stamp
         stamp = state[CLOCK]
-    found[0] = stamp
+    found[TIME] = stamp
     at = skip_space(text, stop, end)
     stop = token_end(text, at, end)
     if at >= end:
@@ -203,64 +244,46 @@ def read_line(
     if bus != BAD:
         if bus > 32767:
             return -10 - NO_BUS
-        found[2] = bus
-        return read_classic(text, skip_space(text, stop, end), end, base, whole, data, into, found)
+        found[BUS] = bus
+        return read_classic(text, skip_space(text, stop, end), end, base, broken_at, data, into, found)
     if same_word(text, at, stop, _CANFD):
-        return read_fd(text, skip_space(text, stop, end), end, base, whole, data, into, found)
+        return read_fd(text, skip_space(text, stop, end), end, base, broken_at, data, into, found)
     if same_word(text, at, stop, _START):
         return _SILENT
-    return -10 - (OTHER_EVENT if whole else NO_LAYOUT)
+    return -10 - (OTHER_EVENT if broken_at < 0 else NO_LAYOUT)
 
 
 @kernel
 def parse_asc(
     text: ByteArray,
+    begin: int,
+    stop: int,
     base: int,
     relative: bool,
     ended: bool,
-    state: IntArray,
-    counts: IntArray,
-    first: IntArray,
-    time_ns: IntArray,
-    can_id: NDArray[np.uint32],
-    bus: NDArray[np.int16],
-    length: NDArray[np.uint8],
-    offset: IntArray,
-    data: ByteArray,
+    book: Book,
+    rows: Rows,
+    layouts: Layouts,
 ) -> int:
-    """Parse a block of lines into the arrays; returns the number of frames. base: 16 or 10."""
-    found = np.zeros(3, dtype=np.int64)
-    n = 0
-    used = 0
-    begin = 0
-    while begin < text.size:
-        feed = line_end(text, begin)
-        end = feed
-        while end > begin and (text[end - 1] == 13 or text[end - 1] == 32):
-            end -= 1
-        state[LINE] += 1
+    """Parse the lines in [begin, stop) of the text into the rows, as long as there is room; where it stopped. base: 16 or 10. ended: the last one has its feed."""
+    found = np.zeros(FOUND_SIZE, dtype=np.int64)
+    while begin < stop:
+        begin = known_lines(text, begin, stop, relative, book, rows, layouts)
+        if begin >= stop or book.state[FRAMES] >= rows.time_ns.size:
+            break
+        feed = line_end(text, begin, stop)
+        end = trimmed_end(text, begin, feed)
+        book.state[LINE] += 1
         at = skip_space(text, begin, end)
+        if at < end:
+            broken_at = -1 if ended or feed < stop else stop
+            into = book.state[USED]
+            count = read_line(text, at, end, base, relative, broken_at, book.state, rows.data, into, found)
+            if count >= 0:
+                accept(book, rows, found, count)
+                if base == 16:
+                    learn(text, begin, stop, count, SECOND_NS, found, book, layouts)
+            elif count != _SILENT:
+                reject(book, -10 - count)
         begin = feed + 1
-        if at >= end:
-            continue
-        whole = ended or feed < text.size
-        count = read_line(text, at, end, base, relative, whole, state, data, used, found)
-        if count == _SILENT:
-            continue
-        if count < 0:
-            code = -10 - count
-            counts[code] += 1
-            if first[code] == 0:
-                first[code] = state[LINE]
-            if code < MALFORMED_END:
-                state[LAST_BAD_LINE] = state[LINE]
-                state[LAST_BAD_CODE] = code
-            continue
-        time_ns[n] = found[0]
-        can_id[n] = found[1]
-        bus[n] = found[2]
-        length[n] = count
-        offset[n] = used
-        used += count
-        n += 1
-    return n
+    return begin

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from parsers.channels import ByteArray
-from parsers.jit import kernel
+from parsers.jit import lean_kernel
 
 BAD = -(1 << 62)
 """What the helpers return where there is no number."""
 
 
-@kernel
+@lean_kernel
 def skip_space(text: ByteArray, at: int, end: int) -> int:
     """The first place at or after `at` that is neither space nor tab."""
     while at < end and (text[at] == 32 or text[at] == 9):
@@ -17,7 +17,7 @@ def skip_space(text: ByteArray, at: int, end: int) -> int:
     return at
 
 
-@kernel
+@lean_kernel
 def token_end(text: ByteArray, at: int, end: int) -> int:
     """Where the word that begins at `at` ends."""
     while at < end and text[at] != 32 and text[at] != 9:
@@ -25,15 +25,23 @@ def token_end(text: ByteArray, at: int, end: int) -> int:
     return at
 
 
-@kernel
-def line_end(text: ByteArray, at: int) -> int:
+@lean_kernel
+def line_end(text: ByteArray, at: int, stop: int) -> int:
     """Where the line that begins at `at` ends: its line feed, or the end of the text."""
-    while at < text.size and text[at] != 10:
+    while at < stop and text[at] != 10:
         at += 1
     return at
 
 
-@kernel
+@lean_kernel
+def trimmed_end(text: ByteArray, at: int, end: int) -> int:
+    """Where a line ends without the spaces and carriage returns at its end."""
+    while end > at and (text[end - 1] == 13 or text[end - 1] == 32):
+        end -= 1
+    return end
+
+
+@lean_kernel
 def nibble(byte: int) -> int:
     """A hexadecimal digit's value, -1 for anything else."""
     if 48 <= byte <= 57:
@@ -45,7 +53,7 @@ def nibble(byte: int) -> int:
     return -1
 
 
-@kernel
+@lean_kernel
 def whole_number(text: ByteArray, at: int, end: int, base: int) -> int:
     """The number in [at, end) in base 10 or 16, BAD where it is none or has more than 15 digits."""
     if at >= end or end - at > 15:
@@ -59,7 +67,7 @@ def whole_number(text: ByteArray, at: int, end: int, base: int) -> int:
     return value
 
 
-@kernel
+@lean_kernel
 def decimal_ns(text: ByteArray, at: int, end: int, unit_ns: int) -> int:
     """A decimal number of units (10**9 for seconds, 10**6 for milliseconds) in ns; BAD where it is none.
 
@@ -90,7 +98,7 @@ def decimal_ns(text: ByteArray, at: int, end: int, unit_ns: int) -> int:
     return -value if negative else value
 
 
-@kernel
+@lean_kernel
 def same_word(text: ByteArray, at: int, end: int, word: ByteArray) -> bool:
     """Whether [at, end) is `word` (given in lower case), whatever the case."""
     if end - at != word.size:
@@ -104,7 +112,7 @@ def same_word(text: ByteArray, at: int, end: int, word: ByteArray) -> bool:
     return True
 
 
-@kernel
+@lean_kernel
 def read_bytes(text: ByteArray, at: int, end: int, base: int, count: int, data: ByteArray, into: int) -> int:
     """Read `count` bytes written as words into data[into:]; where the last word ends, or BAD.
 
@@ -125,7 +133,7 @@ def read_bytes(text: ByteArray, at: int, end: int, base: int, count: int, data: 
     return at
 
 
-@kernel
+@lean_kernel
 def days_from_civil(year: int, month: int, day: int) -> int:
     """Days from 1970-01-01 to a date of the Gregorian calendar."""
     if month <= 2:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from parsers.can.bytescan import (
     BAD,
@@ -14,42 +13,58 @@ from parsers.can.bytescan import (
     read_bytes,
     skip_space,
     token_end,
+    trimmed_end,
     whole_number,
 )
-from parsers.can.textlines import (
+from parsers.can.layouts import Layouts, known_lines
+from parsers.can.learn_layout import learn
+from parsers.can.linebook import (
+    BUS,
     BUSES,
     CLOCK,
+    COUNT_AT,
+    COUNT_END,
+    DATA_AT,
     ERROR_FRAME,
-    LAST_BAD_CODE,
-    LAST_BAD_LINE,
+    FOUND_SIZE,
+    FRAMES,
+    ID,
+    ID_AT,
+    ID_END,
     LINE,
-    MALFORMED_END,
     NO_BUS,
+    NO_CLOCK,
     NO_DATA,
     NO_ID,
     NO_LAYOUT,
     NO_TIME,
     REMOTE_FRAME,
+    STAMP,
+    STAMP_AT,
+    STAMP_END,
+    TIME,
+    USED,
+    Book,
+    Rows,
+    accept,
+    reject,
 )
+from parsers.can.textlines import MOST_BUSES, NAME_BYTES
 from parsers.channels import ByteArray, IntArray
-from parsers.jit import kernel
-
-MOST_BUSES = 64
-NAME_BYTES = 16
-"""IFNAMSIZ of Linux: no interface name is longer."""
+from parsers.jit import kernel, lean_kernel
 
 PLAIN, DELTA, DATED = 0, 1, 2
 """How stamps are written: seconds as they stand; since the frame before; date and time of day (without a zone, so
-that they are counted from the first)."""
+that they are to be counted from the first, which `Book.state[CLOCK]` has)."""
 
-_SECOND = 1_000_000_000
+SECOND_NS = 1_000_000_000
 
 
-@kernel
+@lean_kernel
 def read_stamp(text: ByteArray, at: int, end: int, how: int) -> int:
     """The stamp between the brackets in ns, BAD where it cannot be read."""
     if how != DATED:
-        return decimal_ns(text, at, end, _SECOND)
+        return decimal_ns(text, at, end, SECOND_NS)
     # 2015-07-10 09:00:52.249713
     if (
         end - at < 19
@@ -64,7 +79,7 @@ def read_stamp(text: ByteArray, at: int, end: int, how: int) -> int:
     day = whole_number(text, at + 8, at + 10, 10)
     hour = whole_number(text, at + 11, at + 13, 10)
     minute = whole_number(text, at + 14, at + 16, 10)
-    seconds = decimal_ns(text, at + 17, end, _SECOND)
+    seconds = decimal_ns(text, at + 17, end, SECOND_NS)
     if (
         year < 1970
         or year > 2200
@@ -76,10 +91,10 @@ def read_stamp(text: ByteArray, at: int, end: int, how: int) -> int:
         or seconds < 0
     ):
         return BAD
-    return (days_from_civil(year, month, day) * 86400 + hour * 3600 + minute * 60) * _SECOND + seconds
+    return (days_from_civil(year, month, day) * 86400 + hour * 3600 + minute * 60) * SECOND_NS + seconds
 
 
-@kernel
+@lean_kernel
 def bus_number(text: ByteArray, at: int, end: int, names: ByteArray, sizes: IntArray, state: IntArray) -> int:
     """An interface's number, in order of appearance from 1; BAD where there are too many or the name is too long."""
     size = end - at
@@ -105,7 +120,7 @@ def bus_number(text: ByteArray, at: int, end: int, names: ByteArray, sizes: IntA
     return k + 1
 
 
-@kernel
+@lean_kernel
 def read_id(text: ByteArray, at: int, end: int) -> int:
     """Three digits are a standard id, eight an extended one, as candump writes them. BAD, or with bit 31 for 29 bits."""
     value = whole_number(text, at, end, 16)
@@ -120,8 +135,8 @@ def read_id(text: ByteArray, at: int, end: int) -> int:
     return value | 0x80000000
 
 
-@kernel
-def compact_payload(text: ByteArray, at: int, end: int, data: ByteArray, into: int) -> int:
+@lean_kernel
+def compact_payload(text: ByteArray, at: int, end: int, data: ByteArray, into: int, found: IntArray) -> int:
     """The payload after '#': its length, BAD where it cannot be read, -1 for a remote frame."""
     most = 8
     if at < end and text[at] == 35:
@@ -131,6 +146,9 @@ def compact_payload(text: ByteArray, at: int, end: int, data: ByteArray, into: i
         most = 64
     elif at < end and (text[at] == 82 or text[at] == 114):
         return -1
+    found[COUNT_AT] = 0
+    found[COUNT_END] = most
+    found[DATA_AT] = at
     count = 0
     while at < end and text[at] != 95:
         if text[at] == 46:
@@ -148,9 +166,10 @@ def compact_payload(text: ByteArray, at: int, end: int, data: ByteArray, into: i
     return count
 
 
-@kernel
-def spaced_payload(text: ByteArray, at: int, end: int, data: ByteArray, into: int) -> int:
+@lean_kernel
+def spaced_payload(text: ByteArray, at: int, end: int, data: ByteArray, into: int, found: IntArray) -> int:
     """The payload after '[n]': its length, BAD, or -1 for a remote frame. `at` is at the bracket."""
+    bracket = at
     close = at + 1
     while close < end and text[close] != 93:
         close += 1
@@ -160,19 +179,22 @@ def spaced_payload(text: ByteArray, at: int, end: int, data: ByteArray, into: in
     at = skip_space(text, token_end(text, close, end), end)
     if at < end and (text[at] == 114 or text[at] == 82):
         return -1
+    found[COUNT_AT] = bracket + 1
+    found[COUNT_END] = close
+    found[DATA_AT] = at
     return count if read_bytes(text, at, end, 16, count, data, into) != BAD else BAD
 
 
-@kernel
+@lean_kernel
 def read_frame(text: ByteArray, at: int, end: int, data: ByteArray, into: int, found: IntArray) -> int:
-    """What follows the interface's name: the payload's length, or -10 - code. found[1] becomes the id."""
+    """What follows the interface's name: the payload's length, or -10 - code. found[ID] becomes the id."""
     stop = token_end(text, at, end)
     mark = at
     while mark < stop and text[mark] != 35:
         mark += 1
     if mark < stop:
         id_end = mark
-        count = compact_payload(text, mark + 1, stop, data, into)
+        count = compact_payload(text, mark + 1, stop, data, into, found)
     else:
         # the console form; -x puts direction and two flags before the id
         if stop - at == 2 and text[at + 1] == 88:
@@ -184,7 +206,7 @@ def read_frame(text: ByteArray, at: int, end: int, data: ByteArray, into: int, f
         bracket = skip_space(text, stop, end)
         if bracket >= end or text[bracket] != 91:
             return -10 - NO_LAYOUT
-        count = spaced_payload(text, bracket, end, data, into)
+        count = spaced_payload(text, bracket, end, data, into, found)
     can_id = read_id(text, at, id_end)
     if can_id == BAD:
         return -10 - NO_ID
@@ -194,11 +216,13 @@ def read_frame(text: ByteArray, at: int, end: int, data: ByteArray, into: int, f
         return -10 - REMOTE_FRAME
     if count < 0:
         return -10 - NO_DATA
-    found[1] = can_id
+    found[ID] = can_id
+    found[ID_AT] = at
+    found[ID_END] = id_end
     return count
 
 
-@kernel
+@lean_kernel
 def read_line(
     text: ByteArray,
     at: int,
@@ -211,7 +235,7 @@ def read_line(
     into: int,
     found: IntArray,
 ) -> int:
-    """One line that is not empty: the payload's length, or -10 - code. found: time, id and bus."""
+    """One line that is not empty: the payload's length, or -10 - code. found: all but NUMBER_AT and NUMBER_END."""
     if text[at] != 40:
         return -10 - NO_TIME
     close = at + 1
@@ -221,14 +245,15 @@ def read_line(
     stamp = read_stamp(text, inner, close, how)
     if close >= end or stamp == BAD:
         return -10 - NO_TIME
+    found[STAMP] = stamp
+    found[STAMP_AT] = inner + 17 if how == DATED else inner
+    found[STAMP_END] = close
     if how == DELTA:
         state[CLOCK] += stamp
         stamp = state[CLOCK]
-    elif how == DATED:
-        if state[CLOCK] == 0:
-            state[CLOCK] = stamp
-        stamp -= state[CLOCK]
-    found[0] = stamp
+    elif how == DATED and state[CLOCK] == NO_CLOCK:
+        state[CLOCK] = stamp
+    found[TIME] = stamp
     name_at = skip_space(text, close + 1, end)
     name_end = token_end(text, name_at, end)
     count = read_frame(text, skip_space(text, name_end, end), end, data, into, found)
@@ -237,56 +262,39 @@ def read_line(
     bus = bus_number(text, name_at, name_end, names, sizes, state)
     if bus == BAD:
         return -10 - NO_BUS
-    found[2] = bus
+    found[BUS] = bus
     return count
 
 
 @kernel
 def parse_candump(
     text: ByteArray,
+    begin: int,
+    stop: int,
     how: int,
     names: ByteArray,
     sizes: IntArray,
-    state: IntArray,
-    counts: IntArray,
-    first: IntArray,
-    time_ns: IntArray,
-    can_id: NDArray[np.uint32],
-    bus: NDArray[np.int16],
-    length: NDArray[np.uint8],
-    offset: IntArray,
-    data: ByteArray,
+    book: Book,
+    rows: Rows,
+    layouts: Layouts,
 ) -> int:
-    """Parse a block of lines into the arrays; returns the number of frames. names: interfaces, 16 bytes each."""
-    found = np.zeros(3, dtype=np.int64)
-    n = 0
-    used = 0
-    begin = 0
-    while begin < text.size:
-        feed = line_end(text, begin)
-        end = feed
-        while end > begin and (text[end - 1] == 13 or text[end - 1] == 32):
-            end -= 1
-        state[LINE] += 1
+    """Parse the lines in [begin, stop) of the text into the rows, as long as there is room; where it stopped. names: interfaces, 16 bytes each."""
+    found = np.zeros(FOUND_SIZE, dtype=np.int64)
+    while begin < stop:
+        begin = known_lines(text, begin, stop, how == DELTA, book, rows, layouts)
+        if begin >= stop or book.state[FRAMES] >= rows.time_ns.size:
+            break
+        feed = line_end(text, begin, stop)
+        end = trimmed_end(text, begin, feed)
+        book.state[LINE] += 1
         at = skip_space(text, begin, end)
+        if at < end:
+            into = book.state[USED]
+            count = read_line(text, at, end, how, names, sizes, book.state, rows.data, into, found)
+            if count < 0:
+                reject(book, -10 - count)
+            else:
+                accept(book, rows, found, count)
+                learn(text, begin, stop, count, SECOND_NS, found, book, layouts)
         begin = feed + 1
-        if at >= end:
-            continue
-        count = read_line(text, at, end, how, names, sizes, state, data, used, found)
-        if count < 0:
-            code = -10 - count
-            counts[code] += 1
-            if first[code] == 0:
-                first[code] = state[LINE]
-            if code < MALFORMED_END:
-                state[LAST_BAD_LINE] = state[LINE]
-                state[LAST_BAD_CODE] = code
-            continue
-        time_ns[n] = found[0]
-        can_id[n] = found[1]
-        bus[n] = found[2]
-        length[n] = count
-        offset[n] = used
-        used += count
-        n += 1
-    return n
+    return begin

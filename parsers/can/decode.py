@@ -1,4 +1,7 @@
-"""Raw values of a signal out of many payloads at once, and their conversion to physical values."""
+"""Physical values of a signal out of many payloads at once.
+
+Payloads come as words of eight bytes (`parsers.can.keep`): most fields are two shifts of one word.
+"""
 
 from __future__ import annotations
 
@@ -8,102 +11,184 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.can.definitions import BitField, SignalDef
-from parsers.can.frames import CanFrames
 from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.jit import kernel
 
-RawArray = NDArray[np.uint64]
-Mask = NDArray[np.bool_]
+WordArray = NDArray[np.uint64]
+# places in the kernel's tally
+NOT_AVAILABLE, ERROR, RESERVED, INVALID = range(4)
 
 
-@kernel
-def _gather_little(
-    data: ByteArray,
-    offset: IntArray,
-    length: ByteArray,
-    rows: IntArray,
-    start: int,
-    bits: int,
-    raw: RawArray,
-    short: Mask,
-) -> None:
-    first = start >> 3
-    last = (start + bits - 1) >> 3
-    shift = np.uint64(start & 7)
-    mask = np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - bits)
-    for i in range(rows.size):
-        row = rows[i]
-        at = offset[row]
-        if last >= length[row] or at < 0 or at >= data.size - last:
-            raw[i] = np.uint64(0)
-            short[i] = True
-            continue
-        value = np.uint64(data[at + first]) >> shift
-        for k in range(first + 1, last + 1):
-            value |= np.uint64(data[at + k]) << (np.uint64(8 * (k - first)) - shift)
-        raw[i] = value & mask
-        short[i] = False
+@dataclass(frozen=True)
+class Payloads:
+    """n payloads of one message. time_ns: (n,) int64. length: (n,) uint8, bytes in the log. words: (n, w) uint64, first byte
+    lowest; bytes beyond a payload's length are of no meaning. shortest: least of length."""
+
+    time_ns: IntArray
+    length: ByteArray
+    words: WordArray
+    shortest: int
+
+    def rows(self, which: IntArray | slice) -> Payloads:
+        """Some of the payloads, in this order."""
+        length = self.length[which]
+        return Payloads(self.time_ns[which], length, self.words[which], int(length.min(initial=255)))
 
 
-@kernel
-def _gather_big(
-    data: ByteArray,
-    offset: IntArray,
-    length: ByteArray,
-    rows: IntArray,
-    start: int,
-    bits: int,
-    raw: RawArray,
-    short: Mask,
-) -> None:
-    first = start >> 3
-    # bits of the first byte below and at the most significant one, and what lies beyond the last bit
-    head = (start & 7) + 1
-    last = first + (max(bits - head, 0) + 7) // 8
-    spare = head + 8 * (last - first) - bits
-    head_mask = np.uint64((1 << head) - 1)
-    for i in range(rows.size):
-        row = rows[i]
-        at = offset[row]
-        if last >= length[row] or at < 0 or at >= data.size - last:
-            raw[i] = np.uint64(0)
-            short[i] = True
-            continue
-        value = np.uint64(data[at + first]) & head_mask
-        if last == first:
-            value >>= np.uint64(spare)
-        else:
-            for k in range(first + 1, last):
-                value = (value << np.uint64(8)) | np.uint64(data[at + k])
-            kept = np.uint64(8 - spare)
-            value = (value << kept) | (np.uint64(data[at + last]) >> np.uint64(spare))
-        raw[i] = value
-        short[i] = False
+@dataclass(frozen=True)
+class Place:
+    """Where a field lies in the words of a payload. last: its last byte. swap: words are turned round first.
 
-
-def raw_values(frames: CanFrames, rows: IntArray, field: BitField) -> tuple[RawArray, Mask]:
-    """A field's raw value in the given frames.
-
-    rows: (n,) indices into `frames`. Returns (n,) uint64 unsigned raw values, and (n,) bool: the payload is too short
-    for the field (the raw value is 0 there).
+    A field in one word: word << left, then >> 64 - bits. In two words: first << left | second >> right where swapped, else
+    second << left | first >> right, then >> 64 - bits. second: -1 where there is none.
     """
-    raw = np.empty(rows.size, dtype=np.uint64)
-    short = np.empty(rows.size, dtype=np.bool_)
-    gather = _gather_little if field.little else _gather_big
-    gather(frames.data, frames.offset, frames.length, rows, field.start, field.length, raw, short)
-    return raw, short
+
+    first: int
+    second: int
+    left: int
+    right: int
+    bits: int
+    swap: bool
+    last: int
+
+    @classmethod
+    def of(cls, field: BitField) -> Place:
+        """The place of a database's field."""
+        # big endian: counted from the highest bit of the first byte
+        begin = field.start if field.little else 8 * (field.start >> 3) + 7 - (field.start & 7)
+        word, within, last = begin >> 6, begin & 63, (begin + field.length - 1) >> 3
+        if within + field.length <= 64:
+            left = 64 - within - field.length if field.little else within
+            return cls(word, -1, left, 0, field.length, not field.little, last)
+        if field.little:
+            over = within + field.length - 64
+            return cls(word, word + 1, 64 - over, over, field.length, False, last)
+        return cls(word, word + 1, within, 64 - within, field.length, True, last)
+
+
+@kernel
+def _turned(word: np.uint64) -> np.uint64:
+    """The bytes of a word the other way round."""
+    low = np.uint64(0x00FF00FF00FF00FF)
+    word = ((word >> np.uint64(8)) & low) | ((word & low) << np.uint64(8))
+    low = np.uint64(0x0000FFFF0000FFFF)
+    word = ((word >> np.uint64(16)) & low) | ((word & low) << np.uint64(16))
+    return (word >> np.uint64(32)) | (word << np.uint64(32))
+
+
+@kernel
+def _top(words: WordArray, i: int, first: int, second: int, left: int, right: int, swap: bool) -> np.uint64:
+    """A field of payload i, moved to the top of a word; what is below it belongs to others."""
+    word = np.uint64(words[i, first])
+    if swap:
+        word = _turned(word)
+    if second < 0:
+        return np.uint64(word << np.uint64(left))
+    other = np.uint64(words[i, second])
+    if swap:
+        return np.uint64((word << np.uint64(left)) | (_turned(other) >> np.uint64(right)))
+    return np.uint64((other << np.uint64(left)) | (word >> np.uint64(right)))
+
+
+@kernel
+def _plain(
+    words: WordArray,
+    first: int,
+    left: int,
+    bits: int,
+    swap: bool,
+    signed: bool,
+    scale: float,
+    offset: float,
+    out: FloatArray,
+) -> None:
+    """Fields in one word, without anything to look out for: each case its own short loop. Unsigned: below 64 bits."""
+    up, down = np.uint64(left), np.uint64(64 - bits)
+    if signed and swap:
+        for i in range(out.size):
+            out[i] = np.float64(np.int64(_turned(words[i, first]) << up) >> np.int64(down)) * scale + offset
+    elif signed:
+        for i in range(out.size):
+            out[i] = np.float64(np.int64(words[i, first] << up) >> np.int64(down)) * scale + offset
+    elif swap:
+        for i in range(out.size):
+            out[i] = np.float64(np.int64((_turned(words[i, first]) << up) >> down)) * scale + offset
+    else:
+        for i in range(out.size):
+            out[i] = np.float64(np.int64((words[i, first] << up) >> down)) * scale + offset
+
+
+@kernel
+def _raw(
+    words: WordArray, length: ByteArray, first: int, second: int, left: int, right: int, bits: int, swap: bool, last: int,
+    raw: WordArray,
+) -> None:  # fmt: skip
+    """Raw values, unsigned; 0 where the payload is too short."""
+    down = np.uint64(64 - bits)
+    for i in range(raw.size):
+        raw[i] = np.uint64(0)
+        if np.int64(length[i]) > last:
+            raw[i] = _top(words, i, first, second, left, right, swap) >> down
+
+
+@kernel
+def _special(raw: np.uint64, codes: WordArray, invalid: WordArray, tally: IntArray) -> bool:
+    """Whether a raw value stands for something else than a quantity; counts for what."""
+    for k in range(codes.size):
+        # ranges that follow each other downwards from the highest value
+        if raw >= codes[k]:
+            tally[k] += 1
+            return True
+    if invalid.size:
+        at = np.searchsorted(invalid, raw)
+        if at < invalid.size and invalid[at] == raw:
+            tally[3] += 1
+            return True
+    return False
+
+
+@kernel
+def _careful(
+    raw: WordArray, length: ByteArray, last: int, bits: int, signed: bool, scale: float, offset: float, codes: WordArray,
+    invalid: WordArray, tally: IntArray, out: FloatArray,
+) -> None:  # fmt: skip
+    """Physical values of raw ones, NaN where there is none."""
+    up = np.uint64(64 - bits)
+    for i in range(raw.size):
+        if np.int64(length[i]) <= last or _special(raw[i], codes, invalid, tally):
+            out[i] = np.nan
+        elif signed:
+            out[i] = np.float64(np.int64(raw[i] << up) >> np.int64(up)) * scale + offset
+        else:
+            out[i] = np.float64(raw[i]) * scale + offset
+
+
+def raw_values(payloads: Payloads, field: BitField) -> WordArray:
+    """A field's raw value in each payload: (n,) uint64, unsigned; 0 where the payload is too short."""
+    place = Place.of(field)
+    raw = np.zeros(payloads.length.size, np.uint64)
+    if place.last < 8 * payloads.words.shape[1]:
+        _raw(
+            payloads.words, payloads.length, place.first, place.second, place.left, place.right, place.bits, place.swap,
+            place.last, raw,
+        )  # fmt: skip
+    return raw
+
+
+def short(payloads: Payloads, fields: list[BitField]) -> NDArray[np.bool_]:
+    """(n,) bool: which payloads are too short for one of the fields."""
+    return payloads.length <= max((Place.of(field).last for field in fields), default=-1)
 
 
 @dataclass(frozen=True)
 class Decoded:
-    """One signal in n frames: physical values, NaN where there is none, and how often for which reason.
+    """One signal in n payloads: physical values, NaN where there is none, and how often for which reason.
 
-    short: (n,) bool, frames too short for the signal. not_available, errors, reserved: counts of J1939 codes.
-    invalid: count of codes that the database's value table calls invalid.
+    not_available, errors, reserved: counts of J1939 codes. invalid: count of codes that the database's value table calls
+    invalid. Payloads that are too short are not counted: see `short`.
     """
 
     values: FloatArray
-    short: Mask
     not_available: int = 0
     errors: int = 0
     reserved: int = 0
@@ -111,30 +196,51 @@ class Decoded:
 
 
 def decode_signal(
-    frames: CanFrames, rows: IntArray, signal: SignalDef, *, j1939: bool = False, proprietary: bool = False
+    payloads: Payloads, signal: SignalDef, *, j1939: bool = False, proprietary: bool = False
 ) -> Decoded:
-    """A signal's physical values in the given frames.
+    """A signal's physical values in the given payloads.
 
     j1939: look for the codes "not available", "error" and "reserved"; proprietary: only for "not available", since
     the maker of such a message may use the other codes as values.
     """
-    raw, short = raw_values(frames, rows, signal.field)
-    values = _physical(raw, signal)
-    missing = short.copy()
-    counts = [0, 0, 0]
+    place = Place.of(signal.field)
+    values = np.empty(payloads.length.size)
+    if place.last >= 8 * payloads.words.shape[1]:
+        # beyond the longest payload
+        values.fill(np.nan)
+        return Decoded(values)
+    codes: list[tuple[int, int]] = []
     if j1939 and not signal.signed and not signal.is_float:
-        for index, (low, high) in enumerate(j1939_codes(signal.field.length, proprietary)):
-            hit = (raw >= np.uint64(low)) & (raw <= np.uint64(high)) & ~missing
-            counts[index] = int(np.count_nonzero(hit))
-            if counts[index]:
-                missing |= hit
-    invalid = 0
-    if signal.invalid:
-        hit = np.isin(raw, np.array(signal.invalid, dtype=np.uint64)) & ~missing
-        invalid = int(np.count_nonzero(hit))
-        missing |= hit
-    values[missing] = np.nan
-    return Decoded(values, short, counts[0], counts[1], counts[2], invalid)
+        codes = j1939_codes(signal.field.length, proprietary)
+    with_care = codes or signal.invalid or signal.is_float or place.second >= 0 or place.bits == 64
+    if not with_care and payloads.shortest > place.last:
+        _plain(
+            payloads.words, place.first, place.left, place.bits, place.swap, signal.signed, signal.scale, signal.offset,
+            values,
+        )  # fmt: skip
+        return Decoded(values)
+    raw = raw_values(payloads, signal.field)
+    if signal.is_float:
+        _floats(raw, signal, values)
+        values[payloads.length <= place.last] = np.nan
+        return Decoded(values)
+    tally = np.zeros(4, np.int64)
+    _careful(
+        raw, payloads.length, place.last, place.bits, signal.signed, signal.scale, signal.offset,
+        np.array([low for low, _ in codes], np.uint64), np.array(signal.invalid, np.uint64), tally, values,
+    )  # fmt: skip
+    counts = tally.tolist()
+    return Decoded(values, counts[NOT_AVAILABLE], counts[ERROR], counts[RESERVED], counts[INVALID])
+
+
+def _floats(raw: WordArray, signal: SignalDef, values: FloatArray) -> None:
+    """Physical values of a float signal, into `values`."""
+    kinds = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}
+    whole, fraction = kinds[signal.field.length]
+    with np.errstate(over="ignore", invalid="ignore"):
+        values[:] = raw.astype(whole).view(fraction)
+        values *= signal.scale
+        values += signal.offset
 
 
 def j1939_codes(bits: int, proprietary: bool = False) -> list[tuple[int, int]]:
@@ -156,50 +262,3 @@ def j1939_codes(bits: int, proprietary: bool = False) -> list[tuple[int, int]]:
     if bits in (2, 4):
         return [(top, top), (top - 1, top - 1)]
     return [(top, top)]
-
-
-def _physical(raw: RawArray, signal: SignalDef) -> FloatArray:
-    bits = signal.field.length
-    if signal.is_float:
-        kinds = {16: (np.uint16, np.float16), 32: (np.uint32, np.float32), 64: (np.uint64, np.float64)}
-        whole, fraction = kinds[bits]
-        values = raw.astype(whole).view(fraction).astype(np.float64)
-    elif signal.signed:
-        unused = 64 - bits
-        values = ((raw << np.uint64(unused)).view(np.int64) >> np.int64(unused)).astype(np.float64)
-    else:
-        values = raw.astype(np.float64)
-    if signal.scale != 1.0:
-        with np.errstate(over="ignore", invalid="ignore"):
-            values *= signal.scale
-    if signal.offset != 0.0:
-        values += signal.offset
-    return values
-
-
-@kernel
-def _split(slot: IntArray, slots: int, order: IntArray, bounds: IntArray) -> None:
-    for i in range(slot.size):
-        if 0 <= slot[i] < slots:
-            bounds[slot[i] + 1] += 1
-    for k in range(slots):
-        bounds[k + 1] += bounds[k]
-    at = bounds[:slots].copy()
-    for i in range(slot.size):
-        which = slot[i]
-        if 0 <= which < slots:
-            order[at[which]] = i
-            at[which] += 1
-
-
-def rows_by_slot(slot: IntArray, slots: int) -> list[IntArray]:
-    """The row numbers of each slot, in order. slot: (n,) int64, -1 for rows that belong to none."""
-    order = np.empty(slot.size, dtype=np.int64)
-    bounds = np.zeros(slots + 1, dtype=np.int64)
-    _split(slot, slots, order, bounds)
-    return [order[bounds[k] : bounds[k + 1]] for k in range(slots)]
-
-
-def frame_keys(frames: CanFrames) -> IntArray:
-    """One number for bus and id of each frame: (n,) int64, bus * 2**32 + id."""
-    return (frames.bus.astype(np.int64) << np.int64(32)) | frames.can_id.astype(np.int64)

@@ -21,7 +21,8 @@ class CanFrames:
 
     time_ns: (n,) int64. can_id: (n,) uint32, EXTENDED bit included. bus: (n,) int16, 1 for the first channel.
     length: (n,) uint8, payload bytes (0-64). offset: (n,) int64, where each payload begins in `data`.
-    data: (m,) uint8, the buffer that holds the payloads; the decoder gathers from it.
+    data: (m,) uint8, the buffer that holds the payloads; it may hold anything else between them. The arrays may be used
+    again for the next batch: a batch is good until then.
     """
 
     time_ns: IntArray
@@ -36,8 +37,8 @@ class FrameSource(Protocol):
     """An opened CAN log: what `parsers.can.reader.CanReader` needs of a format.
 
     clock, absolute, start_utc_ns as in `parsers.importer.LogReader`. `frames` yields batches bounded by a chunk, from
-    the log's beginning at each call, and writes into the log book (messages, rejected, truncation) only when
-    `counting` is true, so that a first look does not count twice.
+    the log's beginning at each call. The first pass, on opening, is made with `counting` and writes into the log book
+    (messages, rejected, truncation); only where its frames do not fit into memory is there a second, without.
     """
 
     @property

@@ -2,57 +2,67 @@
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections import deque
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from parsers.can.coalesce import coalesced
 from parsers.can.database import builtin_j1939, load_databases
-from parsers.can.decode import decode_signal, frame_keys, raw_values, rows_by_slot
-from parsers.can.definitions import Gate, SignalDef
-from parsers.can.frames import EXTENDED, CanFrames, FrameSource
-from parsers.can.matching import Stream, explain_no_match, match_streams, note_unknown
+from parsers.can.decode import Payloads, Place, decode_signal, raw_values, short
+from parsers.can.definitions import MessageDef, pgn_of
+from parsers.can.frames import FrameSource
+from parsers.can.groups import Group, channel_of, groups_of
+from parsers.can.keep import MOST_WORDS, Keeper, Kept, KnownIds
+from parsers.can.matching import explain_no_match, match_streams, note_unknown
+from parsers.can.slots import GROUP
+from parsers.can.spread import spread
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.importer import ImportLog, ReadOptions
 
+KEPT_BYTES = 96 << 20
+"""Most memory that the frames of one pass may take; of a log with more, `read` makes a second pass."""
 
-@dataclass(frozen=True)
-class _Group:
-    """Signals of a stream that are in the same frames: channel name -> definition."""
-
-    name: str
-    stream: Stream
-    gates: tuple[Gate, ...]
-    signals: dict[str, SignalDef]
+VALUES = 1 << 21
+"""About how many values a chunk has at the most."""
 
 
 class CanReader:
     """A `LogReader` over the frames of any CAN format.
 
-    On opening it loads the databases and looks once through the log for the identifiers in it; `read` goes through
-    the log a second time. Raises DatabaseError where a database cannot be used; where no channel can be made of the
-    frames, `channels` is empty and the log book says why.
+    On opening it loads the databases and goes through the log once: counts the identifiers and keeps the frames of those that
+    a database may know, from which `read` decodes. Raises DatabaseError where a database cannot be used, LogError
+    where the log cannot be read; where no channel can be made of the frames, `channels` is empty and the log book
+    says why.
     """
 
     def __init__(self, source: FrameSource, options: ReadOptions, log: ImportLog, path: Path) -> None:
         self._source = source
+        self._options = options
         self._log = log
         self._path = path
         given = load_databases(options.dbc, log)
-        seen = count_ids(source)
-        # the second database is needed only where 29-bit ids are about
-        extended = any(key & EXTENDED for key in seen)
-        streams = match_streams(seen, given, builtin_j1939(log) if extended else (), log)
+        builtin: tuple[MessageDef, ...] = ()
+
+        def with_extended() -> KnownIds:
+            # the second database is needed only where 29-bit ids are about
+            nonlocal builtin
+            builtin = builtin_j1939(log)
+            return _known((*given, *builtin))
+
+        self._keeper = Keeper(_known(given), with_extended)
+        self._kept = self._first_pass()
+        seen = self._keeper.seen()
+        streams = match_streams(seen, given, builtin, log)
         if streams:
             note_unknown(seen, streams, log)
         else:
             explain_no_match(seen, given, log)
-        self._groups = tuple(group for stream in streams for group in _groups(stream))
+        self._groups = tuple(group for stream in streams for group in groups_of(stream))
         self._channels = tuple(
-            _channel(group, name, signal) for group in self._groups for name, signal in group.signals.items()
+            channel_of(group, name, signal)
+            for group in self._groups
+            for name, signal in group.signals.items()
         )
 
     @property
@@ -76,111 +86,104 @@ class CanReader:
         return self._source.start_utc_ns
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
-        """Yield decoded chunks: one a group and batch of frames."""
+        """Yield decoded chunks. What was kept of the log is given up on the way; reading again takes another pass."""
         groups = [group for group in self._groups if not wanted.isdisjoint(group.signals)]
+        kept, self._kept = self._kept, None
+        if not groups:
+            return
         streams = list({id(group.stream): group.stream for group in groups}.values())
-        slots = {id(stream): slot for slot, stream in enumerate(streams)}
-        pairs = sorted((key, slot) for slot, stream in enumerate(streams) for key in stream.keys)
-        keys = np.array([key for key, _ in pairs], dtype=np.int64)
-        slot_of = np.array([slot for _, slot in pairs], dtype=np.int64)
-        for frames in coalesced(self._source.frames(counting=True)):
-            if not pairs:
-                continue
-            found = frame_keys(frames)
-            place = np.minimum(np.searchsorted(keys, found), keys.size - 1)
-            rows = rows_by_slot(np.where(keys[place] == found, slot_of[place], -1), len(streams))
-            for group in groups:
-                chunk = self._decode(frames, rows[slots[id(group.stream)]], group, wanted)
-                if chunk is not None:
-                    yield chunk
-
-    def _decode(
-        self, frames: CanFrames, rows: IntArray, group: _Group, wanted: frozenset[str]
-    ) -> Chunk | None:
-        too_short = f"{group.stream.message.name}: frame shorter than the DBC says"
-        for gate in group.gates:
-            if rows.size == 0:
-                return None
-            raw, short = raw_values(frames, rows, gate.field)
-            self._log.reject(too_short, int(np.count_nonzero(short)))
-            rows = rows[np.isin(raw, np.array(gate.values, dtype=np.uint64)) & ~short]
-        if rows.size == 0:
-            return None
-        columns: dict[str, FloatArray] = {}
-        any_short = np.zeros(rows.size, dtype=np.bool_)
-        stream = group.stream
-        for name, signal in group.signals.items():
-            if name not in wanted:
-                continue
-            got = decode_signal(
-                frames, rows, signal, j1939=stream.special_codes, proprietary=stream.proprietary
-            )
-            columns[name] = got.values
-            any_short |= got.short
-            self._log.reject(f"{name}: not available", got.not_available)
-            self._log.reject(f"{name}: error indicator", got.errors)
-            self._log.reject(f"{name}: reserved code", got.reserved)
-            self._log.reject(f"{name}: invalid by the database's value table", got.invalid)
-        self._log.reject(too_short, int(np.count_nonzero(any_short)))
-        return Chunk(group.name, frames.time_ns[rows], columns)
-
-
-def count_ids(source: FrameSource) -> Counter[int]:
-    """The number of frames of each bus and id (bus * 2**32 + id) in a log, without counting into the log book."""
-    seen: Counter[int] = Counter()
-    for frames in coalesced(source.frames(counting=False)):
-        keys, counts = np.unique(frame_keys(frames), return_counts=True)
-        seen.update(dict(zip(keys.tolist(), counts.tolist(), strict=True)))
-    return seen
-
-
-def _groups(stream: Stream) -> list[_Group]:
-    """One group for the signals in every frame, and one for each multiplexer value or set of values."""
-    groups: dict[tuple[Gate, ...], _Group] = {}
-    base = stream.message.name + stream.suffix
-    for signal in stream.message.signals:
-        group = groups.get(signal.gates)
-        if group is None:
-            name = "/".join([base, *(_gate_text(gate) for gate in reversed(signal.gates))])
-            group = groups[signal.gates] = _Group(name, stream, signal.gates, {})
-        group.signals[f"{stream.message.name}.{signal.name}{stream.suffix}"] = signal
-    return list(groups.values())
-
-
-def _gate_text(gate: Gate) -> str:
-    """A multiplexer and its values as text, neighbours drawn together: "Mode=0-3,7"."""
-    runs: list[list[int]] = []
-    for value in gate.values:
-        if runs and value == runs[-1][1] + 1:
-            runs[-1][1] = value
+        width = [_words(stream.message) for stream in streams]
+        parts = {id(stream): part for part, stream in enumerate(streams)}
+        part_of_key = {key: part for part, stream in enumerate(streams) for key in stream.keys}
+        part_of = np.array([part_of_key.get(key, -1) for key in self._keeper.keys.tolist()], np.int64)
+        if kept is None:
+            words = np.where(part_of >= 0, np.array(width, np.int64)[part_of], 0)
+            batches: Iterator[Kept] = self._next_pass(words)
         else:
-            runs.append([value, value])
-    return f"{gate.multiplexer}=" + ",".join(f"{a}" if a == b else f"{a}-{b}" for a, b in runs)
+            words, batches = self._keeper.words, (kept.popleft() for _ in range(len(kept)))
+        for batch in batches:
+            payloads = spread(batch, words, part_of, width)
+            for group in groups:
+                yield from self._chunks(payloads[parts[id(group.stream)]], group, wanted)
+
+    def _first_pass(self) -> deque[Kept] | None:
+        """Count all frames and keep the known ones; None where they are too many."""
+        keeper = self._keeper
+        kept: deque[Kept] = deque()
+        size, fits = 0, True
+        for batch in _batches(self._source, keeper, counting=True):
+            size += batch.size
+            fits = fits and size <= KEPT_BYTES
+            if fits:
+                kept.append(batch)
+            else:
+                kept.clear()
+                keeper.keep_nothing()
+        self._log.reject("frame of one identifier too many to tell apart", keeper.beyond)
+        return kept if fits else None
+
+    def _next_pass(self, words: IntArray) -> Iterator[Kept]:
+        """The frames of the slots that have words."""
+        self._keeper.keep_only(words)
+        yield from _batches(self._source, self._keeper, counting=False)
+        self._options.progress(1, 1)
+
+    def _chunks(self, payloads: Payloads, group: Group, wanted: frozenset[str]) -> Iterator[Chunk]:
+        """The chunks of one group out of a batch of its stream's payloads."""
+        step = max(VALUES // len(group.signals), 4096)
+        for begin in range(0, payloads.length.size, step):
+            part = payloads
+            if payloads.length.size > step:
+                part = payloads.rows(slice(begin, begin + step))
+            chunk = self._decode(part, group, wanted)
+            if chunk is not None:
+                yield chunk
+
+    def _decode(self, payloads: Payloads, group: Group, wanted: frozenset[str]) -> Chunk | None:
+        log, stream = self._log, group.stream
+        too_short = f"{stream.message.name}: frame shorter than the DBC says"
+        for gate in group.gates:
+            missing = short(payloads, [gate.field])
+            log.reject(too_short, int(np.count_nonzero(missing)))
+            passes = np.isin(raw_values(payloads, gate.field), np.array(gate.values, np.uint64)) & ~missing
+            payloads = payloads.rows(np.flatnonzero(passes))
+        if payloads.length.size == 0:
+            return None
+        signals = {name: signal for name, signal in group.signals.items() if name in wanted}
+        columns: dict[str, FloatArray] = {}
+        for name, signal in signals.items():
+            got = decode_signal(payloads, signal, j1939=stream.special_codes, proprietary=stream.proprietary)
+            columns[name] = got.values
+            log.reject(f"{name}: not available", got.not_available)
+            log.reject(f"{name}: error indicator", got.errors)
+            log.reject(f"{name}: reserved code", got.reserved)
+            log.reject(f"{name}: invalid by the database's value table", got.invalid)
+        missing = short(payloads, [signal.field for signal in signals.values()])
+        log.reject(too_short, int(np.count_nonzero(missing)))
+        # a copy, lest a few rows of a slow message keep the stamps of all in memory
+        return Chunk(group.name, payloads.time_ns.copy(), columns)
 
 
-def _channel(group: _Group, name: str, signal: SignalDef) -> ChannelInfo:
-    stream = group.stream
-    # the id in the log, which for J1939 may differ from the database's
-    can_id = stream.keys[0] & 0xFFFF_FFFF
-    tags = {
-        "message": stream.message.name,
-        "signal": signal.name,
-        "id": str(can_id & ~EXTENDED),
-        "bus": str(stream.bus),
-    }
-    if can_id & EXTENDED:
-        tags["extended"] = "1"
-    if stream.pgn is not None and stream.sender is not None:
-        tags["pgn"] = str(stream.pgn)
-        tags["source_address"] = str(stream.sender)
-    if signal.spn is not None:
-        tags["spn"] = str(signal.spn)
-    return ChannelInfo(
-        name=name,
-        group=group.name,
-        unit=signal.unit,
-        family="can",
-        count=None if group.gates else stream.frames,
-        comment=signal.comment,
-        tags=tags,
-    )
+def _batches(source: FrameSource, keeper: Keeper, *, counting: bool) -> Iterator[Kept]:
+    """What is kept of one pass through a log."""
+    for frames in source.frames(counting=counting):
+        yield from keeper.take(frames)
+    yield from keeper.rest()
+
+
+def _words(message: MessageDef) -> int:
+    """How many words of eight bytes of a message's payload its signals reach into."""
+    fields = [signal.field for signal in message.signals]
+    fields += [gate.field for signal in message.signals for gate in signal.gates]
+    last = max((Place.of(field).last for field in fields), default=-1)
+    return min(last // 8 + 1, MOST_WORDS)
+
+
+def _known(messages: Iterable[MessageDef]) -> KnownIds:
+    """Which identifiers and parameter groups any of the messages may be matched to, however that is decided in the end."""
+    known: dict[int, int] = {}
+    for message in messages:
+        pgn = pgn_of(message.can_id)
+        for code in (message.can_id,) if pgn is None else (message.can_id, GROUP + pgn):
+            known[code] = max(known.get(code, 0), _words(message))
+    return KnownIds.of(known)

@@ -1,9 +1,9 @@
-"""What the text formats share: a file in blocks of whole lines, and the tally of lines that were left out."""
+"""What the text formats share: the way from a file through a format's kernel to frames and the log book."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Protocol
 
@@ -11,110 +11,77 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.can.frames import CanFrames
+from parsers.can.layouts import MOST_LAYOUTS, Layouts, no_layouts
+from parsers.can.linebook import BUSES, NO_CLOCK, Book, Rows, filled, new_book, rows_for, with_more_room
+from parsers.can.pieces import Buffers, Piece, pieces, read_piece
+from parsers.can.tally import SINCE_FIRST, Tally
+from parsers.can.words import hex_pairs
 from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog
+from parsers.parallel import in_order
 
-BLOCK_BYTES = 8 << 20
-
-# codes that the kernels count under; those below MALFORMED_END mean that the line is damaged
-NO_TIME, NO_ID, NO_DATA, NO_BUS, NO_LAYOUT = 0, 1, 2, 3, 4
-MALFORMED_END = 5
-ERROR_FRAME, REMOTE_FRAME, OTHER_EVENT, SENDING_REQUEST, STATISTIC = 5, 6, 7, 8, 9
-REASONS = (
-    "malformed line: no time stamp that can be read",
-    "malformed line: no identifier that can be read",
-    "malformed line: payload incomplete or not a number",
-    "malformed line: no bus that can be read",
-    "malformed line: not the format's layout",
-    "error frame",
-    "remote frame",
-    "event that is no CAN data frame",
-    "request to send, not yet a frame on the bus",
-    "bus statistic",
-)
-
-# places in `Tally.state`
-LINE, CLOCK, LAST_BAD_LINE, LAST_BAD_CODE, BUSES = 0, 1, 2, 3, 4
+MOST_BUSES = 64
+NAME_BYTES = 16
+"""IFNAMSIZ of Linux: no interface name is longer."""
 
 
-def _zeros(size: int) -> Callable[[], IntArray]:
-    return lambda: np.zeros(size, dtype=np.int64)
+@dataclass
+class Work:
+    """What a format's kernel needs for one piece of a file.
 
-
-@dataclass(frozen=True)
-class Tally:
-    """What the kernels carry from block to block.
-
-    state: line number, running clock in ns, line number and code of the last malformed line, buses met.
-    counts, first: number of lines and first line number for each of REASONS.
+    names, sizes: interface names met, NAME_BYTES bytes each; how many they are is in book.state[BUSES].
     """
 
-    state: IntArray = field(default_factory=_zeros(5))
-    counts: IntArray = field(default_factory=_zeros(len(REASONS)))
-    first: IntArray = field(default_factory=_zeros(len(REASONS)))
+    book: Book
+    rows: Rows
+    layouts: Layouts
+    names: ByteArray
+    sizes: IntArray
+
+    def buses(self) -> list[bytes]:
+        """The names of the interfaces met, in their order."""
+        return [
+            self.names[k * NAME_BYTES : k * NAME_BYTES + int(self.sizes[k])].tobytes()
+            for k in range(int(self.book.state[BUSES]))
+        ]
+
+
+class LineParser(Protocol):
+    """A text format's kernel and how the log at hand is written. Called by several threads at once.
+
+    meaning: what stamps mean, of `parsers.can.tally`.
+    """
+
+    @property
+    def meaning(self) -> int: ...
+
+    def parse(self, text: ByteArray, begin: int, stop: int, ended: bool, work: Work) -> int:
+        """Read the lines in [begin, stop) as long as there is room; where it stopped.
+
+        ended: the last line has its line feed.
+        """
+        ...
 
 
 @dataclass(frozen=True)
-class Columns:
-    """Room for the frames of one block; a kernel fills the first n rows and the first m payload bytes."""
+class _Done:
+    """A piece that was read. ended: its last line has its line feed."""
 
-    time_ns: IntArray
-    can_id: NDArray[np.uint32]
-    bus: NDArray[np.int16]
-    length: NDArray[np.uint8]
-    offset: IntArray
-    data: ByteArray
-
-    @classmethod
-    def for_block(cls, block: ByteArray) -> Columns:
-        """Room for as many frames as there are lines; a payload byte takes at least two characters of text."""
-        lines = int(np.count_nonzero(block == 10)) + 1
-        return cls(
-            np.empty(lines, dtype=np.int64),
-            np.empty(lines, dtype=np.uint32),
-            np.empty(lines, dtype=np.int16),
-            np.empty(lines, dtype=np.uint8),
-            np.empty(lines, dtype=np.int64),
-            np.empty(block.size // 2 + 64, dtype=np.uint8),
-        )
-
-    def first_frames(self, n: int) -> CanFrames:
-        """The filled rows."""
-        used = int(self.offset[n - 1]) + int(self.length[n - 1]) if n else 0
-        return CanFrames(
-            self.time_ns[:n],
-            self.can_id[:n],
-            self.bus[:n],
-            self.length[:n],
-            self.offset[:n],
-            self.data[:used],
-        )
-
-
-class BlockParser(Protocol):
-    """A text format's parser with its state, made anew for each pass through the file."""
-
-    tally: Tally
-
-    def parse(self, block: ByteArray, ended: bool) -> CanFrames:
-        """The frames of a block of lines. ended: the last line has its line feed."""
-        ...
-
-    def notes(self) -> list[str]:
-        """What to tell the user after the last block."""
-        ...
+    piece: Piece
+    work: Work
+    ended: bool
 
 
 class TextSource:
-    """A `FrameSource` over a text file."""
+    """A `FrameSource` over a text file, whose pieces are read by as many threads as there are cores."""
 
     def __init__(
         self,
         path: Path,
         log: ImportLog,
         progress: Callable[[int, int], None],
-        parser: Callable[[], BlockParser],
+        parser: LineParser,
         *,
         clock: str,
         absolute: bool,
@@ -123,48 +90,74 @@ class TextSource:
         self._log = log
         self._progress = progress
         self._parser = parser
+        self._pairs = hex_pairs()
         self.clock = clock
         self.absolute = absolute
         self.start_utc_ns: int | None = None
 
-    def frames(self, *, counting: bool) -> Iterator[CanFrames]:
+    def frames(self, *, counting: bool, workers: int | None = None) -> Iterator[CanFrames]:
         """Batches of frames from the file's beginning; writes into the log book when `counting`."""
-        parser = self._parser()
         size = max(self._path.stat().st_size, 1)
-        ended, done = True, 0
-        for block, ended in blocks_of_lines(self._path):
-            frames = parser.parse(block, ended)
-            done += block.size
-            # the file is gone through twice, and the first look is half the way
-            self._progress(min(done, size) + (size if counting else 0), 2 * size)
+        tally, buffers, ended = Tally(self._parser.meaning), Buffers(), True
+        buses: list[bytes] = []
+
+        def read(piece: Piece) -> _Done:
+            return self._read(piece, buffers, [])
+
+        for done in in_order(read, pieces(self._path), workers=workers):
+            work, lut = self._named(done, buffers, buses)
+            frames = filled(work.rows, work.book)
+            if lut is not None:
+                np.take(lut, frames.bus, out=frames.bus)
+            tally.add(work.book, frames.time_ns)
+            ended = done.ended
+            self._progress(min(done.piece.end, size), size)
             if counting:
                 self._log.messages += frames.time_ns.size
             if frames.time_ns.size:
                 yield frames
         if counting:
-            _write_down(parser, ended, self._log)
+            tally.write_down(self._log, ended=ended)
+            if buses:
+                names = (f"bus {k} is {name.decode('latin-1')}" for k, name in enumerate(buses, start=1))
+                self._log.note(", ".join(names))
 
+    def _read(self, piece: Piece, buffers: Buffers, buses: list[bytes]) -> _Done:
+        """Read a piece of which the interfaces' names in `buses` are known."""
+        names = np.zeros(MOST_BUSES * NAME_BYTES, dtype=np.uint8)
+        sizes = np.zeros(MOST_BUSES, dtype=np.int64)
+        for k, name in enumerate(buses):
+            names[k * NAME_BYTES : k * NAME_BYTES + len(name)] = np.frombuffer(name, dtype=np.uint8)
+            sizes[k] = len(name)
+        book = new_book(NO_CLOCK if self._parser.meaning == SINCE_FIRST else 0)
+        book.state[BUSES] = len(buses)
+        work = Work(
+            book, rows_for(piece.end - piece.begin), no_layouts(self._pairs, MOST_LAYOUTS), names, sizes
+        )
 
-def blocks_of_lines(path: Path, size: int = BLOCK_BYTES) -> Iterator[tuple[ByteArray, bool]]:
-    """A file as blocks of whole lines, and whether the block ends with a line feed (only the last may not).
+        def parse(text: ByteArray, begin: int, stop: int, ended: bool) -> None:
+            while (begin := self._parser.parse(text, begin, stop, ended, work)) < stop:
+                work.rows = with_more_room(work.rows)
 
-    A line longer than `size` is cut there, and is malformed in both halves. Raises LogError.
-    """
-    rest = b""
-    try:
-        with path.open("rb") as file:
-            while read := file.read(size):
-                cut = read.rfind(b"\n") + 1
-                if cut == 0 and len(rest) + len(read) <= 2 * size:
-                    rest += read
-                    continue
-                cut = cut or len(read)
-                yield np.frombuffer(rest + read[:cut], dtype=np.uint8), True
-                rest = read[cut:]
-    except OSError as error:
-        raise LogError(f"cannot be read ({error.strerror})", path=path) from error
-    if rest:
-        yield np.frombuffer(rest, dtype=np.uint8), False
+        return _Done(piece, work, read_piece(self._path, piece, buffers, parse))
+
+    def _named(
+        self, done: _Done, buffers: Buffers, buses: list[bytes]
+    ) -> tuple[Work, NDArray[np.int16] | None]:
+        """Add the interfaces of a piece to the log's; the piece, and the log's number of each of the piece's buses.
+
+        A piece with which there are more than can be told apart is read once more, knowing those before it.
+        """
+        met = done.work.buses()
+        together = list(dict.fromkeys(buses + met))
+        if buses and len(together) >= MOST_BUSES and together != buses:
+            again = self._read(done.piece, buffers, buses).work
+            buses[:] = again.buses()
+            return again, None
+        buses[:] = together
+        if met == buses[: len(met)]:
+            return done.work, None
+        return done.work, np.array([0, *(buses.index(name) + 1 for name in met)], dtype=np.int16)
 
 
 def first_lines(path: Path, size: int) -> list[str]:
@@ -174,31 +167,6 @@ def first_lines(path: Path, size: int) -> list[str]:
             return head_lines(file.read(size))
     except OSError as error:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error
-
-
-def _write_down(parser: BlockParser, ended: bool, log: ImportLog) -> None:
-    """Put a finished pass into the log book."""
-    tally = parser.tally
-    counts = tally.counts.copy()
-    lines = int(tally.state[LINE])
-    if not ended and lines and tally.state[LAST_BAD_LINE] == lines:
-        counts[tally.state[LAST_BAD_CODE]] -= 1
-        log.worsen(
-            "truncated",
-            f"the last line (line {lines}) breaks off: the log is truncated, all before it is whole",
-        )
-    for code, reason in enumerate(REASONS):
-        log.reject(reason, int(counts[code]))
-    damaged = int(counts[:MALFORMED_END].sum())
-    if damaged:
-        first = min(int(tally.first[code]) for code in range(MALFORMED_END) if counts[code])
-        sentence = f"{damaged} of {lines} lines are malformed and were left out; the first is line {first}"
-        if damaged * 1000 > lines:
-            log.worsen("malformed", sentence)
-        else:
-            log.note(sentence)
-    for sentence in parser.notes():
-        log.note(sentence)
 
 
 def looks_like_text(head: bytes) -> bool:

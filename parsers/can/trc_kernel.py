@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from parsers.can.bytescan import (
     BAD,
@@ -13,26 +12,52 @@ from parsers.can.bytescan import (
     same_word,
     skip_space,
     token_end,
+    trimmed_end,
     whole_number,
 )
-from parsers.can.textlines import (
+from parsers.can.layouts import Layouts, known_lines
+from parsers.can.learn_layout import learn
+from parsers.can.linebook import (
+    BUS as ON_BUS,
+)
+from parsers.can.linebook import (
+    COUNT_AT,
+    COUNT_END,
+    DATA_AT,
     ERROR_FRAME,
-    LAST_BAD_CODE,
-    LAST_BAD_LINE,
+    FOUND_SIZE,
+    FRAMES,
+    ID_AT,
+    ID_END,
     LINE,
-    MALFORMED_END,
     NO_BUS,
     NO_DATA,
     NO_ID,
     NO_LAYOUT,
     NO_TIME,
+    NUMBER_AT,
+    NUMBER_END,
     OTHER_EVENT,
     REMOTE_FRAME,
+    STAMP,
+    STAMP_AT,
+    STAMP_END,
+    USED,
+    Book,
+    Rows,
+    accept,
+    reject,
+)
+from parsers.can.linebook import (
+    ID as FRAME_ID,
+)
+from parsers.can.linebook import (
+    TIME as FRAME_TIME,
 )
 from parsers.channels import ByteArray, IntArray
-from parsers.jit import kernel
+from parsers.jit import kernel, lean_kernel
 
-_MILLISECOND = 1_000_000
+MILLISECOND_NS = 1_000_000
 _RX = np.frombuffer(b"rx", dtype=np.uint8)
 _TX = np.frombuffer(b"tx", dtype=np.uint8)
 _RTR = np.frombuffer(b"rtr", dtype=np.uint8)
@@ -49,7 +74,7 @@ NUMBER, TIME, TYPE, BUS, ID, DIRECTION, RESERVED, SIZE, CODE, DATA = (ord(c) for
 """Columns by the letters that $COLUMNS uses: l is a number of bytes, L a data length code."""
 
 
-@kernel
+@lean_kernel
 def one_of(text: ByteArray, at: int, end: int, pairs: ByteArray) -> bool:
     """Whether a word of two letters is one of `pairs`, which stand without separators."""
     if end - at != 2:
@@ -60,7 +85,7 @@ def one_of(text: ByteArray, at: int, end: int, pairs: ByteArray) -> bool:
     return found
 
 
-@kernel
+@lean_kernel
 def check_type(text: ByteArray, at: int, end: int) -> int:
     """0 for a data frame's type, else -10 - code."""
     if one_of(text, at, end, _DATA_TYPES):
@@ -72,7 +97,7 @@ def check_type(text: ByteArray, at: int, end: int) -> int:
     return -10 - (OTHER_EVENT if one_of(text, at, end, _OTHER_TYPES) else NO_LAYOUT)
 
 
-@kernel
+@lean_kernel
 def check_direction(text: ByteArray, at: int, end: int) -> int:
     """0 for Rx and Tx, else -10 - code; versions 1.x put "Error" and "Warng" here."""
     if same_word(text, at, end, _RX) or same_word(text, at, end, _TX):
@@ -82,7 +107,7 @@ def check_direction(text: ByteArray, at: int, end: int) -> int:
     return -10 - (OTHER_EVENT if same_word(text, at, end, _WARNING) else NO_LAYOUT)
 
 
-@kernel
+@lean_kernel
 def read_id(text: ByteArray, at: int, end: int) -> int:
     """Up to four digits are a standard id, more an extended one: bit 31. BAD where it is none."""
     value = whole_number(text, at, end, 16)
@@ -91,7 +116,7 @@ def read_id(text: ByteArray, at: int, end: int) -> int:
     return value | 0x80000000 if 0 <= value <= 0x1FFFFFFF else BAD
 
 
-@kernel
+@lean_kernel
 def read_size(text: ByteArray, at: int, end: int, is_code: bool) -> int:
     """The number of payload bytes, out of a byte count or a data length code; BAD where it is none."""
     value = whole_number(text, at, end, 10)
@@ -100,13 +125,39 @@ def read_size(text: ByteArray, at: int, end: int, is_code: bool) -> int:
     return value if 0 <= value <= 64 else BAD
 
 
-@kernel
+@lean_kernel
+def read_time(text: ByteArray, at: int, end: int, found: IntArray) -> int:
+    """Read a stamp: 0, or -10 - code."""
+    stamp = decimal_ns(text, at, end, MILLISECOND_NS)
+    found[FRAME_TIME] = stamp
+    found[STAMP] = stamp
+    found[STAMP_AT] = at
+    found[STAMP_END] = end
+    return 0 if stamp != BAD else -10 - NO_TIME
+
+
+@lean_kernel
+def read_frame_id(text: ByteArray, at: int, end: int, found: IntArray) -> int:
+    """Read an identifier: 0, or -10 - code."""
+    if same_word(text, at, end, _ERROR):
+        return -10 - ERROR_FRAME
+    # version 1.0 reports the state of the bus under an id of all ones
+    if same_word(text, at, end, _WARNING) or whole_number(text, at, end, 16) == 0xFFFFFFFF:
+        return -10 - OTHER_EVENT
+    can_id = read_id(text, at, end)
+    found[FRAME_ID] = can_id
+    found[ID_AT] = at
+    found[ID_END] = end
+    return 0 if can_id != BAD else -10 - NO_ID
+
+
+@lean_kernel
 def read_line(
     text: ByteArray, at: int, end: int, columns: ByteArray, data: ByteArray, into: int, found: IntArray
 ) -> int:
     """One line that is neither empty nor a comment: the payload's length, or -10 - code."""
     count = 0
-    found[2] = 1
+    found[ON_BUS] = 1
     for column in columns:
         at = skip_space(text, at, end)
         stop = token_end(text, at, end)
@@ -119,86 +170,55 @@ def read_line(
             last = stop - 1 if text[stop - 1] == 41 else stop
             if whole_number(text, at, last, 10) == BAD:
                 return -10 - NO_LAYOUT
+            found[NUMBER_AT] = at
+            found[NUMBER_END] = last
         elif column == TIME:
-            found[0] = decimal_ns(text, at, stop, _MILLISECOND)
-            if found[0] == BAD:
-                return -10 - NO_TIME
+            code = read_time(text, at, stop, found)
         elif column == TYPE:
             code = check_type(text, at, stop)
         elif column == DIRECTION:
             code = check_direction(text, at, stop)
         elif column == BUS:
-            found[2] = whole_number(text, at, stop, 10)
-            if found[2] < 0 or found[2] > 32767:
+            found[ON_BUS] = whole_number(text, at, stop, 10)
+            if found[ON_BUS] < 0 or found[ON_BUS] > 32767:
                 return -10 - NO_BUS
         elif column == ID:
-            if same_word(text, at, stop, _ERROR):
-                return -10 - ERROR_FRAME
-            # version 1.0 reports the state of the bus under an id of all ones
-            if same_word(text, at, stop, _WARNING) or whole_number(text, at, stop, 16) == 0xFFFFFFFF:
-                return -10 - OTHER_EVENT
-            found[1] = read_id(text, at, stop)
-            if found[1] == BAD:
-                return -10 - NO_ID
+            code = read_frame_id(text, at, stop, found)
         elif column in (SIZE, CODE):
             count = read_size(text, at, stop, column == CODE)
             if count == BAD:
                 return -10 - NO_DATA
+            found[COUNT_AT] = at
+            found[COUNT_END] = stop
         if code < 0:
             return code
         at = stop
     if same_word(text, at, token_end(text, at, end), _RTR):
         return -10 - REMOTE_FRAME
+    found[DATA_AT] = at
     return count if read_bytes(text, at, end, 16, count, data, into) != BAD else -10 - NO_DATA
 
 
 @kernel
 def parse_trc(
-    text: ByteArray,
-    columns: ByteArray,
-    state: IntArray,
-    counts: IntArray,
-    first: IntArray,
-    time_ns: IntArray,
-    can_id: NDArray[np.uint32],
-    bus: NDArray[np.int16],
-    length: NDArray[np.uint8],
-    offset: IntArray,
-    data: ByteArray,
+    text: ByteArray, begin: int, stop: int, columns: ByteArray, book: Book, rows: Rows, layouts: Layouts
 ) -> int:
-    """Parse a block of lines into the arrays; returns the number of frames. columns: letters, in order."""
-    found = np.zeros(3, dtype=np.int64)
-    n = 0
-    used = 0
-    begin = 0
-    while begin < text.size:
-        feed = line_end(text, begin)
-        end = feed
-        while end > begin and (text[end - 1] == 13 or text[end - 1] == 32):
-            end -= 1
-        state[LINE] += 1
+    """Parse the lines in [begin, stop) of the text into the rows, as long as there is room; where it stopped. columns: letters, in order."""
+    found = np.zeros(FOUND_SIZE, dtype=np.int64)
+    while begin < stop:
+        begin = known_lines(text, begin, stop, False, book, rows, layouts)
+        if begin >= stop or book.state[FRAMES] >= rows.time_ns.size:
+            break
+        feed = line_end(text, begin, stop)
+        end = trimmed_end(text, begin, feed)
+        book.state[LINE] += 1
         at = skip_space(text, begin, end)
+        if at < end and text[at] != 59:
+            count = read_line(text, at, end, columns, rows.data, book.state[USED], found)
+            if count < 0:
+                reject(book, -10 - count)
+            else:
+                accept(book, rows, found, count)
+                learn(text, begin, stop, count, MILLISECOND_NS, found, book, layouts)
         begin = feed + 1
-        # a byte order mark may stand before the first comment
-        if state[LINE] == 1 and end - at > 3 and text[at] == 0xEF:
-            at += 3
-        if at >= end or text[at] == 59:
-            continue
-        count = read_line(text, at, end, columns, data, used, found)
-        if count < 0:
-            code = -10 - count
-            counts[code] += 1
-            if first[code] == 0:
-                first[code] = state[LINE]
-            if code < MALFORMED_END:
-                state[LAST_BAD_LINE] = state[LINE]
-                state[LAST_BAD_CODE] = code
-            continue
-        time_ns[n] = found[0]
-        can_id[n] = found[1]
-        bus[n] = found[2]
-        length[n] = count
-        offset[n] = used
-        used += count
-        n += 1
-    return n
+    return begin

@@ -22,6 +22,24 @@ class Checked:
     unchecked: tuple[str, ...]
 
 
+@dataclass(frozen=True)
+class Findings:
+    """What the checks decided, to be applied to samples in this order.
+
+    factors: signal -> what its values are multiplied by. Then impossible samples go (`parsers.checks.spikes`), and
+    `inverted` signals change their sign. left_out: signals that are not used at all. units, spikes, rest: the decisions
+    in order, as if all were applied; `spikes` belong to the samples that were looked at, the others to the whole.
+    """
+
+    factors: Mapping[str, float]
+    inverted: frozenset[str]
+    left_out: frozenset[str]
+    units: tuple[Decision, ...]
+    spikes: tuple[Decision, ...]
+    rest: tuple[Decision, ...]
+    unchecked: tuple[str, ...]
+
+
 def check_signals(
     signals: Mapping[str, Signal], *, fix: bool, units_stated: Mapping[str, bool]
 ) -> tuple[dict[str, Signal], tuple[Decision, ...]]:
@@ -36,61 +54,68 @@ def check_all(signals: Mapping[str, Signal], *, fix: bool, units_stated: Mapping
     units_stated: signal -> whether the log, a profile or a map says its unit (absent: yes). With fix=False the
     signals come back untouched, and every decision has applied=False. Signals that lose all samples are left out.
     """
-    work, decisions, missing = _run(signals, units_stated)
-    if fix:
-        return Checked(work, decisions, missing)
-    left = tuple(replace(each, action=_undone(each), applied=False) for each in decisions)
-    return Checked(dict(signals), left, missing)
+    found, work = decide(signals, units_stated)
+    decisions = (*found.units, *found.spikes, *found.rest)
+    return Checked(work if fix else dict(signals), as_applied(decisions, fix=fix), found.unchecked)
 
 
 def unchecked(signals: Mapping[str, Signal], units_stated: Mapping[str, bool]) -> tuple[str, ...]:
     """Which checks had too little motion to go by, as sentences."""
-    return _run(signals, units_stated)[2]
+    return decide(signals, units_stated)[0].unchecked
+
+
+def as_applied(decisions: Iterable[Decision], *, fix: bool) -> tuple[Decision, ...]:
+    """The decisions as they read where they are applied (fix) or only said."""
+    if fix:
+        return tuple(decisions)
+    return tuple(replace(each, action=_undone(each), applied=False) for each in decisions)
 
 
 def _undone(decision: Decision) -> str:
     return f"left as it is (--no-fix); would be: {decision.action}" if decision.applied else decision.action
 
 
-def _run(
-    signals: Mapping[str, Signal], stated: Mapping[str, bool]
-) -> tuple[dict[str, Signal], tuple[Decision, ...], tuple[str, ...]]:
+def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[Findings, dict[str, Signal]]:
+    """What is wrong with signals, and the signals with all of it applied. stated: see `check_all`."""
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
-    factors, decisions = unit_faults(work, make_grid(quiet), stated)
+    factors, units = unit_faults(work, make_grid(quiet), stated)
     work = _scaled(work, factors)
+    spikes: list[Decision] = []
     for name, signal in list(work.items()):
         cleaned = clean(signal)
-        decisions += cleaned.decisions
+        spikes += cleaned.decisions
         if cleaned.signal is None:
             del work[name]
         else:
             work[name] = cleaned.signal
-    work, grid, found, missing = _signs(work, make_grid(work))
-    decisions += found
+    inverted, grid, rest, missing = _signs(make_grid(work))
+    work = _scaled(work, dict.fromkeys(inverted, -1.0))
     idle = stuck(work, grid)
-    decisions += idle
-    for decision in idle:
-        if decision.applied:
-            del work[decision.signal]
-    decisions += offsets(_without(grid, [each.signal for each in idle if each.applied]))
+    rest += idle
+    left_out = frozenset(each.signal for each in idle if each.applied)
+    work = {name: signal for name, signal in work.items() if name not in left_out}
+    rest += offsets(_without(grid, left_out))
     guessed = [f"unit of {name}: the log does not say it" for name in work if not stated.get(name, True)]
-    return work, tuple(decisions), (*missing, *guessed)
+    unsure = (*missing, *guessed)
+    findings = Findings(factors, inverted, left_out, tuple(units), tuple(spikes), tuple(rest), unsure)
+    return findings, work
 
 
-def _signs(work: dict[str, Signal], grid: Grid) -> tuple[dict[str, Signal], Grid, list[Decision], list[str]]:
+def _signs(grid: Grid) -> tuple[frozenset[str], Grid, list[Decision], list[str]]:
     """Lateral signs first (they want to see which way accel_z points), then those that build on them."""
+    inverted: frozenset[str] = frozenset()
     decisions: list[Decision] = []
     missing: list[str] = []
     for step in (lateral_signs, other_signs, rate_signs):
         result: SignResult = step(grid)
-        turned = result.inverted & set(work)
-        work = _scaled(work, dict.fromkeys(turned, -1.0))
+        turned = result.inverted & set(grid.columns)
+        inverted ^= turned
         columns = {name: -column if name in turned else column for name, column in grid.columns.items()}
         grid = Grid(grid.time_s, columns)
         decisions += result.decisions
         missing += result.unchecked
-    return work, grid, decisions, missing
+    return inverted, grid, decisions, missing
 
 
 def _scaled(signals: Mapping[str, Signal], factors: Mapping[str, float]) -> dict[str, Signal]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
+from parsers.quantiles import distinct, median_step, quantile
 
 CELL_NS = 100_000_000
 CELL_S = CELL_NS / 1e9
@@ -53,40 +54,66 @@ def make_grid(signals: Mapping[str, Signal]) -> Grid:
     signals = {name: signal for name, signal in signals.items() if len(signal.time_ns)}
     if not signals:
         return Grid(np.empty(0), {})
-    start = min(int(signal.time_ns[0]) for signal in signals.values())
+    # signals of one table share their stamps: what hangs on stamps alone is worked out once
+    stamps = {id(signal.time_ns): signal.time_ns for signal in signals.values()}
+    start = min(int(time_ns[0]) for time_ns in stamps.values())
     per_second = 10**9 // CELL_NS
-    seconds = _union((signal.time_ns - start) // 10**9 for signal in signals.values())
+    own = {key: (time_ns - start) // CELL_NS for key, time_ns in stamps.items()}
+    seconds = _union(cell // per_second for cell in own.values())
     cells = (seconds[:, None] * per_second + np.arange(per_second)).reshape(-1)
-    columns = {name: _fill(signal, start, cells) for name, signal in signals.items()}
+    places = {key: _place(time_ns, own[key], cells) for key, time_ns in stamps.items()}
+    columns = {name: places[id(signal.time_ns)].fill(signal.values) for name, signal in signals.items()}
     return Grid(np.asarray((cells + 0.5) * CELL_S, dtype=np.float64), columns)
 
 
 def _union(parts: Iterable[IntArray]) -> IntArray:
-    return np.unique(np.concatenate([np.unique(part) for part in parts]))
+    """What is in any of the parts, each of them in order."""
+    return distinct(np.concatenate([part[np.append(True, part[1:] != part[:-1])] for part in parts]))
 
 
-def _fill(signal: Signal, start: int, cells: IntArray) -> FloatArray:
-    """Means of the samples in each cell; between them linear, where the samples are near enough."""
-    at = np.searchsorted(cells, (signal.time_ns - start) // CELL_NS)
-    count = np.bincount(at, minlength=len(cells)).astype(np.float64)
-    total = np.bincount(at, weights=signal.values, minlength=len(cells))
-    filled = count > 0
-    values = np.full(len(cells), np.nan)
-    values[filled] = total[filled] / count[filled]
-    have = np.flatnonzero(filled)
-    if len(have) < 2:
+@dataclass(frozen=True)
+class _Place:
+    """Where the samples of one time vector fall. at: (n,) cell of each; count: (cells,) samples in it; filled: where
+    there are any. near: cells between two filled ones that are near enough, left and right, share of the way."""
+
+    at: IntArray
+    count: FloatArray
+    filled: IntArray
+    near: IntArray
+    left: IntArray
+    right: IntArray
+    share: FloatArray
+
+    def fill(self, samples: FloatArray) -> FloatArray:
+        """Means of the samples in each cell; between them linear, where the samples are near enough."""
+        total = np.bincount(self.at, weights=samples, minlength=len(self.count))
+        values = np.full(len(self.count), np.nan)
+        values[self.filled] = total[self.filled] / self.count[self.filled]
+        left = values[self.left]
+        values[self.near] = left + self.share * (values[self.right] - left)
         return values
-    steps = np.diff(signal.time_ns)
-    usual = float(np.median(steps)) / 1e9
-    bridge = max(BRIDGE_S, min(1.6 * usual, _SLOWEST_BRIDGE_S))
-    after = np.minimum(np.searchsorted(have, np.arange(len(cells)), side="left"), len(have) - 1)
-    before = np.maximum(np.searchsorted(have, np.arange(len(cells)), side="right") - 1, 0)
-    left, right = have[before], have[after]
+
+
+def _place(time_ns: IntArray, own: IntArray, cells: IntArray) -> _Place:
+    """own: (n,) the cell number of each stamp; cells: the numbers of all cells, in order."""
+    whole = int(cells[-1] - cells[0]) + 1 == len(cells)
+    at = own - cells[0] if whole else np.searchsorted(cells, own)
+    count = np.bincount(at, minlength=len(cells)).astype(np.float64)
+    have = np.flatnonzero(count)
+    none = np.zeros(0, dtype=np.int64)
+    if len(have) < 2:
+        return _Place(at, count, have, none, none, none, np.zeros(0))
+    bridge = max(BRIDGE_S, min(1.6 * median_step(time_ns) / 1e9, _SLOWEST_BRIDGE_S))
+    # the empty cells between two filled ones, each with the numbers of its neighbours in `have`
+    empty = np.flatnonzero(count == 0)
+    after = np.searchsorted(have, empty)
+    inside = (after > 0) & (after < len(have))
+    empty, after = empty[inside], after[inside]
+    left, right = have[after - 1], have[after]
     span = (cells[right] - cells[left]) * CELL_S
-    near = ~filled & (right > left) & (span <= bridge)
-    share = (cells[near] - cells[left[near]]) * CELL_S / span[near]
-    values[near] = values[left[near]] + share * (values[right[near]] - values[left[near]])
-    return values
+    near = span <= bridge
+    empty, left, right, span = empty[near], left[near], right[near], span[near]
+    return _Place(at, count, have, empty, left, right, (cells[empty] - cells[left]) * CELL_S / span)
 
 
 @dataclass(frozen=True)
@@ -142,11 +169,10 @@ def _at_lag(
 
 def clip(values: FloatArray) -> FloatArray:
     """Bring the outermost half per cent on either side to the border, so that stray values do not decide."""
-    low, high = np.quantile(values, [0.005, 0.995])
-    return np.clip(values, low, high)
+    return np.clip(values, quantile(values, 0.005), quantile(values, 0.995))
 
 
 def size(values: FloatArray, share: float = 0.99) -> float:
     """How large a column gets, stray values aside: a quantile of its magnitude; 0 where it is empty."""
     finite = values[np.isfinite(values)]
-    return float(np.quantile(np.abs(finite), share)) if len(finite) else 0.0
+    return quantile(np.abs(finite), share) if len(finite) else 0.0

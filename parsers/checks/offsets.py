@@ -11,12 +11,15 @@ from parsers.checks.grid import BoolArray, Grid, compare
 from parsers.checks.motion import path_turn_rate, seconds, vehicle_speed
 from parsers.checks.wording import show
 from parsers.drive import Decision, Signal
+from parsers.quantiles import distinct, quantile
 
 STANDSTILL = 0.1
 _MIN_STANDSTILL_S = 3.0
 _MIN_OFFSET = {"rate": 0.0017, "angle": 0.0052}
 _STRAIGHT = 0.4
 _MIN_STRAIGHT_S = 10.0
+_LEVELS = 64
+_MANY = 2048
 _KEPT = "left in: estimators take it as a parameter"
 
 
@@ -62,7 +65,7 @@ def _rate_offset(
 
 
 def _offset(name: str, values: FloatArray, where: str, doubt: float, kind: str = "rate") -> list[Decision]:
-    mean = float(np.mean(np.clip(values, *np.quantile(values, [0.01, 0.99]))))
+    mean = float(np.mean(np.clip(values, quantile(values, 0.01), quantile(values, 0.99))))
     blocks = [part.mean() for part in np.array_split(values, min(10, len(values) // 5))]
     error = 3 * float(np.std(blocks)) / np.sqrt(len(blocks)) + doubt
     if abs(mean) < max(_MIN_OFFSET[kind], error):
@@ -135,9 +138,11 @@ def _moves(values: FloatArray | None, least: float) -> bool:
 
 def _coarse(signal: Signal) -> list[Decision]:
     """Steps so coarse that a signal takes a handful of values only."""
-    levels = np.unique(signal.values)
-    low, high = np.quantile(signal.values, [0.01, 0.99])
-    step = float(np.min(np.diff(levels))) if 1 < len(levels) <= 64 else 0.0
+    if len(distinct(signal.values[:_MANY])) > _LEVELS:
+        return []
+    levels = distinct(signal.values)
+    low, high = quantile(signal.values, 0.01), quantile(signal.values, 0.99)
+    step = float(np.min(np.diff(levels))) if 1 < len(levels) <= _LEVELS else 0.0
     if step <= 0 or (high - low) / step >= 8:
         return []
     found = f"{signal.name} comes in coarse steps of {show(signal.name, step)}"

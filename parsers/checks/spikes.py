@@ -6,7 +6,7 @@ quantity can change in that time and than anything usual in the same signal. Wha
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,13 +14,19 @@ from parsers.channels import FloatArray, IntArray
 from parsers.checks.grid import BoolArray
 from parsers.checks.wording import show, times
 from parsers.drive import Decision, Signal
+from parsers.quantiles import at_least, quantile, spread_at_least
 from parsers.signals import SIGNALS
 
 _MAX_BURST = 5
-_USUAL_FACTOR = 20.0
-_LONG_STEP_S = 0.5
+USUAL_SHARE = 0.9
+USUAL_FACTOR = 20.0
+"""A jump is larger than so many times the step that this share of all steps stays below."""
+LONG_STEP_S = 0.5
+CODE_RANGE = 0.3
+_BLOCK = 8192
 _CODE_SAMPLES = 10
-_MOST_STRAY = 0.2
+CODE_LEAST = 50.0
+MOST_STRAY = 0.2
 """Where more than this share of a signal is impossible, its unit or scale is wrong, and samples are not stray."""
 # quantity or signal -> (jump that is always allowed, change per second), SI; generous bounds of road vehicles
 _LIMITS: dict[str, tuple[float, float]] = {
@@ -56,6 +62,51 @@ _FOUND = (
 
 
 @dataclass(frozen=True)
+class Bounds:
+    """What is impossible in a signal, by the signal as a whole. SI.
+
+    low, high: its range. code: values from here up stand for "no value" (infinite where there is no such code). usual: a
+    step of this size is always possible (infinite where no step is a jump).
+    """
+
+    low: float
+    high: float
+    code: float = np.inf
+    usual: float = np.inf
+
+
+@dataclass
+class Tally:
+    """How many samples of a signal were looked at, and those that are impossible: beyond the range, code, burst."""
+
+    total: int = 0
+    counts: list[int] = field(default_factory=lambda: [0, 0, 0])
+    largest: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+    def add(
+        self, values: FloatArray, masks: tuple[BoolArray, ...] | None, where: slice = slice(None)
+    ) -> None:
+        """Count the samples in `where`. masks: as from `impossible`."""
+        self.total += len(values[where])
+        for kind, mask in enumerate(masks or ()):
+            bad = values[where][mask[where]]
+            if len(bad):
+                first = not self.counts[kind]
+                self.counts[kind] += len(bad)
+                large = float(bad[np.argmax(np.abs(bad))])
+                if first or abs(large) > abs(self.largest[kind]):
+                    self.largest[kind] = large
+
+    def decisions(self, name: str) -> tuple[Decision, ...]:
+        """What was found, written as applied."""
+        return tuple(
+            _decision(name, count, self.total, largest, *words)
+            for count, largest, words in zip(self.counts, self.largest, _FOUND, strict=True)
+            if count
+        )
+
+
+@dataclass(frozen=True)
 class Cleaned:
     """A signal without its impossible samples (None where nothing is left), and what was found."""
 
@@ -65,28 +116,72 @@ class Cleaned:
 
 def clean(signal: Signal) -> Cleaned:
     """Find impossible samples of one signal. The decisions are written as applied."""
-    spec = SIGNALS[signal.name]
-    values = signal.values
-    beyond = (values < spec.low) | (values > spec.high)
-    if beyond.mean() > _MOST_STRAY:
-        return Cleaned(signal, (_out_of_range(signal, beyond),))
-    code = _code_values(signal, ~beyond)
-    rest = ~beyond & ~code
-    burst = np.zeros(len(values), dtype=np.bool_)
-    for _ in range(2):  # a burst beside a burst shows when the first is gone
-        keep = rest & ~burst
-        inside = _bursts(signal.name, signal.time_ns[keep], values[keep])
-        burst[np.flatnonzero(keep)[inside]] = True
-    decisions = [
-        _decision(signal, mask, *found)
-        for mask, found in zip((beyond, code, burst), _FOUND, strict=True)
-        if mask.any()
-    ]
-    if not decisions:
+    bounds = bounds_of(signal)
+    if bounds is None:
+        beyond = _beyond(signal.name, signal.values)
+        largest = float(np.abs(signal.values).max())
+        return Cleaned(signal, (out_of_range(signal.name, float(beyond.mean()), largest),))
+    masks = impossible(signal.name, bounds, signal.time_ns, signal.values)
+    if masks is None:
         return Cleaned(signal, ())
-    good = rest & ~burst
-    left = replace(signal, time_ns=signal.time_ns[good], values=values[good]) if good.any() else None
-    return Cleaned(left, tuple(decisions))
+    tally = Tally()
+    tally.add(signal.values, masks)
+    good = ~(masks[0] | masks[1] | masks[2])
+    left = replace(signal, time_ns=signal.time_ns[good], values=signal.values[good]) if good.any() else None
+    return Cleaned(left, tally.decisions(signal.name))
+
+
+def bounds_of(signal: Signal) -> Bounds | None:
+    """What is impossible in a signal; None where so much is beyond its range that the range must be wrong."""
+    time_ns, values = signal.time_ns, signal.values
+    spec = SIGNALS[signal.name]
+    if float(values.min()) < spec.low or float(values.max()) > spec.high:
+        beyond = _beyond(signal.name, values)
+        if beyond.mean() > MOST_STRAY:
+            return None
+        time_ns, values = time_ns[~beyond], values[~beyond]
+    code = _code_from(signal.name, time_ns, values)
+    if code < np.inf:
+        below = values < code
+        time_ns, values = time_ns[below], values[below]
+    return Bounds(spec.low, spec.high, code, _usual(signal.name, values))
+
+
+def _beyond(name: str, values: FloatArray) -> BoolArray:
+    return (values < SIGNALS[name].low) | (values > SIGNALS[name].high)
+
+
+def _usual(name: str, values: FloatArray) -> float:
+    """The step that is always possible; infinite where no step of the signal is a jump anyway."""
+    limits = step_limits(name)
+    if limits is None or len(values) < 4:
+        return np.inf
+    steps = np.abs(np.diff(values))
+    largest = float(steps.max())
+    if largest <= limits[0] or largest <= USUAL_FACTOR * at_least(steps, USUAL_SHARE):
+        return np.inf
+    return USUAL_FACTOR * quantile(steps, USUAL_SHARE)
+
+
+def impossible(
+    name: str, bounds: Bounds, time_ns: IntArray, values: FloatArray
+) -> tuple[BoolArray, BoolArray, BoolArray] | None:
+    """Samples that cannot be, (n,) each: beyond the range, a code, inside a burst. None where all are possible."""
+    if len(values) == 0:
+        return None
+    inside = float(values.min()) >= bounds.low and float(values.max()) <= min(bounds.high, bounds.code)
+    if inside and bounds.usual == np.inf and bounds.code == np.inf:
+        return None
+    beyond = (values < bounds.low) | (values > bounds.high)
+    code = ~beyond & (values >= bounds.code)
+    burst = np.zeros(len(values), dtype=np.bool_)
+    if bounds.usual < np.inf:
+        rest = ~beyond & ~code
+        for _ in range(2):  # a burst beside a burst shows when the first is gone
+            keep = rest & ~burst
+            found = _bursts(name, time_ns[keep], values[keep], bounds.usual)
+            burst[np.flatnonzero(keep)[found]] = True
+    return (beyond, code, burst) if (beyond | code | burst).any() else None
 
 
 def calm(signal: Signal) -> Signal:
@@ -98,11 +193,22 @@ def calm(signal: Signal) -> Signal:
     values = signal.values
     if len(values) < 20:
         return signal
+    # so far a sample may be from its neighbours' median at any rate; mostly that is enough to know
+    spread = spread_at_least(values, 0.02)
+    if 2 * float(np.abs(np.diff(values)).max()) <= spread:
+        return signal
     padded = np.concatenate([values[:1], values[:1], values, values[-1:], values[-1:]])
-    away = np.abs(values - _median_of_five([padded[k : k + len(values)] for k in range(5)]))
-    low, high = np.quantile(values, [0.02, 0.98])
-    usual = np.quantile(away, 0.9)
-    stray = away > max(12 * float(usual), float(high - low), 1e-9)
+    away = np.empty(len(values))
+    for start in range(0, len(values), _BLOCK):
+        stop = min(start + _BLOCK, len(values))
+        rows = [padded[start + k : stop + k] for k in range(5)]
+        np.abs(values[start:stop] - _median_of_five(rows), out=away[start:stop])
+    if float(away.max()) <= spread:
+        return signal
+    if float(away.max()) <= 12 * at_least(away, 0.9):
+        return signal
+    usual_range = quantile(values, 0.98) - quantile(values, 0.02)
+    stray = away > max(12 * quantile(away, 0.9), usual_range, 1e-9)
     return replace(signal, time_ns=signal.time_ns[~stray], values=values[~stray]) if stray.any() else signal
 
 
@@ -116,56 +222,47 @@ def _median_of_five(rows: list[FloatArray]) -> FloatArray:
     return np.maximum(np.minimum(low, high), np.minimum(np.maximum(low, high), c))
 
 
-def _decision(signal: Signal, mask: BoolArray, one: str, many: str) -> Decision:
-    bad = signal.values[mask]
-    largest = float(bad[np.argmax(np.abs(bad))])
+def _decision(name: str, count: int, total: int, largest: float, one: str, many: str) -> Decision:
     return Decision(
-        signal=signal.name,
+        signal=name,
         kind="spikes",
-        found=f"{times(len(bad), 'sample')} of {signal.name} {one if len(bad) == 1 else many}",
+        found=f"{times(count, 'sample')} of {name} {one if count == 1 else many}",
         action="removed, not filled in",
-        evidence=f"largest {show(signal.name, largest)}; {mask.sum() / len(mask):.2%} of the samples",
+        evidence=f"largest {show(name, largest)}; {count / total:.2%} of the samples",
         applied=True,
     )
 
 
-def _out_of_range(signal: Signal, beyond: BoolArray) -> Decision:
+def out_of_range(name: str, share: float, largest: float) -> Decision:
+    """Said of a signal that is beyond its range for too long. share: 0-1; largest: its largest magnitude."""
     return Decision(
-        signal=signal.name,
+        signal=name,
         kind="range",
-        found=f"most of {signal.name} is beyond what a road vehicle can do: its unit or scale may be wrong",
+        found=f"most of {name} is beyond what a road vehicle can do: its unit or scale may be wrong",
         action="left as it is; say the unit in a mapping file",
-        evidence=f"{beyond.mean():.0%} of the samples, up to {show(signal.name, float(np.abs(signal.values).max()))}",
+        evidence=f"{share:.0%} of the samples, up to {show(name, largest)}",
         applied=False,
     )
 
 
-def _limits(name: str) -> tuple[float, float] | None:
+def step_limits(name: str) -> tuple[float, float] | None:
+    """What a step may be at any rate, and what comes to it per second; None for signals that may jump."""
     for start in sorted(_LIMITS, key=len, reverse=True):
         if name == start or (name.startswith(start + "_") and "unsprung" not in name):
             return _LIMITS[start]
     return None
 
 
-def _thresholds(name: str, time_ns: IntArray, steps: FloatArray) -> FloatArray | None:
-    """What the step between two samples may be at most, shape (n - 1,); infinite across gaps."""
-    limits = _limits(name)
-    if limits is None or len(steps) < 3:
-        return None
-    dt = np.diff(time_ns) / 1e9
-    usual = _USUAL_FACTOR * float(np.quantile(np.abs(steps), 0.9))
-    allowed = np.maximum(limits[0] + limits[1] * dt, usual)
-    return np.where(dt > _LONG_STEP_S, np.inf, allowed)
-
-
-def _bursts(name: str, time_ns: IntArray, values: FloatArray) -> BoolArray:
+def _bursts(name: str, time_ns: IntArray, values: FloatArray, usual: float) -> BoolArray:
     """Samples inside bursts of up to `_MAX_BURST` samples, shape (n,)."""
     found = np.zeros(len(values), dtype=np.bool_)
-    steps = np.diff(values)
-    allowed = _thresholds(name, time_ns, steps)
-    if allowed is None:
+    limits = step_limits(name)
+    if limits is None or len(values) < 4:
         return found
-    jump = np.abs(steps) > allowed
+    steps = np.diff(values)
+    dt = np.diff(time_ns) / 1e9
+    # across a gap anything may change
+    jump = (np.abs(steps) > np.maximum(limits[0] + limits[1] * dt, usual)) & (dt <= LONG_STEP_S)
     if not jump.any():
         return found
     for length in range(1, _MAX_BURST + 1):
@@ -182,19 +279,30 @@ def _bursts(name: str, time_ns: IntArray, values: FloatArray) -> BoolArray:
     return found
 
 
-def _code_values(signal: Signal, valid: BoolArray) -> BoolArray:
-    """Speeds that stand at the signal's largest value, far above all others (255.996 km/h)."""
-    mask = np.zeros(len(valid), dtype=np.bool_)
-    if SIGNALS[signal.name].quantity != "speed" or int(valid.sum()) < 3:
-        return mask
-    values = signal.values
-    top = float(values[valid].max())
-    at_top = valid & (values >= top - 0.3)
-    others = values[valid & ~at_top]
-    if len(others) < _CODE_SAMPLES or top < 50 or float(np.ptp(values[at_top])) > 0.3:
-        return mask
-    allowed = _thresholds(signal.name, signal.time_ns[valid], np.diff(values[valid]))
-    if allowed is None:
-        return mask
-    near = np.where(np.isfinite(allowed), allowed, 0.0).max()
-    return at_top if top - float(others.max()) > near else mask
+def _code_from(name: str, time_ns: IntArray, values: FloatArray) -> float:
+    """From where a speed's values are a code: its largest value, far above all others (255.996 km/h); else infinite."""
+    if SIGNALS[name].quantity != "speed" or len(values) < 3:
+        return np.inf
+    top = float(values.max())
+    if top < CODE_LEAST:
+        return np.inf
+    others = values[values < top - CODE_RANGE]
+    dt = np.diff(time_ns) / 1e9
+    short = dt[dt <= LONG_STEP_S]
+    steps = np.abs(np.diff(values))
+    usual = USUAL_FACTOR * quantile(steps, USUAL_SHARE)
+    longest = float(short.max()) if len(short) else np.nan
+    return code_from(name, top, float(others.max()) if len(others) else np.nan, len(others), longest, usual)
+
+
+def code_from(name: str, top: float, below: float, others: int, longest_s: float, usual: float) -> float:
+    """As `_code_from`, from figures of the whole signal.
+
+    top: the largest value within the range; below, others: the largest of the values more than CODE_RANGE below it, and
+    their number; longest_s: the longest step of at most LONG_STEP_S, NaN where there is none; usual: see `Bounds`.
+    """
+    limits = step_limits(name)
+    if limits is None or others < _CODE_SAMPLES or top < CODE_LEAST:
+        return np.inf
+    near = 0.0 if np.isnan(longest_s) else max(limits[0] + limits[1] * longest_s, usual)
+    return top - CODE_RANGE if top - below > near else np.inf

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -35,10 +35,26 @@ EMPTY = Window(0, np.zeros(0, np.uint8), 0, np.zeros(0, np.int64))
 
 @dataclass(frozen=True)
 class Batch:
-    """Records of one group. rows: (n, record bytes). first: number of the first. windows: by the VLSD group's place."""
+    """Records of one group, one every `stride` bytes of `data` (contiguous, at least count * stride bytes).
+
+    first: number of the first. skip: bytes of each that are no record (its id). windows: by the VLSD group's place.
+    """
 
     group: Group
     first: int
-    rows: ByteArray
+    data: ByteArray
+    count: int
+    stride: int
+    skip: int = 0
     windows: dict[int, Window] = field(default_factory=dict)
     file_at: int = 0
+
+    @property
+    def rows(self) -> ByteArray:
+        """The records, shape (count, record bytes): a view."""
+        return self.data[: self.count * self.stride].reshape(self.count, self.stride)[:, self.skip :]
+
+    def part(self, begin: int, end: int) -> Batch:
+        """The records from begin to end (a view)."""
+        data = self.data[begin * self.stride : end * self.stride]
+        return replace(self, first=self.first + begin, data=data, count=end - begin)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import bisect
+import io
 import os
 import re
 import struct
@@ -10,6 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import TracebackType
 
+import numpy as np
+
+from parsers.channels import ByteArray
 from parsers.errors import LogError
 
 HEADER = struct.Struct("<4sIQQ")
@@ -51,21 +55,21 @@ class BlockFile:
     path: Path
     size: int = 0
     seen: list[int] = field(default_factory=list)
-    _fd: int = -1
+    _raw: io.FileIO = field(init=False)
 
     def __enter__(self) -> BlockFile:
         try:
-            self._fd = os.open(self.path, os.O_RDONLY | getattr(os, "O_BINARY", 0))
+            # no buffer of Python's own: blocks are read whole, each with one call
+            self._raw = io.FileIO(self.path)
         except OSError as error:
             raise LogError(f"cannot be opened ({error.strerror})", path=self.path) from error
-        self.size = os.fstat(self._fd).st_size
+        self.size = os.fstat(self._raw.fileno()).st_size
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        os.close(self._fd)
-        self._fd = -1
+        self._raw.close()
 
     def fail(self, problem: str, at: int) -> LogError:
         """The error for something wrong at a place."""
@@ -73,17 +77,30 @@ class BlockFile:
 
     def read(self, at: int, size: int) -> bytes:
         """Exactly `size` bytes. Raises LogError where the file has fewer."""
+        self._check(at, size)
+        self._raw.seek(at)
+        data = self._raw.read(size)
+        if len(data) == size:
+            return data
+        # a read may stop early without being at the end
+        out = np.empty(size, np.uint8)
+        self.read_into(at, out)
+        return out.tobytes()
+
+    def read_into(self, at: int, out: ByteArray) -> None:
+        """Fill `out` (contiguous) with the file's bytes from `at`. Raises LogError where the file has fewer."""
+        self._check(at, out.size)
+        self._raw.seek(at)
+        rest = memoryview(out.data)
+        while rest:
+            count = self._raw.readinto(rest)
+            if not count:
+                raise self.fail("the file became shorter while it was read", at)
+            rest = rest[count:]
+
+    def _check(self, at: int, size: int) -> None:
         if at < 0 or size < 0 or at + size > self.size:
             raise self.fail(f"{size} bytes expected, the file ends at {self.size}", at)
-        os.lseek(self._fd, at, os.SEEK_SET)
-        parts: list[bytes] = []
-        while size:
-            part = os.read(self._fd, min(size, 1 << 30))
-            if not part:
-                raise self.fail("the file became shorter while it was read", at)
-            parts.append(part)
-            size -= len(part)
-        return parts[0] if len(parts) == 1 else b"".join(parts)
 
     def head(self, at: int) -> Head:
         """A block's header. Raises LogError where there is none."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from parsers.channels import ByteArray, FloatArray, IntArray
@@ -40,6 +42,25 @@ def _exact(channel: Channel) -> tuple[int, int] | None:
     return (ns, shift) if whole else None
 
 
+@dataclass(frozen=True)
+class TimeRule:
+    """Seconds are factor * raw + offset. exact: the same in whole ns, for raw stamps that are whole numbers."""
+
+    factor: float
+    offset: float
+    exact: tuple[int, int] | None
+
+
+def find_rule(channel: Channel) -> TimeRule | None:
+    """How a time channel's raw values become seconds, None where they do so in no straight line."""
+    rule = channel.conversion
+    if rule is None or rule.kind == IDENTITY:
+        return TimeRule(1.0, 0.0, None)
+    if rule.kind != LINEAR:
+        return None
+    return TimeRule(float(rule.values[1]), float(rule.values[0]), _exact(channel))
+
+
 def ns_per_count(channel: Channel) -> int | None:
     """Nanoseconds of one count where the stamp is a plain little-endian counter from byte to byte, else None."""
     plain = channel.kind == MASTER and channel.data_type == UINT_LE and channel.bit_offset == 0
@@ -57,9 +78,10 @@ def times_ns(rows: ByteArray, channel: Channel, first: int) -> IntArray:
         return np.where(fits, np.where(fits, raw, 0).astype(np.int64) * factor + shift, NO_TIME)
     rule = channel.conversion
     seconds: FloatArray = raw.astype(np.float64)
-    if rule is not None and rule.kind != IDENTITY:
-        seconds = convert(rule, seconds, whole_numbers=raw.dtype.kind != "f")
-    fits = np.abs(seconds) * _NS < LATEST_NS
+    with np.errstate(over="ignore", invalid="ignore"):
+        if rule is not None and rule.kind != IDENTITY:
+            seconds = convert(rule, seconds, whole_numbers=raw.dtype.kind != "f")
+        fits = np.abs(seconds) * _NS < LATEST_NS
     # whole seconds first: an absolute stamp in s does not keep its ns in one product
     whole = np.floor(np.where(fits, seconds, 0.0))
     part = np.rint((np.where(fits, seconds, 0.0) - whole) * _NS)

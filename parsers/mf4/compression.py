@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import zlib
 
-import lz4.frame
+import deflate
 import numpy as np
-import zstandard
 
+from parsers.channels import ByteArray
 from parsers.errors import LogError
+from parsers.mf4.transpose import records_of
 
 MAX_INFLATED = 256 << 20
 """Bytes of one block; writers keep to 4 MiB, a claim beyond this is damage and nothing is allocated for it."""
@@ -18,33 +19,59 @@ MAX_RATIO = 1100
 _DEFLATE, _ZSTD, _LZ4 = (0, 1), (2, 3), (4, 5)
 
 
-def _inflate(data: bytes, method: int, size: int) -> bytes:
-    """At most size + 1 bytes, so that a wrong claim is seen."""
-    if method in _DEFLATE:
-        return zlib.decompressobj().decompress(data, size + 1)
-    if method in _ZSTD:
+def _deflated(data: bytes, size: int) -> bytearray:
+    try:
+        return deflate.zlib_decompress(data, size)
+    except deflate.DeflateError as error:
+        raise LogError("a compressed block is damaged") from error
+
+
+def _zstd(data: bytes, size: int) -> bytearray:
+    # most files need neither this nor lz4: loaded when one does
+    import zstandard
+
+    try:
         with zstandard.ZstdDecompressor().stream_reader(io.BytesIO(data)) as reader:
-            return reader.read(size + 1)
-    if method in _LZ4:
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(data, size + 1))
-    raise LogError(f"compression method {method} of an MF4 block is not known")
+            return bytearray(reader.read(size + 1))
+    except zstandard.ZstdError as error:
+        raise LogError(f"a compressed block is damaged ({error})") from error
 
 
-def inflate(data: bytes, method: int, size: int, columns: int) -> bytes:
+def _lz4(data: bytes, size: int) -> bytearray:
+    import lz4.frame
+
+    try:
+        return bytearray(lz4.frame.LZ4FrameDecompressor().decompress(data, size + 1))
+    except (RuntimeError, EOFError) as error:
+        raise LogError(f"a compressed block is damaged ({error})") from error
+
+
+def inflate(data: bytes, method: int, size: int, columns: int) -> ByteArray:
     """Inflate one block to exactly `size` bytes; methods 1, 3 and 5 were transposed by `columns` bytes before.
 
-    Raises LogError where the block is damaged.
+    May be called from several threads. Raises LogError where the block is damaged.
     """
     if not 0 < size <= MAX_INFLATED or (method in _DEFLATE and size > MAX_RATIO * max(len(data), 1)):
         raise LogError(f"a compressed block of {len(data)} bytes cannot hold {size} bytes")
-    try:
-        raw = _inflate(data, method, size)
-    except (zlib.error, zstandard.ZstdError, RuntimeError, EOFError) as error:
-        raise LogError(f"a compressed block is damaged ({error})") from error
+    # each asks for one byte more than claimed, or fails at it, so that a wrong claim is seen
+    if method in _DEFLATE:
+        raw = _deflated(data, size)
+    elif method in _ZSTD:
+        raw = _zstd(data, size)
+    elif method in _LZ4:
+        raw = _lz4(data, size)
+    else:
+        raise LogError(f"compression method {method} of an MF4 block is not known")
     if len(raw) != size:
         raise LogError(f"a compressed block holds {len(raw)} bytes, {size} expected")
-    if method % 2 == 0 or columns < 2:
-        return raw
-    lines = size // columns
-    body = np.frombuffer(raw, np.uint8, lines * columns).reshape(columns, lines)
-    return body.T.tobytes() + raw[lines * columns :]
+    # of a bytearray, never of bytes: kernels are compiled for arrays that can be written to
+    flat = np.frombuffer(raw, np.uint8)
+    return records_of(flat, columns) if method % 2 else flat
+
+
+def first_bytes(data: bytes, size: int) -> bytes:
+    """What can be inflated of a deflated block that the file's end cut short; at most `size` bytes, perhaps none."""
+    try:
+        return zlib.decompressobj().decompress(data, min(size, MAX_INFLATED))
+    except zlib.error:
+        return b""

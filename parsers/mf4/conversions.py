@@ -93,12 +93,17 @@ def convert(rule: Conversion | None, raw: FloatArray, *, whole_numbers: bool = F
     """Physical values, shape as raw, of a rule without `fault`. whole_numbers: the raw values are integers."""
     if rule is None or rule.kind == IDENTITY or rule.kind > RANGE_TEXTS:
         return raw
+    # raw values may be any bytes: NaN, infinite, beyond reach
+    with np.errstate(all="ignore"):
+        return _converted(rule, raw, whole_numbers)
+
+
+def _converted(rule: Conversion, raw: FloatArray, whole_numbers: bool) -> FloatArray:
     if rule.kind == LINEAR:
         return np.asarray(raw * rule.values[1] + rule.values[0], np.float64)
     if rule.kind == RATIONAL:
         a, b, c, d, e, f = rule.values[:6]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(((a * raw + b) * raw + c) / ((d * raw + e) * raw + f), np.float64)
+        return np.asarray(((a * raw + b) * raw + c) / ((d * raw + e) * raw + f), np.float64)
     if rule.kind == ALGEBRAIC:
         return evaluate(rule.formula, raw)
     if rule.kind in (INTERPOLATED, TABLE):

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
-from parsers.channels import ChannelInfo, Chunk, FloatArray
+from parsers.channels import ChannelInfo, Chunk
 from parsers.importer import ImportLog
 from parsers.mf4 import conversions, values
 from parsers.mf4.batch import Batch
 from parsers.mf4.blocks import BlockFile
-from parsers.mf4.clock import NO_TIME, find_master, times_ns
+from parsers.mf4.clock import NO_TIME, find_master
+from parsers.mf4.columns import ColumnReader, column_reader
+from parsers.mf4.gaps import Gaps
 from parsers.mf4.model import (
     CG_BUS,
     CG_REMOTE_MASTER,
@@ -29,6 +29,7 @@ from parsers.mf4.model import (
 )
 from parsers.mf4.records import batches
 from parsers.mf4.remote import RemoteTime, remote_time
+from parsers.mf4.stamps import StampReader, stamp_reader
 from parsers.mf4.streams import open_stream
 
 _BUS_STRUCTURES = ("CAN_", "LIN_", "FLX_", "MOST_", "ETH_", "USB_", "K_", "PDU_")
@@ -147,24 +148,28 @@ def list_columns(
     return tuple(columns)
 
 
-def _decode(batch: Batch, column: Column) -> FloatArray:
-    channel = column.channel
-    raw = values.raw_values(batch.rows, channel, batch.first)
-    whole = raw.dtype.kind != "f"
-    out = conversions.convert(channel.conversion, raw.astype(np.float64), whole_numbers=whole)
-    bad = values.invalid(batch.rows, channel, column.group)
-    return out if bad is None else np.where(bad, np.nan, out)
+@dataclass(frozen=True)
+class _GroupReader:
+    """What reads a group's values and stamps; the stamps may be in another group."""
+
+    columns: ColumnReader
+    stamps: StampReader | None
+    remote: RemoteTime | None
 
 
 @dataclass(frozen=True)
 class MeasuredReader:
-    """Reads the values of measured channels, one group of one batch at a time."""
+    """Reads the values of measured channels, one group of one batch at a time.
+
+    told: data groups (their data links) whose damage is in the log book already, since frames were read from them.
+    """
 
     path: Path
     measurement: Measurement
     columns: tuple[Column, ...]
     log: ImportLog
     progress: Callable[[int, int], None]
+    told: frozenset[int] = frozenset()
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Chunks with the wanted columns; data groups without one are not read."""
@@ -184,33 +189,43 @@ class MeasuredReader:
         mine = frozenset(g.number for g in data_group.groups if g.number in by_group)
         if not mine:
             return
-        unfinished = self.measurement.unfinished
-        stream = open_stream(file, data_group.data_link, unfinished, self.log)
-        remote: dict[int, RemoteTime | None] = {}
-        for batch in batches(data_group, stream, mine, frozenset(), self.measurement, self.log):
-            group = batch.group
-            if group.flags & CG_REMOTE_MASTER and group.number not in remote:
-                remote[group.number] = remote_time(file, self.measurement, group, self.log)
-            chunk = self._chunk(batch, by_group[group.number], remote.get(group.number))
+        log = ImportLog() if data_group.data_link in self.told else self.log
+        stream = open_stream(file, data_group.data_link, self.measurement.unfinished, log)
+        readers = {
+            group.number: self._group_reader(file, group, by_group[group.number])
+            for group in data_group.groups
+            if group.number in mine
+        }
+        gaps = Gaps(log)
+        for batch in batches(data_group, stream, mine, frozenset(), self.measurement, log):
+            chunk = self._chunk(batch, readers[batch.group.number], gaps)
             if chunk is not None:
                 self.log.messages += chunk.time_ns.size
                 yield chunk
             self.progress(min(batch.file_at, file.size), file.size)
 
-    def _chunk(self, batch: Batch, columns: list[Column], remote: RemoteTime | None) -> Chunk | None:
-        master = find_master(batch.group)
-        if remote is not None:
-            batch, time_ns = remote.times(batch)
-        elif master is not None:
-            time_ns = times_ns(batch.rows, master, batch.first)
+    def _group_reader(self, file: BlockFile, group: Group, columns: list[Column]) -> _GroupReader:
+        master, remote = find_master(group), None
+        if group.flags & CG_REMOTE_MASTER:
+            remote = remote_time(file, self.measurement, group, self.log)
+        stamps = None
+        if remote is None and master is not None:
+            stamps = stamp_reader(master, group, self.measurement.start_ns)
+        channels = {column.info.name: column.channel for column in columns}
+        return _GroupReader(column_reader(channels, group), stamps, remote)
+
+    def _chunk(self, batch: Batch, reader: _GroupReader, gaps: Gaps) -> Chunk | None:
+        if reader.remote is not None:
+            batch, time_ns, timeless = reader.remote.times(batch)
+        elif reader.stamps is not None:
+            time_ns, timeless = reader.stamps.read(batch)
         else:
             return None
-        good = time_ns != NO_TIME
-        decoded = {column.info.name: _decode(batch, column) for column in columns}
-        if not good.all():
-            self.log.reject("record with an impossible time stamp", int(np.count_nonzero(~good)))
+        gaps.see(batch.group.number, batch.first, time_ns)
+        decoded = reader.columns.read(batch)
+        if timeless:
+            self.log.reject("record with an impossible time stamp", timeless)
+            good = time_ns != NO_TIME
             time_ns = time_ns[good]
-            decoded = {name: values_[good] for name, values_ in decoded.items()}
-        if not time_ns.size:
-            return None
-        return Chunk(group_label(batch.group), time_ns + self.measurement.start_ns, decoded)
+            decoded = {name: column[good] for name, column in decoded.items()}
+        return Chunk(group_label(batch.group), time_ns, decoded) if time_ns.size else None

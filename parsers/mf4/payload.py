@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
+from parsers.jit import kernel, load_u32
 from parsers.mf4.batch import Batch, Window
 from parsers.mf4.model import FIXED, Channel, Group
 from parsers.mf4.streams import DataStream
@@ -30,14 +31,11 @@ class Payload:
     good: BoolArray
     late: BoolArray
 
-
-def fixed_payload(rows: ByteArray, channel: Channel, length: IntArray) -> Payload:
-    """Payloads inside the records."""
-    rows = np.ascontiguousarray(rows)
-    count, size = rows.shape
-    offset = np.arange(count, dtype=np.int64) * size + channel.byte_offset
-    length = np.minimum(length, min(channel.byte_count, MAX_LENGTH))
-    return Payload(rows.reshape(-1), offset, length, np.ones(count, np.bool_), np.zeros(count, np.bool_))
+    def first(self, count: int) -> Payload:
+        """Those of the first frames."""
+        return Payload(
+            self.data, self.offset[:count], self.length[:count], self.good[:count], self.late[:count]
+        )
 
 
 def reference_fault(channel: Channel, group: Group) -> str | None:
@@ -54,17 +52,26 @@ def _references(batch: Batch, channel: Channel) -> IntArray:
     return np.where(possible, np.where(possible, raw, 0).astype(np.int64), -1)
 
 
+@kernel
+def _find_payloads(
+    data: ByteArray, at: IntArray, length: IntArray, offset: IntArray, taken: IntArray, good: BoolArray
+) -> None:
+    """Look at the u32 length at each place: offset, bytes and whether all of it is in `data`. Places may be anywhere."""
+    end = data.shape[0]
+    for i in range(at.shape[0]):
+        offset[i], taken[i], good[i] = 0, 0, False
+        start = at[i]
+        if 0 <= start <= end - 4:
+            stored = load_u32(data, start)
+            if stored <= end - 4 - start:
+                offset[i], taken[i], good[i] = start + 4, min(stored, length[i], MAX_LENGTH), True
+
+
 def _resolve(data: ByteArray, at: IntArray, length: IntArray, late: BoolArray) -> Payload:
     """Payloads at places in `data`, each behind its u32 length."""
-    inside = (at >= 0) & (at + 4 <= data.size)
-    start = np.where(inside, at, 0)
-    stored = np.zeros(at.size, np.int64)
-    if inside.any():
-        for k in range(4):
-            stored |= data[np.minimum(start + k, data.size - 1)].astype(np.int64) << (8 * k)
-    good = inside & (start + 4 + stored <= data.size)
-    taken = np.minimum(np.minimum(stored, length), MAX_LENGTH)
-    return Payload(data, np.where(good, start + 4, 0), np.where(good, taken, 0), good | late, late)
+    offset, taken, good = np.empty_like(at), np.empty_like(at), np.empty(at.size, np.bool_)
+    _find_payloads(data, at, length, offset, taken, good)
+    return Payload(data, offset, taken, good | late, late)
 
 
 def window_payload(
@@ -73,7 +80,7 @@ def window_payload(
     """Payloads in a VLSD group of the same stream. by_order: an unfinished file, whose records' places were never
     written: the n-th record belongs to the n-th payload."""
     if by_order:
-        number = batch.first + np.arange(batch.rows.shape[0], dtype=np.int64) - window.first
+        number = batch.first + np.arange(batch.count, dtype=np.int64) - window.first
         known = (number >= 0) & (number < window.starts.size)
         late = number >= window.starts.size
         place = np.full(number.size, -1, np.int64)

@@ -10,7 +10,8 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import ImportLog, LogReader, ReadOptions
 from parsers.mf4.blocks import BlockFile
-from parsers.mf4.bus import BusLayout, Mf4Frames, find_layout
+from parsers.mf4.bus import Mf4Frames
+from parsers.mf4.bus_layout import BusLayout, find_layout
 from parsers.mf4.measured import MeasuredReader, list_columns
 from parsers.mf4.model import Measurement
 from parsers.mf4.tree import read_measurement
@@ -97,4 +98,10 @@ def open_mf4(path: Path, options: ReadOptions, log: ImportLog) -> Mf4Reader:
         can = CanReader(frames, options, log, path)
     decoded = frozenset(channel.name for channel in can.channels) if can is not None else frozenset[str]()
     columns = list_columns(measurement, log, decoded)
-    return Mf4Reader(MeasuredReader(path, measurement, columns, log, options.progress), frames, can)
+    told = frozenset(
+        data_group.data_link
+        for data_group in measurement.data_groups
+        if can is not None and any(group.number in layouts for group in data_group.groups)
+    )
+    measured = MeasuredReader(path, measurement, columns, log, options.progress, told)
+    return Mf4Reader(measured, frames, can)

@@ -35,25 +35,26 @@ def _sorted(
         )
     tail = np.zeros(0, np.uint8)
     tail_at = 0
-    for at, data, file_at in stream.chunks():
+    for at, data, file_at in stream.chunks(size):
         if tail_at + tail.size != at:
+            # something is missing before: go on with the first whole record
             tail = np.zeros(0, np.uint8)
             data = data[-at % size :]
             tail_at = at + (-at % size)
         joined = np.concatenate([tail, data]) if tail.size else data
-        first = tail_at // size
-        count = min(joined.size // size, max(0, total - first))
+        first, whole = tail_at // size, joined.size // size
+        count = min(whole, max(0, total - first))
         if count:
-            yield Batch(group, first, joined[: count * size].reshape(count, size)[:, id_size:], {}, file_at)
-        tail = joined[joined.size // size * size :]
-        tail_at += joined.size // size * size
+            yield Batch(group, first, joined, count, size, id_size, {}, file_at)
+        tail = joined[whole * size :]
+        tail_at += whole * size
 
 
 def _empty_records(group: Group) -> Iterator[Batch]:
     """Records without bytes: all channels are virtual; counted, not stored."""
     step = 1 << 18
     for first in range(0, min(group.cycles, 1 << 32), step):
-        yield Batch(group, first, np.zeros((min(step, group.cycles - first), 0), np.uint8))
+        yield Batch(group, first, np.zeros(0, np.uint8), min(step, group.cycles - first), 0)
 
 
 def batches(

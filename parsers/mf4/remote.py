@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,9 +11,10 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.mf4.batch import Batch
 from parsers.mf4.blocks import BlockFile
-from parsers.mf4.clock import find_master, times_ns
-from parsers.mf4.model import Channel, Group, Measurement
+from parsers.mf4.clock import find_master
+from parsers.mf4.model import Group, Measurement
 from parsers.mf4.records import record_size
+from parsers.mf4.stamps import StampReader, stamp_reader
 from parsers.mf4.streams import DataStream, open_stream
 
 
@@ -22,14 +23,15 @@ class RemoteTime:
     """The time channel of another group, read alongside: record n here has the time of record n there."""
 
     group: Group
-    master: Channel
+    stamps: StampReader
     stream: DataStream
     log: ImportLog
+    id_size: int = 0
 
-    def times(self, batch: Batch) -> tuple[Batch, IntArray]:
-        """The batch as far as there are times for it, and those times."""
-        size = record_size(self.group, self.stream)
-        count = min(batch.rows.shape[0], max(0, self.stream.size // max(size, 1) - batch.first))
+    def times(self, batch: Batch) -> tuple[Batch, IntArray, int]:
+        """The batch as far as there are times for it, those times, and how many of them are NO_TIME."""
+        size = record_size(self.group, self.stream) + self.id_size
+        count = min(batch.count, max(0, self.stream.size // max(size, 1) - batch.first))
         try:
             raw = self.stream.read(batch.first * size, (batch.first + count) * size)
         except LogError as error:
@@ -37,10 +39,11 @@ class RemoteTime:
                 "malformed", f"the time of channel group {batch.group.number} is damaged: {error.problem}"
             )
             count, raw = 0, np.zeros(0, np.uint8)
-        if count < batch.rows.shape[0]:
-            self.log.reject("record without a time", batch.rows.shape[0] - count)
-        time_ns = times_ns(raw.reshape(count, size), self.master, batch.first)
-        return replace(batch, rows=batch.rows[:count]), time_ns
+        if count < batch.count:
+            self.log.reject("record without a time", batch.count - count)
+        there = Batch(self.group, batch.first, raw, count, size, self.id_size)
+        time_ns, timeless = self.stamps.read(there)
+        return batch.part(0, count), time_ns, timeless
 
 
 def remote_time(file: BlockFile, measurement: Measurement, group: Group, log: ImportLog) -> RemoteTime | None:
@@ -55,5 +58,6 @@ def remote_time(file: BlockFile, measurement: Measurement, group: Group, log: Im
                 and other.size
             ):
                 stream = open_stream(file, data_group.data_link, measurement.unfinished, log)
-                return RemoteTime(other, master, stream, log)
+                stamps = stamp_reader(master, other, measurement.start_ns)
+                return RemoteTime(other, stamps, stream, log, data_group.id_size)
     return None

@@ -14,26 +14,16 @@ from parsers.channels import ByteArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.mf4.blocks import HEADER, BlockFile
-from parsers.mf4.compression import inflate
+from parsers.mf4.compression import first_bytes
 from parsers.mf4.model import UNFINISHED_LENGTH, UNFINISHED_LIST
+from parsers.mf4.pieces import CHUNK, Fragment, Piece, parts, unpack
 
-CHUNK = 4 << 20
-"""Bytes handed on at a time."""
 MAX_LISTS = 1 << 20
 _DZ = struct.Struct("<2sBxIQQ")
 _PLAIN = ("DT", "DV", "SD", "DI")
+MAX_CUT = 32 << 20
+"""Bytes of a cut block that are looked at."""
 _KEPT, _KEPT_BYTES = 4, 32 << 20
-
-
-@dataclass(frozen=True)
-class Fragment:
-    """A data block. at: of its bytes in the file. stored, size: bytes in the file and inflated. method: -1 plain."""
-
-    at: int
-    stored: int
-    size: int
-    method: int = -1
-    columns: int = 0
 
 
 @dataclass
@@ -49,7 +39,7 @@ class DataStream:
     starts: list[int] = field(default_factory=list)
     size: int = 0
     values_only: bool = False
-    _kept: OrderedDict[int, bytes] = field(default_factory=OrderedDict)
+    _kept: OrderedDict[int, ByteArray] = field(default_factory=OrderedDict)
 
     def add(self, fragment: Fragment) -> None:
         """Append a fragment."""
@@ -58,17 +48,15 @@ class DataStream:
             self.starts.append(self.size)
             self.size += fragment.size
 
-    def _inflated(self, index: int) -> bytes:
+    def _inflated(self, index: int) -> ByteArray:
         """A compressed fragment's bytes; the last few are kept. Raises LogError where it is damaged."""
         if index in self._kept:
             return self._kept[index]
         fragment = self.fragments[index]
-        raw = inflate(
-            self.file.read(fragment.at, fragment.stored), fragment.method, fragment.size, fragment.columns
-        )
+        raw = unpack(fragment, self.file.read(fragment.at, fragment.stored))
         self._kept[index] = raw
         while len(self._kept) > 1 and (
-            len(self._kept) > _KEPT or sum(map(len, self._kept.values())) > _KEPT_BYTES
+            len(self._kept) > _KEPT or sum(some.size for some in self._kept.values()) > _KEPT_BYTES
         ):
             self._kept.popitem(last=False)
         return raw
@@ -79,51 +67,69 @@ class DataStream:
             raise LogError(
                 f"bytes {start} to {stop} of a data stream of {self.size} bytes", path=self.file.path
             )
-        parts: list[bytes] = []
+        out = np.empty(stop - start, np.uint8)
         index = bisect.bisect_right(self.starts, start) - 1
-        while start < stop:
+        at = start
+        while at < stop:
             begin, fragment = self.starts[index], self.fragments[index]
-            low, high = start - begin, min(stop - begin, fragment.size)
+            end = min(stop, begin + fragment.size)
+            into = out[at - start : end - start]
             if fragment.method < 0:
-                parts.append(self.file.read(fragment.at + low, high - low))
+                self.file.read_into(fragment.at + at - begin, into)
             else:
-                parts.append(self._inflated(index)[low:high])
-            start, index = begin + high, index + 1
-        return np.frombuffer(b"".join(parts), np.uint8)
+                into[:] = self._inflated(index)[at - begin : end - begin]
+            at, index = end, index + 1
+        return out
 
-    def chunks(self) -> Iterator[tuple[int, ByteArray, int]]:
+    def _plain(self, index: int, unit: int) -> Iterator[Piece]:
+        """The plain fragments from one on, up to the next compressed one: whole units, wherever the blocks end."""
+        at, end = self.starts[index], index
+        while end < len(self.fragments) and self.fragments[end].method < 0:
+            end += 1
+        stop = self.starts[end] if end < len(self.fragments) else self.size
+        step = max(CHUNK // unit, 1) * unit
+        while at < stop:
+            after = min(at - at % unit + step, stop)
+            index = bisect.bisect_right(self.starts, at) - 1
+            fragment = self.fragments[index]
+            data: ByteArray | LogError
+            try:
+                data = self.read(at, after)
+            except LogError as error:
+                data = error
+            yield Piece(at, Fragment(fragment.at + at - self.starts[index], after - at, after - at), data)
+            at = after
+
+    def _pieces(self, unit: int) -> Iterator[Piece]:
+        index = 0
+        while index < len(self.fragments):
+            fragment, start = self.fragments[index], self.starts[index]
+            if fragment.method < 0:
+                yield from self._plain(index, unit)
+                while index < len(self.fragments) and self.fragments[index].method < 0:
+                    index += 1
+                continue
+            try:
+                yield Piece(start, fragment, self.file.read(fragment.at, fragment.stored))
+            except LogError as error:
+                yield Piece(start, fragment, error)
+            index += 1
+
+    def chunks(self, unit: int = 1) -> Iterator[tuple[int, ByteArray, int]]:
         """(place in the stream, bytes, place in the file) in order, about CHUNK bytes each.
 
-        A damaged block is left out and said: the next chunk then begins later than the last one ended.
+        unit: bytes of a record, so that chunks of plain bytes end with a whole one. A damaged block is left out and
+        said: the next chunk then begins later than the last one ended.
         """
-        index, within = 0, 0
-        while index < len(self.fragments):
-            start, parts, room = self.starts[index] + within, list[bytes](), CHUNK
-            at = self.fragments[index].at + within
-            while index < len(self.fragments) and room > 0:
-                fragment = self.fragments[index]
-                try:
-                    if fragment.method < 0:
-                        take = min(room, fragment.size - within)
-                        parts.append(self.file.read(fragment.at + within, take))
-                    else:
-                        take = fragment.size
-                        parts.append(self._inflated(index))
-                except LogError as error:
-                    self._lost(fragment, error)
-                    index, within = index + 1, 0
-                    break
-                room, within = room - take, within + take
-                if within >= fragment.size:
-                    index, within = index + 1, 0
-            if parts:
-                yield start, np.frombuffer(b"".join(parts), np.uint8), at
-
-    def _lost(self, fragment: Fragment, error: LogError) -> None:
-        self.log.reject("damaged data block in the MF4 file")
-        self.log.worsen(
-            "malformed", f"the data block at byte {fragment.at} is damaged and was left out: {error.problem}"
-        )
+        for part in parts(self._pieces(unit), self.fragments):
+            if isinstance(part.data, LogError):
+                self.log.reject("damaged data block in the MF4 file")
+                self.log.worsen(
+                    "malformed",
+                    f"the data block at byte {part.file_at} is damaged and was left out: {part.data.problem}",
+                )
+            else:
+                yield part.start, part.data, part.file_at
 
 
 class _Builder:
@@ -151,10 +157,11 @@ class _Builder:
             self.end = begin + stored
             if inner.decode("latin-1") not in _PLAIN:
                 raise self.file.fail(f"a compressed block of kind {inner!r}", at)
+            self.stream.values_only |= inner == b"DV"
             if begin + stored > self.file.size:
                 self.truncated(at)
+                self._cut(begin, method, size)
                 return
-            self.stream.values_only |= inner == b"DV"
             self.stream.add(Fragment(begin, stored, size, method, columns))
             return
         if head.kind not in _PLAIN:
@@ -169,6 +176,13 @@ class _Builder:
             self.truncated(at)
             length = self.file.size - at
         self.stream.add(Fragment(begin, length - HEADER.size, length - HEADER.size))
+
+    def _cut(self, begin: int, method: int, size: int) -> None:
+        """Add the beginning of a deflated block in which the file ends. Of a transposed one no record would be whole."""
+        stored = self.file.size - begin
+        if method == 0 and 0 < stored <= MAX_CUT:
+            there = len(first_bytes(self.file.read(begin, stored), size))
+            self.stream.add(Fragment(begin, stored, there, method, cut=True))
 
     def data_list(self, at: int) -> None:
         """Add all blocks of a list of lists."""

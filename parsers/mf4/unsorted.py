@@ -9,144 +9,15 @@ import numpy as np
 
 from parsers.channels import ByteArray, IntArray
 from parsers.importer import ImportLog
-from parsers.jit import kernel
 from parsers.mf4.batch import EMPTY, Batch, Window
 from parsers.mf4.clock import NO_TIME, find_master, ns_per_count, times_ns
 from parsers.mf4.model import CG_VLSD, Group
 from parsers.mf4.streams import DataStream
+from parsers.mf4.unsorted_kernels import BAD, COUNT, LAST, POS, find_records, gather, look, walk_records
 
-MAX_PAYLOAD = 16 << 20
-"""Bytes of one record of variable length; more is damage."""
-CHAIN = 32
-"""Records that must follow each other before the walk goes on behind damage."""
 LEAP_NS = 3_600_000_000_000
 """A step of time between records beyond which they are looked at twice."""
 KEEP = 1 << 16
-POS, COUNT, BAD, LAST = range(4)
-
-
-@kernel
-def _record(data: ByteArray, pos: int, id_size: int, ids: IntArray, sizes: IntArray, found: IntArray) -> int:
-    """Look at the record at a place: 1 whole, 0 not all there, -1 no record. found: slot, first byte, bytes."""
-    end = data.shape[0]
-    if pos + id_size > end:
-        return 0
-    key = 0
-    for k in range(id_size):
-        key |= int(np.int64(data[pos + k]) << (8 * k))
-    # small ids stand in a table: ids[0] is its length, then the slot of each id
-    slot = -1
-    if ids[0] > 0:
-        if 0 <= key < ids[0]:
-            slot = int(ids[1 + key])
-    else:
-        near = int(np.searchsorted(ids[1:], key))
-        if near + 1 < ids.shape[0] and ids[1 + near] == key:
-            slot = near
-    if slot < 0:
-        return -1
-    at, size = pos + id_size, int(sizes[slot])
-    if size < 0:
-        if at + 4 > end:
-            return 0
-        size = 4
-        for k in range(4):
-            size += int(np.int64(data[at + k]) << (8 * k))
-        if size > MAX_PAYLOAD:
-            return -1
-    found[0], found[1], found[2] = slot, at, size
-    return 1 if at + size <= end else 0
-
-
-@kernel
-def _stamp(data: ByteArray, at: int, stamps: IntArray, slot: int) -> int:
-    """The raw stamp of a record, -1 where its group has none of the simple kind. stamps: (groups, 2) place and bytes."""
-    if stamps[slot, 1] == 0:
-        return -1
-    value = 0
-    for k in range(stamps[slot, 1]):
-        value |= int(np.int64(data[at + stamps[slot, 0] + k]) << (8 * k))
-    return value
-
-
-@kernel
-def walk_records(
-    data: ByteArray,
-    begin: int,
-    id_size: int,
-    ids: IntArray,
-    sizes: IntArray,
-    stamps: IntArray,
-    leap: int,
-    slot: IntArray,
-    place: IntArray,
-    length: IntArray,
-    state: IntArray,
-) -> None:
-    """Walk records: for each, which group (slot) it is of, and where its bytes begin and how many they are.
-
-    ids: see `_id_table`. sizes: bytes of a record, -1 for variable length. leap: see LEAP_NS, in raw stamps, 0 to look at none.
-    state: POS the first byte not used, COUNT records so far (the columns are filled from there), BAD 1 where no
-    record begins at POS, LAST the last raw stamp or -1.
-    """
-    found = np.zeros(3, np.int64)
-    pos, count = begin, int(state[COUNT])
-    state[BAD] = 0
-    while count < slot.shape[0]:
-        what = _record(data, pos, id_size, ids, sizes, found)
-        if what < 0:
-            state[BAD] = 1
-        if what <= 0:
-            break
-        if leap > 0:
-            stamp = _stamp(data, found[1], stamps, found[0])
-            if stamp >= 0:
-                if state[LAST] >= 0 and abs(stamp - state[LAST]) > leap:
-                    state[BAD] = 1
-                    break
-                state[LAST] = stamp
-        slot[count], place[count], length[count] = found[0], found[1], found[2]
-        count += 1
-        pos = found[1] + found[2]
-    state[POS], state[COUNT] = pos, count
-
-
-@kernel
-def find_records(
-    data: ByteArray, begin: int, id_size: int, ids: IntArray, sizes: IntArray, stamps: IntArray, leap: int
-) -> int:
-    """The first place from which CHAIN records follow each other with rising stamps (at the end: at least 4), or -1."""
-    found = np.zeros(3, np.int64)
-    for start in range(begin, data.shape[0]):
-        pos, count, last = start, 0, -1
-        while count < CHAIN:
-            what = _record(data, pos, id_size, ids, sizes, found)
-            if what <= 0:
-                if what == 0 and count >= 4 and last >= 0:
-                    count = CHAIN
-                break
-            stamp = _stamp(data, found[1], stamps, found[0])
-            if stamp >= 0:
-                if last >= 0 and (stamp < last or stamp - last > leap):
-                    break
-                last = stamp
-            elif found[2] > 4096:
-                break
-            pos = found[1] + found[2]
-            count += 1
-        if count >= CHAIN and last >= 0:
-            return start
-    return -1
-
-
-@kernel
-def _gather(data: ByteArray, place: IntArray, length: IntArray, out: ByteArray) -> None:
-    """Put pieces of `data` one behind the other; the caller made `out` as long as all of them."""
-    used = 0
-    for i in range(place.shape[0]):
-        for k in range(length[i]):
-            out[used + k] = data[place[i] + k]
-        used += length[i]
 
 
 @dataclass(frozen=True)
@@ -199,20 +70,19 @@ class UnsortedWalk:
         """The batches of one chunk, those of variable length first."""
         joined = np.concatenate([self.tail, data]) if self.tail.size else data
         columns = self._find(joined)
+        counts = np.bincount(columns.slot, minlength=len(self.groups)).tolist()
         for index, group in enumerate(self.groups):
             if group.at in self.windows and not self.windows[group.at].lost:
-                mine = np.flatnonzero(columns.slot == index)
-                self._extend(group.at, joined, columns.place[mine], columns.length[mine])
+                self._extend(group.at, joined, columns, index)
         for index, group in enumerate(self.groups):
-            if group.number not in self.wanted:
+            count = counts[index]
+            if group.number not in self.wanted or not count:
                 continue
-            mine = columns.place[columns.slot == index]
-            if not mine.size:
-                continue
-            rows = np.empty((mine.size, group.size), np.uint8)
-            _gather(joined, mine, np.full(mine.size, group.size, np.int64), rows.reshape(-1))
-            yield Batch(group, self.firsts[index], rows, dict(self.windows), file_at)
-            self.firsts[index] += int(mine.size)
+            rows = np.empty(count * group.size, np.uint8)
+            gather(joined, index, columns.slot, columns.place, columns.length, rows)
+            first = self.firsts[index]
+            yield Batch(group, first, rows, count, group.size, 0, dict(self.windows), file_at)
+            self.firsts[index] += count
 
     def _find(self, data: ByteArray) -> _Columns:
         """All records of a chunk; goes on behind damage where the stamps tell records from rubbish."""
@@ -285,7 +155,7 @@ class UnsortedWalk:
     def _note_gap(self, data: ByteArray, pos: int) -> None:
         found = np.zeros(3, np.int64)
         for _ in range(8):
-            if _record(data, pos, self.id_size, self.ids, self.sizes, found) <= 0:
+            if look(data, pos, self.id_size, self.ids, self.sizes, found) <= 0:
                 return
             time = self._time(data, int(found[0]), int(found[1]))
             if time != NO_TIME:
@@ -294,13 +164,14 @@ class UnsortedWalk:
                 return
             pos = int(found[1] + found[2])
 
-    def _extend(self, key: int, data: ByteArray, place: IntArray, length: IntArray) -> None:
+    def _extend(self, key: int, data: ByteArray, columns: _Columns, index: int) -> None:
         """Move a window on: the last chunk's records stay in it, since a record may refer back a little."""
         old = self.windows[key]
+        length = columns.length[columns.slot == index]
         added = np.empty(int(length.sum()), np.uint8)
-        _gather(data, place, length, added)
+        gather(data, index, columns.slot, columns.place, columns.length, added)
         starts = old.end + np.cumsum(length) - length
-        keep = max(0, old.starts.size - max(place.size, 4096))
+        keep = max(0, old.starts.size - max(length.size, 4096))
         cut = int(old.starts[keep]) - old.base if keep < old.starts.size else old.data.size
         self.windows[key] = Window(
             old.base + cut,

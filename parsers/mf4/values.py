@@ -45,7 +45,9 @@ def _whole(rows: ByteArray, channel: Channel) -> Raw | None:
     at = channel.byte_offset
     column = np.ascontiguousarray(rows[:, at : at + size]).view(dtype)[:, 0]
     if letter == "f":
-        return column.astype(np.float64)
+        # bytes that are no float may be the kind of NaN that numpy warns of
+        with np.errstate(invalid="ignore"):
+            return column.astype(np.float64)
     return column.astype(np.uint64) if letter == "u" else column.astype(np.int64)
 
 

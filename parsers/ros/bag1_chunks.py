@@ -27,7 +27,8 @@ class ChunkError(Exception):
 class ChunkRef:
     """A chunk of a bag. counts: connection -> messages, where known. end: where its data end at the latest.
 
-    whole: False where the file breaks off inside it, or damage follows before its declared end.
+    whole: False where the file breaks off inside it, or damage follows before its declared end. bare: these are
+    records that lie in the file itself, not in a chunk; start and end are theirs.
     """
 
     start: int
@@ -36,6 +37,17 @@ class ChunkRef:
     first_ns: int | None = None
     last_ns: int | None = None
     whole: bool = True
+    bare: bool = False
+
+
+@dataclass(frozen=True)
+class ChunkData:
+    """A chunk's data in the file: where they are, how many bytes there are of them, how many they are uncompressed."""
+
+    at: int
+    available: int
+    declared: int
+    compression: str
 
 
 @dataclass(frozen=True)
@@ -75,47 +87,59 @@ class Walk:
         return found
 
 
-def _unpack(raw: bytes, compression: str, size: int, whole: bool) -> bytes:
-    """Uncompress a chunk's data; at most one byte more than declared. Raises ChunkError.
+def unpack(raw: memoryview | bytes, data: ChunkData, whole: bool) -> ByteArray:
+    """Uncompress a chunk's data; at most one byte more than declared. Raises ChunkError where they are damaged.
 
     That one byte makes the decompressors go on to the end, where they compare their checksums.
     """
-    if compression == "none":
-        return raw
+    kind, size = data.compression, data.declared
+    if kind == "none":
+        return np.frombuffer(raw, dtype=np.uint8)
+    unpacked = b""
     try:
-        if compression == "bz2":
-            return bz2.BZ2Decompressor().decompress(raw, max_length=size + 1)
-        import lz4.frame
+        if kind == "bz2":
+            unpacked = bz2.BZ2Decompressor().decompress(raw, max_length=size + 1)
+        else:
+            import lz4.frame
 
-        return bytes(lz4.frame.LZ4FrameDecompressor().decompress(raw, max_length=size + 1))
+            context = lz4.frame.create_decompression_context()
+            unpacked, _, _ = lz4.frame.decompress_chunk(context, raw, max_length=size + 1)
     except (OSError, ValueError, EOFError, RuntimeError, MemoryError) as error:
-        if not whole:
-            return b""
-        raise ChunkError(f"its {compression} data are damaged ({error})") from error
+        if whole:
+            raise ChunkError(f"its {kind} data are damaged ({error})") from error
+    if len(unpacked) > size or (whole and size and not unpacked):
+        raise ChunkError(f"its {kind} data are damaged")
+    return np.frombuffer(unpacked, dtype=np.uint8)
 
 
-def load_chunk(file: BinaryIO, ref: ChunkRef, file_size: int) -> Walk:
-    """Read, uncompress and walk one chunk. Raises ChunkError where nothing of it can be used."""
+def chunk_data(file: BinaryIO, ref: ChunkRef, file_size: int) -> ChunkData:
+    """Where a chunk's data are. Raises ChunkError where its record cannot be believed."""
+    if ref.bare:
+        return ChunkData(ref.start, ref.end - ref.start, ref.end - ref.start, "none")
     record = read_record(file, ref.start, file_size)
     if not is_chunk(record) or record is None:
         raise ChunkError("its record is damaged")
     compression = record.fields["compression"].decode("ascii", "replace")
-    declared = record.u32("size") or 0
     if compression not in _BEST_RATIO:
         raise ChunkError(f"its compression {compression!r} is not one of none, bz2, lz4")
-    available = min(record.end, ref.end, file_size) - record.data_at
-    if compression == "none":
-        declared = record.data_len
+    declared = record.data_len if compression == "none" else record.u32("size") or 0
     if declared > MAX_CHUNK or declared > _BEST_RATIO[compression] * (record.data_len + 64):
         raise ChunkError(f"it declares {declared} bytes, which cannot be right")
-    file.seek(record.data_at)
-    raw = file.read(available)
-    unpacked = _unpack(raw, compression, declared, ref.whole)
-    if len(unpacked) > declared or (ref.whole and declared and not unpacked):
-        raise ChunkError(f"its {compression} data are damaged")
-    data = np.frombuffer(unpacked, dtype=np.uint8)
+    available = min(record.end, ref.end, file_size) - record.data_at
+    return ChunkData(record.data_at, max(available, 0), declared, compression)
+
+
+def load_chunk(file: BinaryIO, ref: ChunkRef, file_size: int) -> Walk:
+    """Read, uncompress and walk one chunk. Raises ChunkError where nothing of it can be used."""
+    where = chunk_data(file, ref, file_size)
+    file.seek(where.at)
+    return walk_data(unpack(file.read(where.available), where, ref.whole), where.declared)
+
+
+def walk_data(data: ByteArray, declared: int = 0, *, bare: bool = False) -> Walk:
+    """List the records in a chunk's data; with `bare`, only up to the first that is no message and no connection."""
     none = np.zeros(0, dtype=np.int64)
-    count, _ = walk_records(data, none, none, none, none)
+    count, _ = walk_records(data, bare, none, none, none, none)
     conn, time_ns, offset, length = np.zeros((4, count), dtype=np.int64)
-    _, stop = walk_records(data, conn, time_ns, offset, length)
+    _, stop = walk_records(data, bare, conn, time_ns, offset, length)
     return Walk(data, conn, time_ns, offset, length, stop, declared)

@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
-from typing import BinaryIO
+from dataclasses import dataclass, field, replace
+from typing import BinaryIO, Literal
 
 import numpy as np
 
 from parsers.importer import ImportLog
-from parsers.ros.bag1_chunks import ChunkError, ChunkRef, load_chunk
+from parsers.ros.bag1_chunks import ChunkError, ChunkRef, Walk, load_chunk, walk_data
+from parsers.ros.bag1_kernels import chunk_infos
 from parsers.ros.bag1_records import (
     MAGIC,
     OP_BAG_HEADER,
     OP_CHUNK,
     OP_CHUNK_INFO,
     OP_CONNECTION,
+    OP_MESSAGE,
     Connection,
     Record,
     next_chunk,
@@ -23,6 +25,13 @@ from parsers.ros.bag1_records import (
     read_record,
     record_breaks_off,
 )
+
+_WINDOW = 1 << 18
+_LEAST_INFO = 60
+"""Bytes of the index that are read at once, and of the shortest record of a chunk in it."""
+_BARE_BYTES = 1 << 22
+
+IndexState = Literal["whole", "damaged", "none"]
 
 
 @dataclass
@@ -42,7 +51,8 @@ def read_index(file: BinaryIO, size: int) -> BagIndex | None:
     if not at or at > size or connections is None or chunks is None or connections + chunks > size // 16:
         return None
     index = BagIndex()
-    for _ in range(connections + chunks):
+    left = connections + chunks
+    while left > 0:
         record = read_record(file, at, size)
         if record is None or record.end > size:
             return None
@@ -51,27 +61,34 @@ def read_index(file: BinaryIO, size: int) -> BagIndex | None:
             if connection is None:
                 return None
             index.connections[connection.id] = connection
+            left, at = left - 1, record.end
         elif record.op == OP_CHUNK_INFO:
-            chunk = _chunk_info(file, record, size)
-            if chunk is None:
+            found, at = _chunk_infos(file, at, record.end, size, left)
+            if not found:
                 return None
-            index.chunks.append(chunk)
+            index.chunks.extend(found)
+            left -= len(found)
         else:
             return None
-        at = record.end
     index.chunks.sort(key=lambda chunk: chunk.start)
     starts = {chunk.start for chunk in index.chunks}
     return index if len(index.chunks) == len(starts) == chunks else None
 
 
-def _chunk_info(file: BinaryIO, record: Record, size: int) -> ChunkRef | None:
-    place, count = record.u64("chunk_pos"), record.u32("count")
-    if place is None or count is None or place >= size or count * 8 != record.data_len:
-        return None
-    file.seek(record.data_at)
-    pairs = np.frombuffer(file.read(record.data_len), dtype="<u4").reshape(-1, 2)
-    counts: dict[int, int] = dict(pairs.tolist())
-    return ChunkRef(place, size, counts, record.time_ns("start_time"), record.time_ns("end_time"))
+def _chunk_infos(file: BinaryIO, at: int, least: int, size: int, most: int) -> tuple[list[ChunkRef], int]:
+    """What the index says of some chunks, from `at` at least to `least`, and where it goes on; none where broken."""
+    file.seek(at)
+    raw = file.read(max(_WINDOW, least - at))
+    infos = np.empty((min(most, len(raw) // _LEAST_INFO + 1), 5), dtype=np.int64)
+    found, stop = chunk_infos(np.frombuffer(raw, dtype=np.uint8), 0, infos)
+    refs: list[ChunkRef] = []
+    for place, first, last, pairs, count in infos[:found].tolist():
+        if place >= size:
+            return [], at
+        counts = np.frombuffer(raw, dtype="<u4", count=2 * count, offset=pairs).tolist()
+        known = dict(zip(counts[::2], counts[1::2], strict=True))
+        refs.append(ChunkRef(place, size, known, None if first < 0 else first, None if last < 0 else last))
+    return refs, at + stop
 
 
 @dataclass
@@ -95,6 +112,18 @@ class _Search:
         except ChunkError as error:
             self.damage(record.start, f"a chunk was left out: {error}")
             return
+        self._take(ref, walk)
+
+    def messages(self, record: Record) -> int:
+        """Take in messages that lie in the file itself, from one of them on; where the next other record begins."""
+        self.file.seek(record.start)
+        raw = self.file.read(max(_BARE_BYTES, record.end - record.start))
+        walk = walk_data(np.frombuffer(raw, dtype=np.uint8), bare=True)
+        end = record.start + walk.stop
+        self._take(ChunkRef(record.start, end, None, bare=True), walk)
+        return max(end, record.end)
+
+    def _take(self, ref: ChunkRef, walk: Walk) -> None:
         for connection in walk.connections():
             self.found.connections.setdefault(connection.id, connection)
         messages = walk.conn >= 0
@@ -107,7 +136,7 @@ class _Search:
             self.log.lost_spans_ns.append((self.last_ns, first))
         self.lost, self.last_ns = False, last
         known = dict(zip(ids.tolist(), counts.tolist(), strict=True))
-        self.found.chunks.append(ChunkRef(record.start, end, known, first, last, whole))
+        self.found.chunks.append(replace(ref, counts=known, first_ns=first, last_ns=last))
 
     def damage(self, at: int, what: str) -> None:
         """Write down that something at `at` cannot be read."""
@@ -117,11 +146,12 @@ class _Search:
 
 
 def search(
-    file: BinaryIO, size: int, log: ImportLog, progress: Callable[[int, int], None], *, indexed: bool
+    file: BinaryIO, size: int, log: ImportLog, progress: Callable[[int, int], None], index: IndexState
 ) -> BagIndex:
     """Find all chunks and connections by going through the file from its start, past damage where there is some.
 
-    indexed: whether the bag header points at an index inside the file (which then cannot be used).
+    Messages that lie in the file itself, not in chunks, are found too: some at a time, as chunks that are `bare`.
+    index: what the bag has of one; "whole" where it speaks of no chunks.
     """
     state = _Search(file, size, log)
     at = len(MAGIC)
@@ -133,6 +163,9 @@ def search(
         else:
             if record.op == OP_CHUNK:
                 state.chunk(record, record.end, True)
+            elif record.op == OP_MESSAGE:
+                at = state.messages(record)
+                continue
             elif record.op == OP_CONNECTION:
                 connection = read_connection(file, record)
                 if connection is not None:
@@ -143,9 +176,9 @@ def search(
     read = f"{len(chunks)} chunks over {span / 1e9:.1f} s were found"
     if state.cut:
         log.worsen("truncated", f"{state.cut}; {read}")
-    elif indexed:
+    elif index == "damaged":
         log.worsen("malformed", f"the bag's index at its end is damaged; without it {read}")
-    else:
+    elif index == "none":
         log.worsen("truncated", f"the bag has no index (the recording was not closed properly); {read}")
     return state.found
 

@@ -20,6 +20,7 @@ MAX_HEADER = 1 << 16
 MAX_CONNECTION = 1 << 23
 _WINDOW = 1 << 22
 _REACH = 256
+_USUAL = 128
 _CHUNK_MARK = re.compile(rb"\x04\x00\x00\x00op=\x05")
 
 
@@ -90,12 +91,15 @@ def read_record(file: BinaryIO, start: int, size: int) -> Record | None:
     if size - start < 8:
         return None
     file.seek(start)
-    length = int.from_bytes(file.read(4), "little")
+    head = file.read(_USUAL)
+    length = int.from_bytes(head[:4], "little")
     if length > MAX_HEADER or length > size - start - 8:
         return None
-    header = file.read(length)
-    data_len = file.read(4)
-    fields = parse_fields(header)
+    if length + 8 > len(head):
+        file.seek(start)
+        head = file.read(length + 8)
+    fields = parse_fields(head[4 : length + 4])
+    data_len = head[length + 4 : length + 8]
     if fields is None or len(data_len) != 4 or len(fields.get("op", b"")) != 1 or fields["op"][0] not in OPS:
         return None
     return Record(start, fields["op"][0], fields, start + length + 8, int.from_bytes(data_len, "little"))

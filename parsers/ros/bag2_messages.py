@@ -3,24 +3,59 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from parsers.channels import ByteArray, IntArray
 from parsers.importer import ImportLog
-from parsers.ros.bag2_database import Rows
+from parsers.jit import kernel, load_u16, load_u32, load_u64
+from parsers.ros.bag2_rows import Rows
 
-ZSTD_MAGIC = 0xFD2FB528
+ZSTD_MARK = 0xFD2FB528
+"""The first four bytes of a zstd frame as a little-endian number."""
 MAX_MESSAGE = 1 << 27
 BATCH_BYTES = 1 << 25
+_PLAIN, _UNKNOWN = -2, -1
 
 
-def _magics(rows: Rows) -> IntArray:
-    """The first four bytes of each payload as a number, 0 for shorter ones."""
-    long = rows.length >= 4
-    first = np.where(long, rows.offset, 0)[:, None] + np.arange(4)
-    quads = rows.data[np.minimum(first, max(0, len(rows.data) - 1))].astype(np.int64)
-    return np.where(long, quads @ np.array([1, 1 << 8, 1 << 16, 1 << 24]), 0)
+@kernel
+def frame_size(data: ByteArray, at: int, length: int) -> int:
+    """The size of what a zstd frame of `length` bytes holds, as its header says; else _UNKNOWN, or _PLAIN for no frame."""
+    if length < 4 or load_u32(data, at) != ZSTD_MARK:
+        return _PLAIN
+    if length < 18:  # the longest header: so short a frame is read as if zeros followed
+        short = np.zeros(32, np.uint8)
+        short[:length] = data[at : at + length]
+        return frame_size_of(short, 0)
+    return frame_size_of(data, at)
+
+
+@kernel
+def frame_size_of(data: ByteArray, at: int) -> int:
+    """The same, where 18 bytes from `at` on may be read."""
+    about = int(np.int64(data[at + 4]))
+    single, code = (about >> 5) & 1, about >> 6
+    field = at + 5 + (1 - single) + (0, 1, 2, 4)[about & 3]
+    if code == 0:
+        return int(np.int64(data[field])) if single else _UNKNOWN
+    if code == 1:
+        return load_u16(data, field) + 256
+    if code == 2:
+        return load_u32(data, field)
+    size = load_u64(data, field)
+    return int(np.int64(size)) if size < np.uint64(1 << 62) else _UNKNOWN
+
+
+@kernel
+def frame_sizes(data: ByteArray, offset: IntArray, length: IntArray, out: IntArray) -> int:
+    """`frame_size` of all payloads; how many of them are zstd frames. Payloads are inside of `data`."""
+    frames = 0
+    for i in range(offset.shape[0]):
+        out[i] = frame_size(data, offset[i], length[i])
+        frames += out[i] != _PLAIN
+    return frames
 
 
 def unpack_messages(rows: Rows, log: ImportLog) -> Iterator[Rows]:
@@ -28,45 +63,46 @@ def unpack_messages(rows: Rows, log: ImportLog) -> Iterator[Rows]:
 
     Sizes are taken from the frames' headers and checked before anything is unpacked.
     """
-    if not len(rows.data):
+    sizes = np.empty(len(rows.offset), dtype=np.int64)
+    data = rows.data.view()
+    data.flags.writeable = False  # whatever it was, so that the kernel is compiled once
+    packed = frame_sizes(data, rows.offset, rows.length, sizes)
+    if not packed:
         yield rows
         return
-    packed = _magics(rows) == ZSTD_MAGIC
-    if not packed.any():
-        yield rows
-        return
-    import zstandard
-
-    blobs = np.split(rows.data, rows.offset[1:])
-    chosen = [blobs[i].tobytes() for i in np.flatnonzero(packed)]
-    sizes = np.fromiter(map(zstandard.frame_content_size, chosen), dtype=np.int64, count=len(chosen))
-    kept = np.flatnonzero((sizes > 0) & (sizes <= MAX_MESSAGE))
-    log.reject("compressed message of unknown or impossible size", len(chosen) - len(kept))
-    log.reject("message that is not compressed, in a compressed bag", int((~packed).sum()))
-    which = np.flatnonzero(packed)[kept]
-    part = np.cumsum(sizes[kept]) // BATCH_BYTES
+    log.reject("message that is not compressed, in a compressed bag", len(sizes) - packed)
+    which = np.flatnonzero((sizes > 0) & (sizes <= MAX_MESSAGE))
+    log.reject("compressed message of unknown or impossible size", packed - len(which))
+    part = np.cumsum(sizes[which]) // BATCH_BYTES
     for number in np.unique(part):
-        members = np.flatnonzero(part == number)
-        data, length, good = _unpack([chosen[i] for i in kept[members]])
+        at = which[part == number]
+        unpacked, length, good = _unpack(rows, at, sizes[at])
         log.reject("compressed message that is damaged", int((~good).sum()))
-        at = which[members][good]
-        yield Rows(rows.topic_id[at], rows.time_ns[at], np.cumsum(length) - length, length, data)
+        at = at[good]
+        yield Rows(rows.topic_id[at], rows.time_ns[at], np.cumsum(length) - length, length, unpacked)
 
 
-def _unpack(frames: list[bytes]) -> tuple[ByteArray, IntArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+def _unpack(rows: Rows, at: IntArray, sizes: IntArray) -> tuple[ByteArray, IntArray, NDArray[np.bool_]]:
     """Unpack frames: joined bytes, length of each, and which of them were whole."""
     import zstandard
 
     unpacker = zstandard.ZstdDecompressor(max_window_size=MAX_MESSAGE)
-    good = np.ones(len(frames), dtype=np.bool_)
+    offset, length = rows.offset[at], rows.length[at]
+    good = np.ones(len(at), dtype=np.bool_)
     try:
-        parts = list(map(unpacker.decompress, frames))
-    except zstandard.ZstdError:
-        parts = []  # one of them is damaged: only then they are looked at one by one
-        for i, frame in enumerate(frames):
-            try:
-                parts.append(unpacker.decompress(frame))
-            except zstandard.ZstdError:
-                good[i] = False
-    length = np.fromiter(map(len, parts), dtype=np.int64, count=len(parts))
-    return np.frombuffer(b"".join(parts), dtype=np.uint8), length, good
+        places = np.stack([offset, length], axis=1).astype(np.uint64).tobytes()
+        frames = zstandard.BufferWithSegments(rows.data.data, places)
+        sizes_64 = sizes.astype(np.uint64).tobytes()
+        whole: Any = unpacker.multi_decompress_to_buffer(frames, decompressed_sizes=sizes_64, threads=1)
+        joined = b"".join(map(whole.__getitem__, range(len(at))))
+        return np.frombuffer(joined, dtype=np.uint8), sizes, good
+    except (zstandard.ZstdError, AttributeError, NotImplementedError):
+        pass  # one of them is damaged, or this build cannot unpack many at once: they are looked at one by one
+    parts: list[bytes] = []
+    for i, (start, size) in enumerate(zip(offset.tolist(), length.tolist(), strict=True)):
+        try:
+            parts.append(unpacker.decompress(rows.data[start : start + size].tobytes()))
+        except zstandard.ZstdError:
+            good[i] = False
+    found = np.fromiter(map(len, parts), dtype=np.int64, count=len(parts))
+    return np.frombuffer(b"".join(parts), dtype=np.uint8), found, good

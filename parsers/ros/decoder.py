@@ -3,23 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from parsers.channels import ByteArray, FloatArray, IntArray
-from parsers.ros.contract import Decoded, FieldInfo, MessageDecoder
+from parsers.channels import ByteArray, IntArray
+from parsers.ros.contract import Decoded, FieldInfo
 from parsers.ros.grammar import Encoding, full_name, parse_types, standard_types
-from parsers.ros.kernels import decode_all
-from parsers.ros.layout import Layout, compile_layout, specialise
+from parsers.ros.kernels import Program, Rows
+from parsers.ros.layout import Layout, compile_layout
+from parsers.ros.program import make_program, make_rows, make_shapes
+from parsers.ros.replay import decode_rows
 
 
 @dataclass(frozen=True)
 class LayoutDecoder:
-    """A `MessageDecoder` over a compiled layout."""
+    """A `MessageDecoder` over a compiled layout. programs: those made so far, by the wanted field paths."""
 
     layout: Layout
     encoding: Encoding
+    programs: dict[tuple[str, ...], Program] = field(default_factory=dict, compare=False, repr=False)
 
     @property
     def fields(self) -> Sequence[FieldInfo]:
@@ -36,50 +39,43 @@ class LayoutDecoder:
 
         Paths that are texts or unknown come back as NaN. Payloads that do not fit the type are NaN and counted.
         """
-        ops, table = specialise(self.layout, wanted, self.encoding)
         # a view that cannot be written: memory-mapped, read and joined bytes then all use one compiled kernel
         view = np.ascontiguousarray(data, dtype=np.uint8).view()
         view.flags.writeable = False
         offset = np.ascontiguousarray(offset, dtype=np.int64)
         length = np.ascontiguousarray(length, dtype=np.int64)
-        columns, stamp_ns, whole = self._run(view, offset, length, ops, table, len(wanted), 4)
-        if self.layout.has_wstring and not whole.all():
+        program = self.program(wanted)
+        rows, bad = self._run(view, offset, length, program)
+        if self.layout.has_wstring and bad:
             # Fast CDR wrote four bytes for a wide character before version 2, and two since
-            other = self._run(view, offset, length, ops, table, len(wanted), 2)
-            if other[2].sum() > whole.sum():
-                columns, stamp_ns, whole = other
-        broken = ~whole
-        if broken.any():
-            columns[:, broken] = np.nan
-            stamp_ns[broken] = 0
+            other = self._run(view, offset, length, program._replace(wide=2))
+            if other[1] < bad:
+                rows, bad = other
+        columns = rows.cells.reshape(len(wanted), len(offset))
         return Decoded(
             columns=dict(zip(wanted, columns, strict=True)),
-            stamp_ns=stamp_ns if self.layout.has_header else None,
-            bad=int(broken.sum()),
+            stamp_ns=rows.stamp if self.layout.has_header else None,
+            bad=bad,
         )
 
-    def _run(
-        self,
-        data: ByteArray,
-        offset: IntArray,
-        length: IntArray,
-        ops: IntArray,
-        table: IntArray,
-        k: int,
-        wide: int,
-    ) -> tuple[FloatArray, IntArray, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
+    def program(self, wanted: Sequence[str]) -> Program:
+        """The program for these field paths; kept, since batch after batch asks for the same ones."""
+        key = tuple(wanted)
+        found = self.programs.get(key)
+        if found is None:
+            found = self.programs[key] = make_program([(self.layout, key)], self.encoding)
+        return found
+
+    def _run(self, data: ByteArray, offset: IntArray, length: IntArray, program: Program) -> tuple[Rows, int]:
         n = len(offset)
-        columns = np.full((k, n), np.nan)
-        stamp_ns = np.zeros(n, dtype=np.int64)
-        whole = np.zeros(n, dtype=np.bool_)
-        cdr = self.encoding == "cdr"
-        decode_all(data, offset, length, cdr, wide, self.layout.depth, ops, table, columns, stamp_ns, whole)
-        return columns, stamp_ns, whole
+        rows = make_rows(program, np.array([n], dtype=np.int64))
+        shapes = make_shapes(program, self.layout.depth)
+        return rows, decode_rows(data, offset, length, 0, 0, n, program, shapes, rows)
 
 
 def make_decoder(
     type_name: str, definition: str, encoding: Encoding, definition_format: str = "msg"
-) -> MessageDecoder:
+) -> LayoutDecoder:
     """A decoder for one message type.
 
     type_name: "sensor_msgs/Imu" or "sensor_msgs/msg/Imu". definition: the text as bags and MCAP schemas hold it, with
@@ -98,7 +94,7 @@ def make_decoder(
     return LayoutDecoder(compile_layout(type_name, types, encoding), encoding)
 
 
-def make_standard_decoder(type_name: str, encoding: Encoding) -> MessageDecoder | None:
+def make_standard_decoder(type_name: str, encoding: Encoding) -> LayoutDecoder | None:
     """A decoder for a type of the ROS distributions, for logs without definitions. None for unknown types."""
     types = standard_types(full_name(type_name), encoding)
     return None if types is None else LayoutDecoder(compile_layout(type_name, types, encoding), encoding)

@@ -161,7 +161,7 @@ def _single(
     if spec.base in ("string", "wstring"):
         builder.fields.extend(FieldInfo(path, "text") for path in paths)
         builder.has_wstring = builder.has_wstring or spec.base == "wstring"
-        builder.op(OP_STRING if spec.base == "string" else OP_WSTRING, 0, 4)
+        builder.op(OP_STRING if spec.base == "string" else OP_WSTRING, 0, 1)
         return 4, False
     return _primitives(builder, spec, paths)
 
@@ -244,7 +244,7 @@ def specialise(layout: Layout, wanted: Sequence[str], encoding: Encoding) -> tup
             if rows and rows[-1][OP] == OP_SKIP:
                 rows[-1][SIZE] += size
                 continue
-            row = [OP_SKIP, 0, size, 0, 0, -1, -1]
+            row = [OP_SKIP, 0, size, 1, 0, -1, -1]
         elif row[OP] == OP_LOOP:
             open_loops.append(len(rows))
         elif row[OP] == OP_END:

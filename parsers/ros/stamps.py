@@ -8,6 +8,7 @@ import numpy as np
 
 from parsers.channels import FloatArray, IntArray
 from parsers.importer import ImportLog
+from parsers.jit import kernel
 
 SAME_CLOCK_NS = 60_000_000_000
 """Header and receive time further apart than this are on different clocks (simulated time, time since boot)."""
@@ -25,6 +26,31 @@ def is_wall_clock(first_receive_ns: int | None, log: ImportLog) -> bool:
         f"the log's clock is no wall clock (it begins at {first_receive_ns / 1e9:.1f} s: simulated time?)"
     )
     return False
+
+
+@kernel
+def choose_stamps(
+    header_ns: IntArray, receive_ns: IntArray, limit: int, chosen: IntArray, delays: FloatArray
+) -> tuple[int, int, int]:
+    """Header stamps where they are within `limit` of the receive times, else these: into chosen, all of shape (n,).
+
+    (how many have no header stamp, how many are further off, how many delays were kept): some, spread over all.
+    """
+    step = max(1, (header_ns.shape[0] + delays.shape[0] - 1) // max(1, delays.shape[0]))
+    empty, far, kept, wait = 0, 0, 0, 0
+    for i in range(header_ns.shape[0]):
+        stamp, receive = header_ns[i], receive_ns[i]
+        # neither is negative where both are looked at, so that their difference fits
+        near = stamp > 0 and receive >= 0 and abs(receive - stamp) <= limit
+        chosen[i] = stamp if near else receive
+        if stamp <= 0:
+            empty += 1
+        elif not near:
+            far += 1
+        elif i >= wait:
+            delays[kept] = receive - stamp
+            kept, wait = kept + 1, i + step
+    return empty, far, kept
 
 
 @dataclass
@@ -55,27 +81,33 @@ class StampChooser:
         """Announce a topic, so that `clock` can speak of it before anything is read."""
         self.topics.setdefault(topic, _Topic(has_header))
 
-    def choose(self, topic: str, header_ns: IntArray | None, receive_ns: IntArray) -> IntArray:
-        """The time of each message of a batch; both inputs and the output have shape (n,), int64 nanoseconds."""
+    def choose(
+        self, topic: str, header_ns: IntArray | None, receive_ns: IntArray, *, in_place: bool = False
+    ) -> IntArray:
+        """The time of each message of a batch; both inputs and the output have shape (n,), int64 nanoseconds.
+
+        in_place: the result may be written over header_ns.
+        """
         state = self.topics.setdefault(topic, _Topic(header_ns is not None))
         state.messages += len(receive_ns)
         if header_ns is None:
             return receive_ns
-        stamped = header_ns > 0
-        delay = receive_ns.astype(np.float64) - header_ns.astype(np.float64)
-        if state.uses_header is None and stamped.any():
-            middle = float(np.median(delay[stamped]))
+        if state.uses_header is None and (header_ns > 0).any():
+            stamped = header_ns > 0
+            middle = float(np.median(receive_ns[stamped].astype(np.float64) - header_ns[stamped]))
             state.uses_header = abs(middle) <= SAME_CLOCK_NS
             state.other_clock_s = middle / 1e9
         if not state.uses_header:
-            state.empty += int((~stamped).sum())
+            state.empty += int(np.count_nonzero(header_ns <= 0))
             return receive_ns
-        near = stamped & (np.abs(delay) <= SAME_CLOCK_NS)
-        state.empty += int((~stamped).sum())
-        state.far += int((stamped & ~near).sum())
-        used = delay[near]
-        state.delays_s.append(used[:: max(1, len(used) // _KEPT)] / 1e9)
-        return np.where(near, header_ns, receive_ns)
+        header_ns, receive_ns = np.ascontiguousarray(header_ns), np.ascontiguousarray(receive_ns)
+        chosen = header_ns if in_place else np.empty(len(receive_ns), dtype=np.int64)
+        delays = np.empty(min(_KEPT, len(receive_ns)), dtype=np.float64)
+        empty, far, kept = choose_stamps(header_ns, receive_ns, SAME_CLOCK_NS, chosen, delays)
+        state.empty += empty
+        state.far += far
+        state.delays_s.append(delays[:kept] / 1e9)
+        return chosen
 
     @property
     def clock(self) -> str:

@@ -10,7 +10,7 @@ from parsers.channels import ByteArray, ChannelInfo, Chunk, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.ros.contract import MessageDecoder
-from parsers.ros.decoder import make_decoder, make_standard_decoder
+from parsers.ros.decoder import LayoutDecoder, make_decoder, make_standard_decoder
 from parsers.ros.grammar import Encoding, short_name
 from parsers.ros.stamps import StampChooser
 
@@ -54,7 +54,7 @@ class Topic:
 
 def find_decoder(
     type_name: str, definition: str, encoding: Encoding, log: ImportLog, definition_format: str = "msg"
-) -> MessageDecoder | None:
+) -> LayoutDecoder | None:
     """A decoder for a type as a log defines it; without a definition the standard type of that name.
 
     None, with a note, where there is neither: the caller leaves the topics of that type out.

@@ -7,6 +7,7 @@ import re
 
 import pytest
 
+import parsers.convert
 import parsers.load
 
 
@@ -130,6 +131,7 @@ def test_a_folder_that_cannot_be_written_is_said_before_the_work(
     inside, drive, tmp_path, monkeypatch, command
 ):
     monkeypatch.setattr(parsers.load, "load_drive", lambda *_: pytest.fail("the log was read"))
+    monkeypatch.setattr(parsers.convert, "convert_logs", lambda *_: pytest.fail("the log was read"))
     assert one_line(inside(command, drive, "--out", drive), drive, "is a file", "--out")
     assert one_line(inside(command, drive, "--out", drive / "deep" / "er"), drive, "is a file", "--out")
     if os.geteuid() != 0:
@@ -169,7 +171,7 @@ def test_interrupts_and_a_full_memory_have_no_traceback(
     def fail(*_):
         raise error
 
-    monkeypatch.setattr(parsers.load, "load_drive", fail)
+    monkeypatch.setattr(parsers.convert, "convert_logs", fail)
     run = inside("convert", drive, "--out", tmp_path / "out")
     assert (run.code, run.out) == (code, "")
     assert run.err.startswith(f"cogest: {words}")

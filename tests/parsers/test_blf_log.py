@@ -288,6 +288,139 @@ def test_random_damage_never_hangs_or_raises(tmp_path: Path) -> None:
         assert len(rows) <= 120
 
 
+FD_BODY = struct.Struct("<HBBLLBBB5x")
+
+
+def fd(channel: int, ident: int, data: bytes, *, valid: int | None = None) -> bytes:
+    """The body of a CAN_FD_MESSAGE with as much of its data as is given."""
+    return FD_BODY.pack(channel, 0, 15, ident, 0, 0, 1, len(data) if valid is None else valid) + data
+
+
+def mixed_objects(count: int) -> tuple[list[bytes], list[Row]]:
+    """Objects of all sorts in no regular order, and the frames that they are."""
+    rng = np.random.default_rng(8)
+    objects, rows = [], []
+    for k in range(count):
+        sort, data = int(rng.integers(5)), rng.bytes(int(rng.integers(0, 9)))
+        ident, ticks = int(rng.integers(0x700)), k * 1000
+        if sort == 0:
+            objects.append(obj(1, classic(2, ident, data), ticks))
+        elif sort == 1:
+            objects.append(obj(86, classic(2, ident, data) + bytes(8), k, flags=1))
+            ticks = k * 10_000
+        elif sort == 2:
+            data = rng.bytes(int(rng.integers(0, 65)))
+            objects.append(obj(100, fd(2, ident, data), ticks))
+        elif sort == 3:
+            # the writer left out what is zero at the end
+            objects.append(obj(100, fd(2, ident, data, valid=48), ticks))
+            data = data.ljust(48, b"\0")
+        else:
+            objects.append(obj(65, b"LOBJ" * int(rng.integers(9)), ticks))
+            continue
+        rows.append((ticks, ident, 2, data))
+    return objects, rows
+
+
+def write_containers(path: Path, content: bytes, size: int) -> Path:
+    parts = (content[at : at + size] for at in range(0, len(content), size))
+    path.write_bytes(header_bytes(start=(0,) * 8) + b"".join(map(container, parts)))
+    return path
+
+
+@pytest.mark.parametrize("workers", [1, 2, 3])
+@pytest.mark.parametrize(("group", "read"), [(1, 128), (700, 1000), (1 << 20, 1 << 20)])
+def test_every_sort_of_object_whatever_is_read_together(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, workers: int, group: int, read: int
+) -> None:
+    monkeypatch.setattr("parsers.parallel.cores", lambda: workers)
+    monkeypatch.setattr("parsers.blf_groups.GROUP_BYTES", group)
+    monkeypatch.setattr("parsers.blf_groups.READ_BYTES", read)
+    objects, expected = mixed_objects(3000)
+    path = write_containers(tmp_path / "a.blf", b"".join(objects), 333)
+    rows, log = frames_of(path)
+    assert rows == expected
+    assert (log.status, log.messages, dict(log.rejected)) == ("complete", len(expected), {})
+
+
+def test_more_frames_in_a_container_than_in_a_batch(tmp_path: Path) -> None:
+    count = 80_000
+    content = b"".join(obj(1, classic(1, k & 0x7FF, bytes([k & 255])), k) for k in range(count))
+    rows, log = frames_of(write_containers(tmp_path / "a.blf", content, len(content)))
+    assert [(row[0], row[1]) for row in rows] == [(k, k & 0x7FF) for k in range(count)]
+    assert log.status == "complete"
+
+
+def test_more_payloads_with_zeros_left_out_than_there_is_room_for(tmp_path: Path) -> None:
+    content = b"".join(obj(100, fd(1, 5, bytes([k & 255]), valid=64), k) for k in range(5000))
+    rows, _ = frames_of(write_containers(tmp_path / "a.blf", content, 1 << 20))
+    assert [row[3] for row in rows] == [bytes([k & 255]).ljust(64, b"\0") for k in range(5000)]
+
+
+@pytest.mark.parametrize("claimed", [0, 1, 1919, 1921, 1 << 20, 0xFFFFFFFF])
+def test_a_container_whose_stated_size_is_not_true_is_read_all_the_same(tmp_path: Path, claimed: int) -> None:
+    whole = container(b"".join(NUMBERED))
+    path = tmp_path / "a.blf"
+    wrong = whole[:24] + struct.pack("<L", claimed) + whole[28:]
+    path.write_bytes(header_bytes() + whole + wrong + whole)
+    rows, log = frames_of(path)
+    assert [row[1] for row in rows] == list(range(40)) * 3
+    assert log.status == "complete"
+
+
+@pytest.mark.parametrize("method", [0, 2], ids=["stored", "zlib"])
+def test_an_object_larger_than_containers(tmp_path: Path, method: int) -> None:
+    content = NUMBERED[0] + obj(65, b"LOBJ" * 5000, 0) + NUMBERED[1]
+    path = tmp_path / "a.blf"
+    parts = [content[at : at + 3000] for at in range(0, len(content), 3000)]
+    path.write_bytes(header_bytes() + b"".join(container(part, method) for part in parts))
+    rows, log = frames_of(path)
+    assert [row[1] for row in rows] == [0, 1]
+    assert log.status == "complete"
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+def test_damage_within_a_group_costs_what_is_in_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, workers: int
+) -> None:
+    monkeypatch.setattr("parsers.parallel.cores", lambda: workers)
+    # cut within an object: what straddles the damage is lost as well
+    content = b"".join(NUMBERED)
+    parts = [bytearray(container(content[at : at + 200])) for at in range(0, len(content), 200)]
+    for number in (2, 6):
+        parts[number][35:50] = b"\xff" * 15
+    path = tmp_path / "a.blf"
+    path.write_bytes(header_bytes() + b"".join(parts))
+    rows, log = frames_of(path)
+    assert [row[1] for row in rows] == [*range(8), *range(13, 25), *range(30, 40)]
+    start = START * 1_000_000_000 + 250_000_000
+    assert log.lost_spans_ns == [(start + 7000, start + 13_000), (start + 24_000, start + 30_000)]
+    assert log.rejected["damaged container in the BLF file"] == 2
+
+
+def test_one_id_as_classic_and_fd_with_signals_beyond_byte_8(tmp_path: Path) -> None:
+    dbc = tmp_path / "a.dbc"
+    dbc.write_text(
+        'VERSION ""\nBU_: A\nBO_ 256 M: 24 A\n SG_ Near : 0|16@1- (1,0) [0|0] "" A\n'
+        ' SG_ Far : 151|24@0+ (1,0) [0|0] "" A\n SG_ Across : 60|8@1+ (1,0) [0|0] "" A\n',
+        encoding="latin-1",
+    )
+    long = bytes(range(100, 124))
+    content = obj(1, classic(1, 256, long[:8]), 1) + obj(100, fd(1, 256, long), 2)
+    content += obj(1, classic(1, 256, long[:1]), 3) + obj(100, fd(1, 256, long + bytes(8)), 4)
+    path = write_containers(tmp_path / "a.blf", content, 70)
+    log = ImportLog()
+    reader = BlfImporter().open(path, ReadOptions(dbc=(dbc,)), log)
+    (chunk,) = reader.read(frozenset(channel.name for channel in reader.channels))
+    near, far = int.from_bytes(long[:2], "little"), int.from_bytes(long[18:21], "big")
+    across = int.from_bytes(long[7:9], "little") >> 4 & 0xFF
+    nan = np.nan
+    np.testing.assert_array_equal(chunk.columns["M.Near"], [near, near, nan, near])
+    np.testing.assert_array_equal(chunk.columns["M.Far"], [nan, far, nan, far])
+    np.testing.assert_array_equal(chunk.columns["M.Across"], [nan, across, nan, across])
+    assert dict(log.rejected) == {"M: frame shorter than the DBC says": 2}
+
+
 def test_too_short_for_a_header(tmp_path: Path) -> None:
     path = tmp_path / "a.blf"
     path.write_bytes(b"LOGG" + b"\0" * 20)

@@ -12,30 +12,25 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from parsers.can.database import load_database
-from parsers.can.decode import decode_signal, frame_keys, j1939_codes, raw_values, rows_by_slot
+from parsers.can.decode import Payloads, decode_signal, j1939_codes, raw_values, short
 from parsers.can.definitions import BitField, SignalDef
-from parsers.can.frames import CanFrames
 from parsers.importer import ImportLog
 
 
-def frames_of(payloads: list[bytes], can_id: int = 0x100) -> CanFrames:
-    """Frames with these payloads, packed back to back, 10 ms apart."""
-    lengths = np.array([len(p) for p in payloads], dtype=np.uint8)
-    ends = np.cumsum(lengths.astype(np.int64))
-    return CanFrames(
-        time_ns=np.arange(len(payloads), dtype=np.int64) * 10_000_000,
-        can_id=np.full(len(payloads), can_id, dtype=np.uint32),
-        bus=np.ones(len(payloads), dtype=np.int16),
-        length=lengths,
-        offset=ends - lengths,
-        data=np.frombuffer(b"".join(payloads), dtype=np.uint8).copy(),
+def payloads_of(payloads: list[bytes]) -> Payloads:
+    """These payloads, 10 ms apart; beyond each one's end is rubbish, as in the decoder's words."""
+    width = max(1, -(-max(len(p) for p in payloads) // 8))
+    padded = b"".join(p.ljust(8 * width, b"\xa5") for p in payloads)
+    return Payloads(
+        np.arange(len(payloads), dtype=np.int64) * 10_000_000,
+        np.array([len(p) for p in payloads], np.uint8),
+        np.frombuffer(padded, "<u8").astype(np.uint64).reshape(-1, width),
+        min(len(p) for p in payloads),
     )
 
 
 def decode(payloads: list[bytes], signal: SignalDef, **how: bool) -> list[float]:
-    frames = frames_of(payloads)
-    rows = np.arange(len(payloads), dtype=np.int64)
-    return decode_signal(frames, rows, signal, **how).values.tolist()
+    return decode_signal(payloads_of(payloads), signal, **how).values.tolist()
 
 
 def test_little_endian_by_hand() -> None:
@@ -66,9 +61,14 @@ def test_all_lengths_at_all_places(little: bool, bits: int) -> None:
         else:
             start = 8 * (place // 8) + 7 - place % 8
             expected = (int.from_bytes(payload, "big") >> (8 * 17 - place - bits)) & ((1 << bits) - 1)
-        rows = np.zeros(1, dtype=np.int64)
-        raw, short = raw_values(frames_of([payload]), rows, BitField(start, bits, little))
-        assert (int(raw[0]), bool(short[0])) == (expected, False)
+        one = payloads_of([payload])
+        field = BitField(start, bits, little)
+        assert (int(raw_values(one, field)[0]), bool(short(one, [field])[0])) == (expected, False)
+        # the short way of fields in one word
+        signed = expected - (1 << bits) if expected >> (bits - 1) else expected
+        for is_signed, value in ((False, expected), (True, signed)):
+            signal = SignalDef("s", field, signed=is_signed, scale=0.5, offset=3.0)
+            assert decode_signal(one, signal).values[0] == float(value) * 0.5 + 3.0
 
 
 def test_floats_of_all_widths() -> None:
@@ -81,37 +81,35 @@ def test_floats_of_all_widths() -> None:
         assert decode(swapped, SignalDef("s", BitField(15, bits, False), is_float=True)) == got
 
 
-def test_short_frames_are_nan_and_long_ones_fine() -> None:
-    signal = SignalDef("s", BitField(8, 16, True))
-    frames = frames_of([b"\x00\x01\x02", b"\x00\x01", b"", b"\x00\x01\x02\xff\xff"])
-    got = decode_signal(frames, np.arange(4, dtype=np.int64), signal)
-    assert got.short.tolist() == [False, True, True, False]
+@pytest.mark.parametrize("signed", [True, False])
+def test_short_frames_are_nan_and_long_ones_fine(signed: bool) -> None:
+    signal = SignalDef("s", BitField(8, 16, True), signed=signed)
+    payloads = payloads_of([b"\x00\x01\x02", b"\x00\x01", b"", b"\x00\x01\x02\xff\xff"])
+    assert short(payloads, [signal.field]).tolist() == [False, True, True, False]
+    got = decode_signal(payloads, signal)
     assert np.isnan(got.values).tolist() == [False, True, True, False]
     assert got.values[[0, 3]].tolist() == [0x0201, 0x0201]
 
 
-def test_a_payload_outside_its_buffer_is_short_not_a_crash() -> None:
-    frames = frames_of([b"\x01\x02"])
-    wild = CanFrames(
-        frames.time_ns.repeat(3), frames.can_id.repeat(3), frames.bus.repeat(3), frames.length.repeat(3),
-        np.array([1, -1, 2**63 - 1], dtype=np.int64), frames.data,
-    )  # fmt: skip
-    for little in (True, False):
-        _, short = raw_values(wild, np.arange(3, dtype=np.int64), BitField(7, 9, little))
-        assert short.all()
+def test_a_field_beyond_what_was_kept_is_nan() -> None:
+    payloads = payloads_of([bytes(8), bytes(7)])
+    for field in (BitField(60, 8, True), BitField(64, 1, True), BitField(600, 8, False)):
+        assert np.isnan(decode_signal(payloads, SignalDef("s", field)).values).all()
+        assert short(payloads, [field]).all()
+        assert raw_values(payloads, field).tolist() == [0, 0]
 
 
 def test_j1939_codes_become_nan_and_are_counted_apart() -> None:
     signal = SignalDef("s", BitField(0, 16, True), scale=1 / 256)
     codes = [0xFFFF, 0xFF00, 0xFE80, 0xFB00, 0xFDFF, 0xFAFF, 0]
-    frames = frames_of([code.to_bytes(2, "little") for code in codes])
-    got = decode_signal(frames, np.arange(len(codes), dtype=np.int64), signal, j1939=True)
+    payloads = payloads_of([code.to_bytes(2, "little") for code in codes])
+    got = decode_signal(payloads, signal, j1939=True)
     assert np.isnan(got.values).tolist() == [True, True, True, True, True, False, False]
     assert (got.not_available, got.errors, got.reserved) == (2, 1, 2)
     assert got.values[5] == 0xFAFF / 256
-    plain = decode_signal(frames, np.arange(len(codes), dtype=np.int64), signal)
+    plain = decode_signal(payloads, signal)
     assert not np.isnan(plain.values).any()
-    maker = decode_signal(frames, np.arange(len(codes), dtype=np.int64), signal, j1939=True, proprietary=True)
+    maker = decode_signal(payloads, signal, j1939=True, proprietary=True)
     assert np.isnan(maker.values).tolist() == [True] + [False] * 6
 
 
@@ -127,16 +125,6 @@ def test_value_table_codes_become_nan() -> None:
     signal = SignalDef("s", BitField(0, 8, True), signed=True, invalid=(0x80,))
     got = decode([b"\x7f", b"\x80", b"\x81"], signal)
     assert (got[0], math.isnan(got[1]), got[2]) == (127, True, -127)
-
-
-def test_rows_by_slot_keeps_the_order_and_leaves_out_the_rest() -> None:
-    slot = np.array([1, -1, 0, 1, 5, 1], dtype=np.int64)
-    assert [rows.tolist() for rows in rows_by_slot(slot, 3)] == [[2], [0, 3, 5], []]
-
-
-def test_keys_hold_bus_and_extended_id() -> None:
-    frames = frames_of([b""], can_id=0x98FEF1FE)
-    assert frame_keys(frames).tolist() == [(1 << 32) | 0x98FEF1FE]
 
 
 @st.composite
@@ -163,15 +151,15 @@ def test_equal_to_cantools_for_any_layout(tmp_path: Path, data: st.DataObject) -
     text = 'VERSION ""\n\nBU_:\n\n' + "\n".join(messages)
     path = tmp_path / "any.dbc"
     path.write_text(text)
-    payloads = data.draw(st.lists(st.binary(min_size=size, max_size=size), min_size=1, max_size=8))
+    drawn = data.draw(st.lists(st.binary(min_size=size, max_size=size), min_size=1, max_size=8))
     peer = cantools.database.load_string(text, "dbc", strict=False)
-    frames = frames_of(payloads)
+    payloads = payloads_of(drawn)
     loaded = load_database(path, ImportLog())
     assert len(loaded) == len(lines)
     for message in loaded:
         (signal,) = message.signals
-        got = decode_signal(frames, np.arange(len(payloads), dtype=np.int64), signal).values
-        rows = [peer.decode_message(message.can_id, p, decode_choices=False) for p in payloads]
+        got = decode_signal(payloads, signal).values
+        rows = [peer.decode_message(message.can_id, p, decode_choices=False) for p in drawn]
         want = np.array([float(row[signal.name]) for row in rows])
         if signal.field.length > 53:
             # cantools multiplies whole numbers without bound, float64 rounds once more

@@ -18,10 +18,18 @@ from parsers.importer import ImportLog, ReadOptions
 Frame = tuple[int, int, int, bytes]
 
 
+def forget_counts(log: ImportLog) -> None:
+    """What opening counted, which may have gone through the log already."""
+    log.messages = 0
+    log.rejected.clear()
+    log.lost_spans_ns.clear()
+
+
 def open_frames(path: Path, log: ImportLog | None = None) -> list[Frame]:
     """(time_ns, id with EXTENDED, bus, payload) of every frame."""
     log = log or ImportLog()
     reader = CandumpImporter().open(path, ReadOptions(), log)
+    forget_counts(log)
     return [frame for batch in reader._source.frames(counting=True) for frame in unpack(batch)]
 
 
@@ -155,6 +163,15 @@ def test_console_without_stamps_is_refused_with_the_next_step(tmp_path: Path) ->
         CandumpImporter().open(path, ReadOptions(), ImportLog())
 
 
+def test_one_line_that_lost_its_stamp_is_not_a_log_without_stamps(tmp_path: Path) -> None:
+    path = tmp_path / "console.txt"
+    line = " (1436509052.249713)  vcan0  123   [2]  11 22\n"
+    path.write_text(line + "  vcan0  123   [2]  11 22\n" + line)
+    log = ImportLog()
+    assert len(open_frames(path, log)) == 2
+    assert dict(log.rejected) == {"malformed line: no time stamp that can be read": 1}
+
+
 def test_truncated_last_line_is_said_and_the_rest_kept(tmp_path: Path) -> None:
     path = tmp_path / "cut.log"
     path.write_text("(1436509052.1) can0 123#1122\n(1436509052.2) can0 123#112")
@@ -193,7 +210,7 @@ def test_blocks_do_not_change_the_result(tmp_path: Path, monkeypatch: pytest.Mon
         for message in random_messages(200, seed=3):
             writer.on_message_received(message)
     whole = open_frames(path)
-    monkeypatch.setattr("parsers.can.textlines.blocks_of_lines.__defaults__", (333,))
+    monkeypatch.setattr("parsers.can.pieces.PIECE_BYTES", 333)
     assert open_frames(path) == whole
 
 

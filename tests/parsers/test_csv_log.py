@@ -16,14 +16,17 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from parsers.channels import FloatArray, IntArray
+from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.csv_log import CsvImporter, CsvReader
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
+from parsers.jit import kernel
+from parsers.table_bytes import address_of
 from parsers.table_names import ColumnName, is_unit, split_header, unique_names
 from parsers.table_numbers import HARD, OK, TEXT, parse_number
-from parsers.table_rows import RowRules, plain_float, read_rows
-from parsers.table_stamps import calendar_ns, decimal_ns, unwrap_days
+from parsers.table_rows import RowCollector, RowPlan, RowRules, plain_float
+from parsers.table_stamps import calendar_stamp, decimal_stamp, unwrap_days
+from parsers.table_swar import PADDING
 from parsers.table_text import find_encoding, text_blocks
 from parsers.table_time import guess_unit
 
@@ -361,6 +364,7 @@ def test_no_header(tmp_path: Path) -> None:
 
 
 ERRORS = {
+    "one column": ("t\n1\n2\n3\n", ReadOptions(), "no rows of numbers"),
     "no time column": ("a,b\n1,2\n3,4\n5,6\n", ReadOptions(), r"no time column.*\[time\]"),
     "no header": ("1,2\n3,4\n5,6\n", ReadOptions(), r"no time column.*column_1"),
     "no such column": ("tme,b\n1,2\n3,4\n", ReadOptions(time_channel="time"), r'no column "time".*"tme"'),
@@ -437,8 +441,10 @@ def test_blocks_join_without_a_seam(tmp_path: Path) -> None:
         assert all(part.endswith(b"\n") for part in parts)
         body = text[text.index("\n") + 1 :].encode()
         assert b"".join(parts) == body
-    rules = RowRules(44, 4, 4)
-    got = np.concatenate([read_rows(part, rules, (1, 2, 3), ()).numbers for part in parts], axis=1)
+    collector = RowCollector(RowPlan(RowRules(44, 4, 4), (1, 2, 3)))
+    for part in parts:
+        collector.take(bytearray(part + bytes(PADDING)), 0, len(part), len(part), 0)
+    got = np.concatenate([block.numbers for block in collector.finish()], axis=1)
     np.testing.assert_array_equal(got, values.T)
 
 
@@ -448,13 +454,32 @@ def test_equals_the_peer_reader() -> None:
         {f"c{k}": rng.normal(size=500) * 10.0 ** rng.integers(-300, 300, 500) for k in range(6)}
     )
     text = frame.write_csv().encode()
-    block = read_rows(text[text.index(b"\n") + 1 :], RowRules(44, 6, 6), tuple(range(6)), ())
+    collector = RowCollector(RowPlan(RowRules(44, 6, 6), tuple(range(6))))
+    collector.take(bytearray(text + bytes(PADDING)), text.index(b"\n") + 1, len(text), len(text), 0)
+    (block,) = collector.finish()
     np.testing.assert_array_equal(block.numbers.T, pl.read_csv(io.BytesIO(text)).to_numpy())
 
 
+@kernel
+def parse_bytes(data: ByteArray, decimal: int, thousands: int) -> tuple[int, float]:
+    start = address_of(data)
+    return parse_number(start, start + data.shape[0], decimal, thousands)
+
+
+@kernel
+def decimal_bytes(data: ByteArray, unit_ns: int) -> tuple[bool, int]:
+    start = address_of(data)
+    return decimal_stamp(start, start + data.shape[0], 46, 0, unit_ns)
+
+
+@kernel
+def calendar_bytes(data: ByteArray) -> tuple[bool, int, int]:
+    start = address_of(data)
+    return calendar_stamp(start, start + data.shape[0], 0)
+
+
 def number(text: str, decimal: str = ".", thousands: str = "\0") -> tuple[int, float]:
-    data = np.frombuffer(text.encode(), dtype=np.uint8)
-    return parse_number(data, 0, len(data), ord(decimal), ord(thousands))
+    return parse_bytes(np.frombuffer(text.encode(), dtype=np.uint8), ord(decimal), ord(thousands))
 
 
 @settings(max_examples=400, deadline=None)
@@ -506,11 +531,9 @@ def test_hard_decimals(text: str) -> None:
 def test_decimal_seconds_are_exact(nanos: int) -> None:
     sign = "-" if nanos < 0 else ""
     text = f"{sign}{abs(nanos) // 10**9}.{abs(nanos) % 10**9:09d}"
-    out, valid = np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.bool_)
-    data = np.frombuffer(text.encode(), dtype=np.uint8)
-    decimal_ns(data, np.array([[0], [len(data)]]), 46, 0, 10**9, out, valid)
-    assert valid[0]
-    assert abs(int(out[0]) - nanos) <= (0 if len(text.strip("-").replace(".", "").lstrip("0")) <= 18 else 9)
+    valid, stamp = decimal_bytes(np.frombuffer(text.encode(), dtype=np.uint8), 10**9)
+    assert valid
+    assert abs(stamp - nanos) <= (0 if len(text.strip("-").replace(".", "").lstrip("0")) <= 18 else 9)
 
 
 @settings(max_examples=200, deadline=None)
@@ -523,12 +546,10 @@ def test_iso_times_are_exact(moment: datetime, zone: int, between: str) -> None:
     sign = "-" if zone < 0 else "+"
     text = f"{moment.isoformat(between)}{sign}{abs(zone) // 60:02d}:{abs(zone) % 60:02d}"
     data = np.frombuffer(text.encode(), dtype=np.uint8)
-    day, clock, zones = (np.zeros(1, dtype=np.int64) for _ in range(3))
-    valid = np.zeros(1, dtype=np.bool_)
-    calendar_ns(data, np.array([[0], [len(data)]]), 0, day, clock, zones, valid)
+    valid, day, rest = calendar_bytes(data)
     expected = (moment - datetime(1970, 1, 1) - timedelta(minutes=zone)) // timedelta(microseconds=1) * 1000
-    assert valid[0]
-    assert int(day[0] + clock[0] - zones[0] * 60 * 10**9) == expected
+    assert valid
+    assert day + rest == expected
 
 
 def test_times_of_day_run_on_over_midnight_and_back() -> None:
@@ -653,3 +674,63 @@ def test_damage_never_escapes_as_a_crash(tmp_path: Path) -> None:
             assert str(path) in str(error)  # noqa: PT017
         else:
             assert 0 < rows <= 300
+
+
+BREAKS = {
+    "broken rows": ("garbage\n" * 50, [(990_000_000, 1_500_000_000)]),
+    "bytes": ("1.0,\0\0\0\n" * 50, [(990_000_000, 1_500_000_000)]),
+    "no times": ("n/a,1,2\n" * 50, [(990_000_000, 1_500_000_000)]),
+    "comments": ("# pause\n" * 50, []),
+    "nothing": ("", []),
+}
+
+
+@pytest.mark.parametrize("case", BREAKS)
+@pytest.mark.parametrize("block_bytes", [200, 8_000_000])
+def test_what_damage_takes_in_time_is_written_down(case: str, block_bytes: int, tmp_path: Path) -> None:
+    broken, expected = BREAKS[case]
+    rows = [f"{k / 100:.2f},{k},7\n" for k in range(300)]
+    # a single bad row takes less than a quarter of a second with it
+    rows[200] = "2.00,1\n"
+    path = tmp_path / "log.csv"
+    path.write_text("bad\n" * 3 + "t [s],a,b\n" + "".join(rows[:100]) + broken + "".join(rows[150:]))
+    log = ImportLog()
+    reader = CsvImporter().open(path, ReadOptions(), log)
+    reader._block_bytes = block_bytes
+    assert sum(len(chunk.time_ns) for chunk in reader.read(frozenset({"a"}))) == 249
+    assert log.lost_spans_ns == expected
+
+
+def test_the_list_of_lost_spans_is_bounded(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t [s],a\n" + "".join(f"{k},1\n{'x' if k >= 4000 else ''}\n" for k in range(6000)))
+    log = ImportLog()
+    list(CsvImporter().open(path, ReadOptions(), log).read(frozenset({"a"})))
+    assert log.lost_spans_ns == [(k * 10**9, (k + 1) * 10**9) for k in range(4000, 5000)]
+    assert any("lost" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("bad", ["00:0m:00", "Time59", "0\u00c0:00:00", "2014-04-11", "1"])
+def test_a_damaged_time_of_day_costs_its_row(bad: str, tmp_path: Path) -> None:
+    clock = [f"08:00:{k:02}" for k in range(20)]
+    clock[7] = bad
+    table = read(tmp_path, "Time,a\n" + "".join(f"{text},1\n" for text in clock))
+    assert len(table.time) == 19
+    assert not table.reader.absolute
+    assert table.log.rejected == {"row without a valid time": 1}
+    assert table.log.lost_spans_ns == [(28806 * 10**9, 28808 * 10**9)]
+
+
+@pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
+def test_times_of_day_run_on_over_the_seams_of_blocks(zone: str, tmp_path: Path) -> None:
+    moments = [(22 * 3600 + k * 60) % 86400 for k in range(400)]
+    text = "Time,a\n" + "".join(
+        f"{m // 3600:02}:{m // 60 % 60:02}:00{zone},{k}\n" for k, m in enumerate(moments)
+    )
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    reader = CsvImporter().open(path, ReadOptions(), ImportLog())
+    reader._block_bytes = 100
+    chunks = list(reader.read(frozenset({"a"})))
+    assert len(chunks) > 20
+    assert set(np.diff(np.concatenate([chunk.time_ns for chunk in chunks])).tolist()) == {60 * 10**9}

@@ -19,16 +19,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 from mcap.writer import CompressionType, IndexType, Writer
+from mcap_protobuf.decoder import DecoderFactory as ProtobufFactory
 from mcap_protobuf.schema import build_file_descriptor_set
 from mcap_ros1.decoder import DecoderFactory as Ros1Factory
 from mcap_ros2.decoder import DecoderFactory as Ros2Factory
 from mcap_ros2.writer import Writer as Ros2Writer
+from rosbags.typesys import Stores, get_typestore
 
-import parsers.mcap_messages
+import parsers.mcap_batches
+import parsers.mcap_join
+import parsers.mcap_toplevel
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
-from parsers.mcap_chunks import ChunkSpan, LooseSpan, load_chunk
-from parsers.mcap_log import McapImporter, McapReader
+from parsers.mcap_chunks import ChunkSpan, LooseSpan, McapFile, Scratch, load_chunk
+from parsers.mcap_log import McapImporter
+from parsers.mcap_pick import Picker, slot_table
+from parsers.mcap_reader import McapReader
 from parsers.mcap_records import MAGIC, Walker, find_messages
 
 START = 1_700_000_000_000_000_000
@@ -247,7 +253,8 @@ def test_many_small_chunks_come_as_few_large_batches(tmp_path: Path) -> None:
 
 
 def test_batches_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(parsers.mcap_messages, "BATCH_ROWS", 50)
+    monkeypatch.setattr(parsers.mcap_batches, "PACKED_BYTES", 1)
+    monkeypatch.setattr(parsers.mcap_join, "ENOUGH_ROWS", 50)
     path = write(tmp_path / "a.mcap")
     reader, _ = open_log(path)
     sizes = [chunk.time_ns.size for chunk in reader.read(frozenset({"/imu.temperature", "vehicle.ax"}))]
@@ -262,12 +269,12 @@ def loaded(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
     """File offsets of the chunks that were unpacked."""
     offsets: list[int] = []
 
-    def spy(file: Any, span: ChunkSpan) -> Any:
+    def spy(file: McapFile, span: ChunkSpan, scratch: Scratch) -> int:
         offsets.append(span.offset)
-        return load_chunk(file, span)
+        return load_chunk(file, span, scratch)
 
-    monkeypatch.setattr("parsers.mcap_messages.load_chunk", spy)
-    monkeypatch.setattr("parsers.mcap_survey.load_chunk", spy)
+    for module in ("batches", "messages", "survey"):
+        monkeypatch.setattr(f"parsers.mcap_{module}.load_chunk", spy)
     return offsets
 
 
@@ -298,7 +305,7 @@ def test_chunks_without_wanted_topics_are_not_unpacked(
     at_open = len(loaded)
     assert at_open <= (0 if summary else 3)
     assert sum(c.time_ns.size for c in reader.read(frozenset({"/imu.temperature"}))) == 3000
-    assert loaded[at_open:] == imu_chunks
+    assert sorted(loaded[at_open:]) == imu_chunks
     assert log.status == "complete"
 
 
@@ -673,3 +680,238 @@ def test_walker_stays_inside(records: list[tuple[int, bytes, int]]) -> None:
     assert 0 <= walker.at <= data.size
     if all(op not in (0, 15) and lie == 0 for op, _, lie in records):
         assert total == len(records)
+
+
+def lines_of(log: ImportLog) -> tuple[Any, ...]:
+    return log.messages, log.rejected, log.notes, log.status, log.lost_spans_ns
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+@pytest.mark.parametrize("chunked", [True, False])
+def test_two_threads_give_what_one_gives(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, damaged: bool, chunked: bool
+) -> None:
+    monkeypatch.setattr(parsers.mcap_batches, "PACKED_BYTES", 3000)
+    monkeypatch.setattr(parsers.mcap_toplevel, "FIRST_WINDOW", 5000)
+    monkeypatch.setattr(parsers.mcap_toplevel, "LAST_WINDOW", 5000)
+    path = write(tmp_path / "a.mcap", chunk_size=1500, use_chunking=chunked)
+    if damaged:
+        data = bytearray(path.read_bytes())
+        for place in range(5000, len(data) - 30_000, 9000):
+            data[place] ^= 0x41
+        path.write_bytes(data)
+    found = []
+    for workers in (1, 2, 3):
+        monkeypatch.setattr("parsers.parallel.cores", lambda workers=workers: workers)
+        found.append(read(path))
+    assert found[0][2].status == ("malformed" if damaged and chunked else "complete")
+    for columns, times, log in found[1:]:
+        assert lines_of(log) == lines_of(found[0][2])
+        assert columns.keys() == found[0][0].keys()
+        for name, column in columns.items():
+            np.testing.assert_array_equal(column, found[0][0][name])
+        for group, time in times.items():
+            np.testing.assert_array_equal(time, found[0][1][group])
+
+
+def test_types_with_many_fields_are_decoded_little_by_little(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = write(tmp_path / "a.mcap", chunk_size=100_000)
+    whole, times, _ = read(path)
+    monkeypatch.setattr(parsers.mcap_batches, "MAX_CELLS", 300)
+    monkeypatch.setattr(parsers.mcap_join, "ENOUGH_CELLS", 1)
+    parts, part_times, log = read(path)
+    assert log.messages == 2 * N
+    for name, column in whole.items():
+        np.testing.assert_array_equal(parts[name], column)
+    np.testing.assert_array_equal(part_times["/imu"], times["/imu"])
+    reader, _ = open_log(path)
+    names = frozenset(name for name in whole if name.startswith("/imu"))
+    sizes = [chunk.time_ns.size for chunk in reader.read(names)]
+    assert max(sizes) * len(names) <= 300
+    assert sum(sizes) == N
+
+
+@pytest.fixture
+def bytes_read(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """How many bytes each access to the file read."""
+    sizes: list[int] = []
+    fill = McapFile.fill
+
+    def spy(self: McapFile, offset: int, out: np.ndarray) -> int:
+        sizes.append(fill(self, offset, out))
+        return sizes[-1]
+
+    monkeypatch.setattr(McapFile, "fill", spy)
+    return sizes
+
+
+@pytest.mark.parametrize("chunk_size", [700_000, 5_000_000])
+@pytest.mark.parametrize("summary", [True, False])
+def test_pictures_in_the_same_uncompressed_chunk_are_stepped_over(
+    tmp_path: Path, bytes_read: list[int], chunk_size: int, summary: bool
+) -> None:
+    options: dict[str, Any] = {} if summary else {"index_types": IndexType.MESSAGE}
+    path = write(
+        tmp_path / "a.mcap",
+        camera=300_000,
+        compression=CompressionType.NONE,
+        chunk_size=chunk_size,
+        **options,
+    )
+    size = path.stat().st_size
+    assert size > 100 * N * 250 / 2
+    reader, log = open_log(path)
+    wanted = frozenset(c.name for c in reader.channels if c.kind == "number")
+    bytes_read.clear()
+    chunks = list(reader.read(wanted))
+    assert sum(bytes_read) < size / 10
+    assert sum(chunk.time_ns.size for chunk in chunks) == 2 * N
+    columns, times, log = read(path)
+    check_values(columns, times, np.arange(N))
+    assert log.status == "complete"
+
+
+def test_damage_in_sparsely_read_chunks(tmp_path: Path) -> None:
+    """A picture's length that lies costs what stands behind it in its chunk; a picture's content costs nothing."""
+    path = write(tmp_path / "a.mcap", camera=300_000, compression=CompressionType.NONE, chunk_size=700_000)
+    span = spans_of(path)[2]
+    whole = path.read_bytes()
+    chunk = whole[span.offset : span.offset + span.length]
+    picture = span.offset + chunk.index(struct.pack("<BQ", 5, 300_022))
+    data = bytearray(whole)
+    data[picture + 100_000] ^= 0xFF
+    path.write_bytes(data)
+    columns, times, log = read(path)
+    check_values(columns, times, np.arange(N))
+    assert log.status == "complete"
+    data[picture + 1 : picture + 9] = struct.pack("<Q", 1 << 40)
+    path.write_bytes(data)
+    columns, _, log = read(path)
+    assert N - 40 < columns["vehicle.ax"].size < N
+    assert log.status == "malformed"
+    assert sum(f"the chunk at byte {span.offset} is damaged from its byte" in note for note in log.notes) == 1
+
+
+def test_the_checksum_holds_where_nothing_was_stepped_over(tmp_path: Path) -> None:
+    path = write(tmp_path / "a.mcap", camera=3000, compression=CompressionType.NONE, chunk_size=40_000)
+    span = spans_of(path)[1]
+    data = bytearray(path.read_bytes())
+    data[span.offset + 20_000] ^= 0xFF
+    path.write_bytes(data)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("parsers.mcap_sparse.SPARSE_BYTES", 1000)
+        columns, _, log = read(path)
+    assert log.rejected == {"damaged chunk": 1}
+    assert log.lost_spans_ns == [(span.start_ns, span.end_ns)]
+    assert columns["vehicle.ax"].size < N
+
+
+def test_camera_chunks_may_be_garbage_when_nobody_asks_for_them(tmp_path: Path) -> None:
+    """Topics in chunks of their own: the camera's are not even looked at."""
+    stream = io.BytesIO()
+    writer = Writer(stream, chunk_size=50_000)
+    writer.start()
+    car = writer.register_channel("vehicle", "json", 0)
+    eye = writer.register_channel("/camera", "json", 0)
+    for i in range(20):
+        for k in range(500):
+            writer.add_message(car, START + i * MS, b'{"ax": %d, "text": "%s"}' % (k, b"x" * 90), 0)
+        for _ in range(10):
+            writer.add_message(eye, START + i * MS, b'{"picture": 1}' + bytes(500_000), 0)
+    writer.finish()
+    path = tmp_path / "a.mcap"
+    path.write_bytes(stream.getvalue())
+    spans = [span for span in spans_of(path) if span.channels == {eye}]
+    assert len(spans) > 50
+    data = bytearray(path.read_bytes())
+    for span in spans[1:-1]:
+        data[span.offset : span.offset + span.length] = b"\xee" * span.length
+    path.write_bytes(data)
+    columns, _, log = read(path, "vehicle")
+    assert columns["vehicle.ax"].tolist() == [*range(500)] * 20
+    assert log.status == "complete"
+
+
+@pytest.mark.parametrize("little", [True, False])
+def test_cdr_of_both_byte_orders_equals_rosbags(tmp_path: Path, little: bool) -> None:
+    """A frame name of every length moves the numbers behind it over all alignments."""
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    kind = "geometry_msgs/msg/TwistStamped"
+    t = store.types
+    stream = io.BytesIO()
+    writer = Writer(stream, chunk_size=6000)
+    writer.start(profile="ros2")
+    text = store.generate_msgdef(kind, ros_version=2)[0].encode()
+    channel = writer.register_channel("/speed", "cdr", writer.register_schema(kind, "ros2msg", text))
+    rows = np.random.default_rng(6).normal(size=(N, 6))
+    vector = t["geometry_msgs/msg/Vector3"]
+    peers = []
+    for i, row in enumerate(rows.tolist()):
+        stamp = t["builtin_interfaces/msg/Time"](sec=START // 10**9, nanosec=i)
+        head = t["std_msgs/msg/Header"](stamp=stamp, frame_id="f" * (i % 11))
+        twist = t["geometry_msgs/msg/Twist"](vector(*row[:3]), vector(*row[3:]))
+        raw = bytes(store.serialize_cdr(t[kind](head, twist), kind, little_endian=little))
+        peers.append(store.deserialize_cdr(raw, kind))
+        writer.add_message(channel, START + i, raw, START)
+    writer.finish()
+    path = tmp_path / "a.mcap"
+    path.write_bytes(stream.getvalue())
+    columns, times, log = read(path)
+    for part in ("linear", "angular"):
+        for axis in "xyz":
+            expected = [getattr(getattr(m.twist, part), axis) for m in peers]
+            np.testing.assert_array_equal(columns[f"/speed.twist.{part}.{axis}"], expected)
+    np.testing.assert_array_equal(times["/speed"], START // 10**9 * 10**9 + np.arange(N))
+    assert not log.rejected
+
+
+def test_protobuf_equals_the_library(tmp_path: Path) -> None:
+    peer = vehicle_class()
+    stream = io.BytesIO()
+    writer = Writer(stream, chunk_size=2000, compression=CompressionType.LZ4)
+    writer.start()
+    definition = build_file_descriptor_set(peer).SerializeToString()
+    channel = writer.register_channel(
+        "/vehicle", "protobuf", writer.register_schema("my.Vehicle", "protobuf", definition)
+    )
+    rng = np.random.default_rng(9)
+    for i in range(N):
+        message = peer(
+            ax=rng.normal() if i % 3 else 0.0, wheels=rng.normal(size=i % 5), timestamp={"seconds": i}
+        )
+        writer.add_message(channel, START + i, message.SerializeToString(), 0)
+    writer.finish()
+    path = tmp_path / "a.mcap"
+    path.write_bytes(stream.getvalue())
+    columns, _, _ = read(path)
+    with path.open("rb") as file:
+        found = make_reader(file, decoder_factories=[ProtobufFactory()]).iter_decoded_messages()
+        peers = [m.decoded_message for m in found]
+    np.testing.assert_array_equal(columns["/vehicle.ax"], [m.ax for m in peers])
+    for k in range(4):
+        expected = [m.wheels[k] if len(m.wheels) > k else np.nan for m in peers]
+        np.testing.assert_array_equal(columns[f"/vehicle.wheels[{k}]"], expected)
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.lists(st.tuples(st.integers(0, 255), st.binary(max_size=40), st.integers(-2, 2)), max_size=20))
+def test_picker_agrees_with_the_walker(records: list[tuple[int, bytes, int]]) -> None:
+    raw = b"".join(
+        bytes([op]) + struct.pack("<Q", max(0, len(body) + lie)) + body for op, body, lie in records
+    )
+    data = np.frombuffer(bytearray(raw), dtype=np.uint8)
+    walker = Walker()
+    found = [find_messages(data, part) for part in walker.walk(data)]
+    picker = Picker(slot_table([(0, 5), (2, 1), tuple(range(10, 1 << 16))]), 3)
+    at, state, short = picker.walk(data, 0, data.size)
+    assert (at, state, short) == (walker.at, walker.state, sum(part[1] for part in found))
+    picks = {part.number: part for part in picker.take()}
+    for number, ids in enumerate([[0, 5], [1, 2], range(10, 1 << 16)]):
+        rows = [np.isin(part.channel, ids) for part, _ in found]
+        offset = np.concatenate([part.offset[row] for (part, _), row in zip(found, rows, strict=True)])
+        log_ns = np.concatenate([part.log_ns[row] for (part, _), row in zip(found, rows, strict=True)])
+        got = picks.get(number)
+        assert offset.tolist() == ([] if got is None else got.offset.tolist())
+        assert log_ns.tolist() == ([] if got is None else got.log_ns.tolist())

@@ -121,7 +121,7 @@ def values_of(reader: Mf4Reader, *names: str) -> dict[str, tuple[list[int], list
 def frames_of(reader: Mf4Reader) -> list[Row]:
     assert reader.frames is not None
     rows: list[Row] = []
-    for batch in reader.frames.frames(counting=True):
+    for batch in reader.frames.frames(counting=False):
         for i in range(batch.time_ns.size):
             at = int(batch.offset[i])
             data = batch.data[at : at + int(batch.length[i])].tobytes()

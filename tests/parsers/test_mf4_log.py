@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from asammdf import MDF, Signal
 from asammdf.blocks.conversion_utils import from_dict
+from asammdf.blocks.source_utils import Source
 
 from parsers.channels import Chunk
 from parsers.importer import ImportLog, ReadOptions
@@ -232,7 +233,7 @@ def test_frames_written_by_python_can(tmp_path: Path, level: int) -> None:
     reader, log = opened(path)
     assert reader.frames is not None
     got = []
-    for batch in reader.frames.frames(counting=True):
+    for batch in reader.frames.frames(counting=False):
         ends = batch.offset + batch.length
         payloads = [batch.data[a:b].tobytes() for a, b in zip(batch.offset, ends, strict=True)]
         got += zip(batch.can_id.tolist(), batch.bus.tolist(), payloads, strict=True)
@@ -242,6 +243,69 @@ def test_frames_written_by_python_can(tmp_path: Path, level: int) -> None:
     assert log.status == "complete"
 
 
+FD_DBC = """VERSION ""
+
+BU_: X
+
+BO_ 291 Wide: 64 X
+ SG_ First : 0|16@1- (0.01,0) [0|0] "" X
+ SG_ Late : 71|24@0- (0.5,-3) [0|0] "" X
+ SG_ Last : 496|16@1+ (1,0) [0|0] "" X
+
+BO_ 292 Short: 8 X
+ SG_ Whole : 0|64@1- (1,0) [0|0] "" X
+
+BO_ 2566844926 Far: 8 X
+ SG_ Odd : 5|13@1- (0.1,1) [0|0] "" X
+"""
+SENT = {0x123: 64, 0x124: 8, 0x98FEF1FE: 8, 0x555: 8}
+
+
+def write_frames(path: Path, compression: int) -> None:
+    """Classic and FD frames of four ids in one channel group with 64 bytes of data each."""
+    rng = np.random.default_rng(12)
+    count = 30_000
+    kinds = ("BusChannel", "<u1"), ("ID", "<u4"), ("IDE", "<u1"), ("DLC", "<u1"), ("DataLength", "<u1")
+    fields = [(f"CAN_DataFrame.{name}", kind) for name, kind in kinds]
+    table = np.zeros(count, np.dtype([*fields, ("CAN_DataFrame.DataBytes", "(64,)u1")]))
+    ids = rng.choice(list(SENT), count)
+    table["CAN_DataFrame.ID"], table["CAN_DataFrame.IDE"] = ids & 0x1FFFFFFF, ids >> 31
+    table["CAN_DataFrame.BusChannel"] = 1
+    table["CAN_DataFrame.DataLength"] = [SENT[int(ident)] for ident in ids]
+    table["CAN_DataFrame.DLC"] = np.where(table["CAN_DataFrame.DataLength"] == 64, 15, 8)
+    table["CAN_DataFrame.DataBytes"] = rng.integers(0, 256, (count, 64), dtype=np.uint8)
+    source = Source(
+        name="CAN", path="CAN1", comment="", source_type=Source.SOURCE_BUS, bus_type=Source.BUS_TYPE_CAN
+    )
+    with MDF(version="4.10") as mdf:
+        mdf.start_time = START
+        # fragments that cut records
+        mdf.configure(write_fragment_size=100_001)
+        mdf.append(
+            Signal(table, np.arange(count) * 1e-4, name="CAN_DataFrame", source=source), acq_source=source
+        )
+        mdf.save(path, compression=compression)
+
+
+@pytest.mark.parametrize("compression", [0, 1, 2])
+def test_every_signal_of_fd_frames(tmp_path: Path, compression: int) -> None:
+    path, dbc = tmp_path / "fd.mf4", tmp_path / "fd.dbc"
+    dbc.write_text(FD_DBC, encoding="ascii")
+    write_frames(path, compression)
+    reader, log = opened(path, dbc)
+    got = read_all(reader)
+    assert log.messages == 30_000
+    assert set(got) == {"Wide.First", "Wide.Late", "Wide.Last", "Short.Whole", "Far.Odd"}
+    with MDF(path) as raw, raw.extract_bus_logging(database_files={"CAN": [(str(dbc), 0)]}) as peer:
+        for name, (time_ns, values) in got.items():
+            theirs = peer.get(name.split(".")[1])
+            assert values.size == theirs.samples.size > 5000
+            np.testing.assert_array_equal(
+                time_ns - raw.header.abs_time, np.rint(theirs.timestamps * 1e9).astype(np.int64)
+            )
+            np.testing.assert_allclose(values, theirs.samples.astype(np.float64), rtol=1e-12, err_msg=name)
+
+
 def test_the_truck_frame_by_frame() -> None:
     path = REAL / "truck_j1939.mf4"
     if not path.exists():
@@ -249,7 +313,7 @@ def test_the_truck_frame_by_frame() -> None:
     reader, log = opened(path, REAL / "truck_j1939.dbc")
     assert reader.frames is not None
     ours: list[tuple[int, int, int, bytes]] = []
-    for batch in reader.frames.frames(counting=True):
+    for batch in reader.frames.frames(counting=False):
         for row in range(batch.time_ns.size):
             at = int(batch.offset[row])
             data = batch.data[at : at + int(batch.length[row])].tobytes()
@@ -277,7 +341,7 @@ def frames_of(path: Path) -> tuple[list[tuple[int, int, bytes]], ImportLog]:
     reader, log = opened(path)
     assert reader.frames is not None
     found: list[tuple[int, int, bytes]] = []
-    for batch in reader.frames.frames(counting=True):
+    for batch in reader.frames.frames(counting=False):
         ends = batch.offset + batch.length
         payloads = [batch.data[a:b].tobytes() for a, b in zip(batch.offset, ends, strict=True)]
         found += zip(batch.time_ns.tolist(), batch.can_id.tolist(), payloads, strict=True)

@@ -13,11 +13,9 @@ from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from parsers.errors import LogError
-from parsers.importer import ImportLog
 from parsers.ros.contract import Decoded, MessageDecoder
 from parsers.ros.decoder import make_decoder, make_standard_decoder
 from parsers.ros.grammar import Encoding, full_name, short_name
-from parsers.ros.stamps import StampChooser
 
 ROS1 = get_typestore(Stores.ROS1_NOETIC)
 ROS2 = get_typestore(Stores.ROS2_HUMBLE)
@@ -396,39 +394,3 @@ def test_names() -> None:
     assert short_name("sensor_msgs/msg/Imu") == "sensor_msgs/Imu"
     assert make_standard_decoder("no_such/Type", "cdr") is None
     assert short_name("p/srv/Do_Request") == "p/srv/Do_Request"
-
-
-SECOND = 1_000_000_000
-
-
-def test_stamps_follow_the_header_where_it_can_be_believed() -> None:
-    chooser, log = StampChooser(), ImportLog()
-    receive = np.arange(10, dtype=np.int64) * SECOND + 1_700_000_000 * SECOND
-    header = receive - SECOND // 2
-    header[3] = 0
-    header[5] -= 100 * SECOND
-    expected_ns = header.copy()
-    expected_ns[[3, 5]] = receive[[3, 5]]
-    np.testing.assert_array_equal(chooser.choose("/imu", header, receive), expected_ns)
-    np.testing.assert_array_equal(
-        chooser.choose("/sim", receive - 1_700_000_000 * SECOND + 1, receive), receive
-    )
-    np.testing.assert_array_equal(chooser.choose("/zero", np.zeros(10, dtype=np.int64), receive), receive)
-    np.testing.assert_array_equal(chooser.choose("/plain", None, receive), receive)
-    chooser.finish(log)
-    notes = "\n".join(log.notes)
-    assert "/imu: header stamps are 0.50 s before the receive time (median)" in notes
-    assert "/imu: 1 messages have no header stamp" in notes
-    assert "/imu: 1 header stamps are more than 60 s off" in notes
-    assert "/sim: header stamps are on another clock" in notes
-    assert "/zero: header stamps are all zero" in notes
-    assert "no header, so the receive time is used: /plain" in notes
-    assert chooser.clock == "header stamp (receive time for /sim, /zero, /plain)"
-
-
-def test_clock_is_known_before_reading() -> None:
-    chooser = StampChooser()
-    chooser.add("/imu", has_header=True)
-    assert chooser.clock == "header stamp"
-    chooser.add("/speed", has_header=False)
-    assert chooser.clock == "header stamp (receive time for /speed)"

@@ -18,6 +18,7 @@ from parsers.channels import FloatArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog, LogReader, ReadOptions
 from parsers.registry import read_head
+from parsers.ros import bag2_decode, bag2_pages, bag2_read, bag2_rows
 from parsers.rosbag2_log import RosBag2Importer
 
 STORE = get_typestore(Stores.ROS2_HUMBLE)
@@ -60,7 +61,7 @@ def twist(i: int) -> bytes:
 def wheels(i: int) -> bytes:
     wheel = STORE.types["my_car/msg/Wheel"]
     message = STORE.types[WHEELS](
-        header(START + i * 10_000_000), [wheel(float(i + k), "fl" * k) for k in range(i % 4)], "w" * i
+        header(START + i * 10_000_000), [wheel(float(i + k), "fl" * k) for k in range(i % 4)], "w" * (3 * i)
     )
     return bytes(STORE.serialize_cdr(message, WHEELS))
 
@@ -236,17 +237,26 @@ def test_reads_a_database_with_its_wal_and_leaves_the_folder_alone(tmp_path: Pat
     assert {p.name for p in other.iterdir()} == {"a.db3", "a.db3-wal"}
 
 
-def test_large_messages_come_in_bounded_batches(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("parsers.ros.bag2_database.BATCH_BYTES", 4000)
-    reader, log = opened(write_bag(tmp_path / "bag"))
+@pytest.mark.parametrize("direct", [True, False])
+def test_large_messages_come_in_bounded_batches(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, direct: bool
+) -> None:
+    """From pages as through the library: payloads on overflow pages are gathered a few at a time."""
+    path = write_bag(tmp_path / "bag") / "bag.db3"
+    with closing(sqlite3.connect(path)) as connection:
+        connection.executescript("PRAGMA page_size = 512; VACUUM")
+    module = bag2_pages if direct else bag2_rows
+    monkeypatch.setattr(module, "BATCH_BYTES", 4000)
+    if not direct:
+        monkeypatch.setattr(bag2_read, "message_pages", lambda *_: None)
     sizes = []
-    inner = reader._decode  # type: ignore[attr-defined]
 
-    def watched(rows: Any, chosen: Any) -> Any:
+    def watched(rows: bag2_rows.Rows, chosen: bag2_decode.Chosen) -> bag2_decode.Outcome:
         sizes.append(len(rows.data))
-        return inner(rows, chosen)
+        return bag2_decode.decode_rows(rows, chosen)
 
-    monkeypatch.setattr(reader, "_decode", watched)
+    monkeypatch.setattr(bag2_pages if direct else bag2_read, "decode_rows", watched)
+    reader, log = opened(path)
     check_whole(reader, log)
     assert len(sizes) > 20
     assert max(sizes) < 6000

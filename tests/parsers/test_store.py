@@ -11,7 +11,8 @@ import pytest
 from parsers.drive import Drive, ImportRecord, Signal
 from parsers.errors import LogError
 from parsers.load import LoadOptions, load_drive
-from parsers.store import RECORD_FILE, group_frame, rate_groups, write_drive
+from parsers.store import group_frame, rate_groups, write_drive
+from parsers.store_folder import RECORD_FILE
 from parsers.timebase import NS
 
 FAST = np.arange(1000, dtype=np.int64) * (NS // 100)

@@ -16,9 +16,18 @@ from parsers.trc_log import TrcImporter
 Frame = tuple[int, int, int, bytes]
 
 
+def forget_counts(log: ImportLog) -> None:
+    """What opening counted, which may have gone through the log already."""
+    log.messages = 0
+    log.rejected.clear()
+    log.lost_spans_ns.clear()
+
+
 def open_frames(path: Path, log: ImportLog | None = None) -> list[Frame]:
     """(time_ns, id with EXTENDED, bus, payload) of every frame."""
-    reader = TrcImporter().open(path, ReadOptions(), log or ImportLog())
+    log = log or ImportLog()
+    reader = TrcImporter().open(path, ReadOptions(), log)
+    forget_counts(log)
     frames = []
     for batch in reader._source.frames(counting=True):
         for i in range(batch.time_ns.size):

@@ -360,3 +360,56 @@ def test_recorded_logs(name: str, rows: int, gap_s: float, real_logs: Path) -> N
         )
     ]
     assert units == ["°/s", "g", "g", "°/s", "km/h", "°C", "deg", None, "km/h"]
+
+
+def test_what_damage_takes_in_time_is_written_down(tmp_path: Path) -> None:
+    rows = [row(f"0838{k // 10:02d}.{k % 10}00") for k in range(300)]
+    rows[20] = rows[20][:30]
+    rows[100:150] = ["\0" * 50] * 50
+    log = read(tmp_path, vbo(rows))
+    start = utc_ns("2014-04-11T08:38:00")
+    assert log.log.lost_spans_ns == [(start + 9_900_000_000, start + 15_000_000_000)]
+    assert log.log.rejected == {"row with too few columns": 1, "row with bytes that are no text": 50}
+
+
+def test_a_damaged_last_row_leaves_the_row_before_it(tmp_path: Path) -> None:
+    rows = [row(f"0838{k:02d}.000") for k in range(10)]
+    log = read(tmp_path, vbo([*rows, row("083810.000") + "7 8"], end=""))
+    assert len(log.time) == 10
+    assert log.log.rejected == {"row with too many columns": 1}
+    assert log.log.status == "truncated"
+
+
+def test_a_satellite_count_beyond_all_numbers_is_no_crash(tmp_path: Path) -> None:
+    log = read(tmp_path, vbo([row("083856.300", sats=s) for s in ("073", "1e400", "009", "ERR")]))
+    np.testing.assert_array_equal(log.columns["sats"], [9, np.inf, 9, np.nan])
+
+
+def test_every_row_runs_on_over_the_seams_of_ranges(tmp_path: Path) -> None:
+    moments = [86400 - 30000 + k for k in range(70000)]
+    rows = [row(f"{m // 3600 % 24:02}{m // 60 % 60:02}{m % 60:02}.00", yaw=f"{m}.5") for m in moments]
+    data = vbo(rows)
+    assert len(data) > 8 * 1024 * 1024
+    log = read(tmp_path, data)
+    assert set(np.diff(log.time).tolist()) == {10**9}
+    assert log.columns["Yaw_Rate"].tolist() == [m + 0.5 for m in moments]
+    assert not log.log.lost_spans_ns
+
+
+def test_a_head_of_any_length_is_read(tmp_path: Path) -> None:
+    data = vbo([row("083856.300")])
+    for size in (65_000, 65_536 - data.index(b"[data]") - 3, 300_000):
+        log = read(tmp_path, data.replace(b"[comments]", b"[comments]\r\n" + b"x" * size))
+        assert log.columns["velocity"].tolist() == [8.931]
+
+
+def test_a_log_of_nothing_but_time(tmp_path: Path) -> None:
+    path = tmp_path / "log.vbo"
+    path.write_bytes(
+        b"[header]\r\ntime\r\n\r\n[column names]\r\ntime\r\n\r\n[data]\r\n000001.00\r\n000002.00\r\n"
+    )
+    reader = VboImporter().open(path, ReadOptions(), ImportLog())
+    assert not reader.channels
+    (chunk,) = reader.read(frozenset())
+    assert chunk.time_ns.tolist() == [10**9, 2 * 10**9]
+    assert not chunk.columns

@@ -1,0 +1,205 @@
+"""Pieces of an MCAP file that are read, unpacked and decoded at once, each by one thread."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from parsers.channels import ByteArray, IntArray
+from parsers.importer import ImportLog
+from parsers.mcap_chunks import ChunkSpan, DamagedError, LooseSpan, McapFile, Scratch, Span, load_chunk
+from parsers.mcap_pick import Picker, Picks, slot_table
+from parsers.mcap_records import RECORD_HEAD, WALK_CUT, WALK_INVALID, gather
+from parsers.mcap_sparse import may_skip, pick_sparsely
+from parsers.mcap_survey import damage
+from parsers.mcap_toplevel import TopLevel, Window
+from parsers.ros.contract import Decoded, MessageDecoder
+
+PACKED_BYTES = 2 << 20
+"""Chunks that are handed to a thread together: many small ones, or a large one."""
+UNPACKED_BYTES = 4 << 20
+"""Records decoded together, where a chunk is not larger by itself."""
+MAX_CELLS = 1 << 22
+"""Numbers decoded at once: a batch of a type with many fields has fewer rows."""
+TOO_SHORT = "message record too short for its own head"
+
+Group = tuple[ChunkSpan, ...] | Window
+
+
+@dataclass(frozen=True)
+class Want:
+    """What is wanted of one topic: the ids of its MCAP channels, its decoder, and field paths."""
+
+    ids: tuple[int, ...]
+    decoder: MessageDecoder
+    paths: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Decoded messages of one topic, in the order of the file."""
+
+    number: int
+    log_ns: IntArray
+    decoded: Decoded
+
+
+@dataclass(frozen=True)
+class Undecoded:
+    """Messages of one topic that give too many numbers to be decoded at once, in a buffer of their own."""
+
+    picks: Picks
+    data: ByteArray
+
+
+@dataclass
+class Result:
+    """What a group gave, and what is to be written into the log book. place: how far in the file it reaches.
+
+    damaged: chunks with the reason. cut: chunk, place inside it from which on it is damaged, and its size.
+    """
+
+    place: int = 0
+    parts: list[Part | Undecoded] = field(default_factory=list)
+    damaged: list[tuple[ChunkSpan, str]] = field(default_factory=list)
+    cut: list[tuple[ChunkSpan, int, int]] = field(default_factory=list)
+    short: int = 0
+
+    def write(self, log: ImportLog) -> None:
+        """Write into the log book what went wrong."""
+        log.reject(TOO_SHORT, self.short)
+        for span, why in self.damaged:
+            damage(log, span, why)
+        for span, at, size in self.cut:
+            log.worsen(
+                "malformed",
+                f"the chunk at byte {span.offset} is damaged from its byte {at} on (of {size}): "
+                "what stands behind was left out",
+            )
+
+
+def groups_of(file: McapFile, spans: Iterable[Span], keep: frozenset[int], log: ImportLog) -> Iterator[Group]:
+    """The spans with these channels in portions for threads: some chunks, or a window of bare messages."""
+    held: list[ChunkSpan] = []
+    size = 0
+    for span in spans:
+        if isinstance(span, LooseSpan):
+            if held:
+                yield tuple(held)
+            held, size = [], 0
+            yield from _windows(file, span, keep, log)
+        elif span.channels is None or not span.channels.isdisjoint(keep):
+            if held and size + span.length > PACKED_BYTES:
+                yield tuple(held)
+                held, size = [], 0
+            held.append(span)
+            size += span.length
+    if held:
+        yield tuple(held)
+
+
+def _windows(file: McapFile, span: LooseSpan, keep: frozenset[int], log: ImportLog) -> Iterator[Window]:
+    top = TopLevel(file, span.offset, span.end)
+    for window in top.windows(keep):
+        if window.records.opcode.size:
+            yield window
+    if top.broken:
+        log.worsen("malformed", f"at byte {top.at} {top.broken}")
+
+
+class _Tools(threading.local):
+    """What each thread has of its own."""
+
+    scratch: Scratch | None = None
+    picker: Picker | None = None
+
+
+class Reader:
+    """Reads and decodes groups; may be called by several threads at once."""
+
+    def __init__(self, file: McapFile, wants: Sequence[Want]) -> None:
+        self._file, self._wants = file, wants
+        self._keep = frozenset(channel for want in wants for channel in want.ids)
+        self._slot_of = slot_table([want.ids for want in wants])
+        self._tools = _Tools()
+
+    def __call__(self, group: Group) -> Result:
+        """The decoded messages of a group, topic by topic, each topic's in their order."""
+        result = Result()
+        tools = self._tools
+        if tools.picker is None:
+            tools.picker = Picker(self._slot_of, len(self._wants))
+        if isinstance(group, Window):
+            records = group.records
+            start, end = int(records.offset[0]) - RECORD_HEAD, int(records.offset[-1] + records.length[-1])
+            _, _, result.short = tools.picker.walk(group.data, start, end)
+            self._decode(group.data, tools.picker, result)
+            result.place = group.base
+            return result
+        if tools.scratch is None:
+            tools.scratch = Scratch()
+        self._chunks(group, tools.scratch, tools.picker, result)
+        return result
+
+    def _chunks(self, spans: Sequence[ChunkSpan], scratch: Scratch, picker: Picker, result: Result) -> None:
+        scratch.used = 0
+        for span in spans:
+            try:
+                at, state, short, size = self._pick(span, scratch, picker)
+            except DamagedError as error:
+                result.damaged.append((span, str(error)))
+                continue
+            result.short += short
+            if span.whole and state in (WALK_CUT, WALK_INVALID):
+                result.cut.append((span, at, size))
+            if scratch.used >= UNPACKED_BYTES:
+                self._decode(scratch.records, picker, result)
+                scratch.used = 0
+        self._decode(scratch.records, picker, result)
+        result.place = spans[-1].offset
+
+    def _pick(self, span: ChunkSpan, scratch: Scratch, picker: Picker) -> tuple[int, int, int, int]:
+        """Where and why the walk over a chunk stopped, how many records were too short, and the chunk's size."""
+        if may_skip(span, self._keep):
+            found = pick_sparsely(self._file, span, self._keep, scratch, picker)
+            if found:
+                return found
+        start = scratch.used
+        size = load_chunk(self._file, span, scratch)
+        at, state, short = picker.walk(scratch.records, start, start + size)
+        return at - start, state, short, size
+
+    def _decode(self, data: ByteArray, picker: Picker, result: Result) -> None:
+        """Decode what the picker has collected from a buffer."""
+        for picks in picker.take():
+            if picks.length.size * len(self._wants[picks.number].paths) > MAX_CELLS:
+                result.parts.append(_packed(picks, data))
+            else:
+                result.parts.append(self.decode(picks, data, slice(None)))
+
+    def decode(self, picks: Picks, data: ByteArray, rows: slice) -> Part:
+        """Decode some of the picked messages."""
+        want = self._wants[picks.number]
+        decoded = want.decoder.decode(data, picks.offset[rows], picks.length[rows], want.paths)
+        return Part(picks.number, picks.log_ns[rows].copy(), decoded)
+
+    def parts(self, result: Result) -> Iterator[Part]:
+        """The parts of a result; what is not decoded yet is, little by little."""
+        for part in result.parts:
+            if isinstance(part, Part):
+                yield part
+                continue
+            step = max(1, MAX_CELLS // len(self._wants[part.picks.number].paths))
+            for start in range(0, part.picks.length.size, step):
+                yield self.decode(part.picks, part.data, slice(start, start + step))
+
+
+def _packed(picks: Picks, data: ByteArray) -> Undecoded:
+    """A copy of messages that outlives the scratch."""
+    offset = np.cumsum(picks.length) - picks.length
+    out = np.empty(int(picks.length.sum()), dtype=np.uint8)
+    gather(data, picks.offset, picks.length, offset, out)
+    return Undecoded(Picks(picks.number, picks.log_ns.copy(), offset, picks.length.copy()), out)

@@ -1,0 +1,81 @@
+"""Quantiles of long columns without sorting them: a sample says between which values to look. All results are exact."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parsers.channels import FloatArray, IntArray
+
+T = TypeVar("T", np.int64, np.float64)
+
+_SAMPLE = 1009
+_FEW = 4096
+_ASIDE = 0.025
+
+
+def _sample(values: NDArray[Any]) -> NDArray[Any]:
+    """Some of the values, in order. Blocks of neighbours would do worse: a signal rests at times."""
+    return np.sort(values[:: max(1, len(values) // _SAMPLE)])
+
+
+def quantile(values: NDArray[Any], share: float) -> float:
+    """The quantile of finite values at `share` (0-1), as `numpy.quantile` has it. values: (n,), at least one."""
+    n = len(values)
+    if n < _FEW:
+        return float(np.quantile(values, share))
+    place = (n - 1) * share
+    first = math.floor(place)
+    last = min(first + 1, n - 1)
+    ordered = _sample(values)
+    low = ordered[max(int((share - _ASIDE) * len(ordered)), 0)]
+    high = ordered[min(int((share + _ASIDE) * len(ordered)), len(ordered) - 1)]
+    if share <= _ASIDE:
+        below, middle = 0, values[values <= high]
+    elif share >= 1 - _ASIDE:
+        middle = values[values >= low]
+        below = n - len(middle)
+    else:
+        below = int(np.count_nonzero(values < low))
+        middle = values[(values >= low) & (values <= high)]
+    if first < below or last - below >= len(middle):
+        return float(np.quantile(values, share))
+    part = np.partition(middle, (first - below, last - below))
+    a, b = float(part[first - below]), float(part[last - below])
+    # numpy's own way to interpolate, to the last bit
+    way = place - first
+    return a + (b - a) * way if way < 0.5 else b - (b - a) * (1 - way)
+
+
+def distinct(values: NDArray[T]) -> NDArray[T]:
+    """The different values in order (`numpy.unique` would load numpy's masked arrays first)."""
+    ordered = np.sort(values)
+    return ordered[np.append(True, ordered[1:] != ordered[:-1])] if len(ordered) else ordered
+
+
+def median_step(time_ns: IntArray) -> float:
+    """The median difference of two neighbours, ns. time_ns: (n,) increasing, at least two."""
+    return quantile(np.diff(time_ns), 0.5)
+
+
+def at_least(values: FloatArray, share: float) -> float:
+    """Something that the quantile at `share` is not below, and usually not far from it; -inf where none is found."""
+    ordered = _sample(values)
+    guess = float(ordered[max(int((share - 0.05) * len(ordered)), 0)])
+    # so many values are at or above the guess that the quantile, between two of them, cannot be below it
+    enough = np.count_nonzero(values >= guess) >= (1 - share) * len(values) + 2
+    return guess if enough else -np.inf
+
+
+def spread_at_least(values: FloatArray, outside: float) -> float:
+    """Something that the distance of the quantiles at `outside` and 1 - `outside` is not below; -inf for none."""
+    ordered = _sample(values)
+    aside = int((outside + 0.05) * len(ordered))
+    low, high = float(ordered[aside]), float(ordered[-1 - aside])
+    enough = outside * len(values) + 2
+    if np.count_nonzero(values <= low) < enough or np.count_nonzero(values >= high) < enough:
+        return -np.inf
+    return high - low

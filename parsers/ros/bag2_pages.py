@@ -1,0 +1,231 @@
+"""Messages of a ROS 2 bag straight from the pages of its SQLite file: many times faster than through the library.
+
+The library is still what opens the database, reads its small tables, and is asked for whatever the pages do not give.
+"""
+
+from __future__ import annotations
+
+import re
+import sqlite3
+from collections.abc import Iterator, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from pathlib import Path
+from queue import Empty, SimpleQueue
+
+import numpy as np
+
+from parsers.channels import ByteArray, IntArray
+from parsers.ros.bag2_decode import Chosen, Outcome, Piece, decode_rows, decode_topic
+from parsers.ros.bag2_messages import ZSTD_MARK
+from parsers.ros.bag2_rows import DAMAGED_MESSAGE, Rows
+from parsers.sqlite_kernels import LENGTH, NEXT, PAGE, PLACE, TIME, TOPIC, BoolArray
+from parsers.sqlite_overflow import gather, pages_needed
+from parsers.sqlite_pages import PagedFile, PageReader, paged_file
+from parsers.sqlite_scan import Grouped, LeafScanner, Query
+from parsers.sqlite_tree import PARENTS, Nodes, TableTree, table_tree
+
+LEAF_BYTES = 1 << 22
+"""Leaf pages that are read, searched and decoded together."""
+CHAIN_BYTES = 1 << 20
+"""Overflow pages that are read together."""
+BATCH_BYTES = 1 << 24
+"""Payloads that are gathered together where some of them are on overflow pages."""
+
+MOST_COLUMNS = 12
+"""So many columns always have a record header of less than 128 bytes, as `leaf_rows` expects it."""
+
+
+@dataclass(frozen=True)
+class MessagePages:
+    """Where the messages are. root: the table's first page. columns: which values of a record are topic, time, data."""
+
+    paged: PagedFile
+    root: int
+    columns: IntArray
+
+
+def message_pages(connection: sqlite3.Connection, path: Path) -> MessagePages | None:
+    """Look whether the table of messages can be read from its pages; None where only the library can.
+
+    Needs a plain table whose values are stored as they are declared: no view, no generated columns, rowids; integers
+    before the payload and nothing that defaults to a value which is not stored.
+    """
+    try:
+        paged = paged_file(path)
+        tables = connection.execute(
+            "SELECT type, rootpage, sql FROM sqlite_master WHERE lower(name) = 'messages'"
+        ).fetchall()
+        columns = connection.execute("PRAGMA table_xinfo(messages)").fetchall()
+    except (sqlite3.Error, OSError):
+        return None
+    if paged is None or len(tables) != 1:
+        return None
+    kind, root, sql = tables[0]
+    plain = kind == "table" and isinstance(root, int) and isinstance(sql, str)
+    if not plain or re.search(r"\bWITHOUT\b|\bVIRTUAL\b", sql, re.IGNORECASE):
+        return None
+    names = [str(column[1]).lower() for column in columns]
+    if {"rowid", "_rowid_", "oid"} & set(names) or not {"topic_id", "timestamp", "data"} <= set(names):
+        return None
+    at = [names.index(name) for name in ("topic_id", "timestamp", "data")]
+    integers = all("INT" in str(column[2]).upper() for column in columns[: at[2]])
+    odd = any(column[6] for column in columns) or any(columns[i][4] is not None or columns[i][5] for i in at)
+    if not integers or odd or at[2] < max(at) or len(columns) > MOST_COLUMNS:
+        return None
+    return MessagePages(paged, root, np.array(at, dtype=np.int64))
+
+
+@dataclass(frozen=True)
+class Unread:
+    """Keys above `low` and not above `high` are on damaged pages."""
+
+    low: int
+    high: int
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What some leaf pages gave, in order. size: how much of the file they are, in bytes."""
+
+    parts: tuple[Outcome | Unread, ...]
+    size: int
+
+
+@dataclass
+class PageSource:
+    """Reads the chosen topics' messages batch by batch: `batches` in one thread, `read` in any, `close` at the end."""
+
+    pages: MessagePages
+    tree: TableTree
+    chosen: Chosen
+    _query: Query = field(init=False)
+    _free: SimpleQueue[tuple[LeafScanner, PageReader]] = field(init=False, default_factory=SimpleQueue)
+
+    def __post_init__(self) -> None:
+        """Sort the topics' numbers."""
+        self._query = Query(self.pages.columns, np.array(sorted(self.chosen), dtype=np.int64))
+
+    def batches(self) -> Iterator[Nodes]:
+        """Yield the leaf pages, a batch at a time."""
+        with PageReader(self.pages.paged, PARENTS) as reader:
+            yield from self.tree.leaves(reader, _room(self.pages.paged, LEAF_BYTES))
+
+    def read(self, nodes: Nodes) -> Batch:
+        """Read a batch: what its pages hold and which of its keys are on damaged pages, in order."""
+        scanner, chains = self._borrow()
+        try:
+            parts = tuple(self._parts(nodes, scanner, chains))
+        finally:
+            self._free.put((scanner, chains))
+        return Batch(parts, len(nodes.page) * self.pages.paged.page_size)
+
+    def close(self) -> None:
+        """Close the files."""
+        while True:
+            try:
+                scanner, chains = self._free.get_nowait()
+            except Empty:
+                return
+            scanner.close()
+            chains.close()
+
+    def _borrow(self) -> tuple[LeafScanner, PageReader]:
+        try:
+            return self._free.get_nowait()
+        except Empty:  # more threads than before
+            paged = self.pages.paged
+            scanner = LeafScanner(paged, self._query, _room(paged, LEAF_BYTES))
+            return scanner, PageReader(paged, _room(paged, CHAIN_BYTES))
+
+    def _parts(self, nodes: Nodes, scanner: LeafScanner, chains: PageReader) -> Iterator[Outcome | Unread]:
+        rows, bad = scanner.scan(nodes)
+        edges = [0, *(np.flatnonzero(np.diff(bad)) + 1).tolist(), len(bad)]
+        for start, stop in pairwise(edges):
+            if bad[start]:
+                yield Unread(int(nodes.low[start]), int(nodes.high[stop - 1]))
+            else:
+                first, last = np.searchsorted(rows[PAGE], (start, stop))
+                group = scanner.group(int(first), int(last), ZSTD_MARK)
+                if group is None:
+                    yield from self._decoded(rows[:, first:last], scanner.buffer, chains)
+                else:
+                    yield self._grouped(group, rows[TIME, first:last], scanner.buffer)
+
+    def _grouped(self, group: Grouped, time_ns: IntArray, data: ByteArray) -> Outcome:
+        """Decode what is whole in the buffer, topic by topic."""
+        pieces: list[Piece] = []
+        for number, (start, stop) in zip(self._query.ids.tolist(), pairwise(group.edges), strict=True):
+            part = slice(start, stop)
+            messages = group.time[part], group.place[part], group.length[part]
+            pieces += decode_topic(self.chosen[number], data, *messages)
+        span = (int(time_ns[0]), int(time_ns[-1])) if len(time_ns) else None
+        return Outcome(tuple(pieces), {}, span)
+
+    def _decoded(self, rows: IntArray, data: ByteArray, chains: PageReader) -> Iterator[Outcome]:
+        """Decode rows, a bounded amount of payloads at a time: of which some are on overflow pages, or compressed."""
+        topic_id = self._query.ids[rows[TOPIC]]
+        if not rows[NEXT].any():
+            yield decode_rows(Rows(topic_id, rows[TIME], rows[PLACE], rows[LENGTH], data), self.chosen)
+            return
+        # pages belong to one message each: where a batch asks for more of them than there are, it would read for ever
+        rows[NEXT, np.cumsum(pages_needed(self.pages.paged, rows)) > self.pages.paged.pages] = -1
+        filled = np.cumsum(rows[LENGTH]) // BATCH_BYTES
+        cuts = [0, *(np.flatnonzero(np.diff(filled)) + 1).tolist(), len(filled)]
+        for start, stop in pairwise(cuts):
+            yield self._gathered(topic_id[start:stop], rows[:, start:stop], data, chains)
+
+    def _gathered(self, topic_id: IntArray, rows: IntArray, data: ByteArray, chains: PageReader) -> Outcome:
+        blobs = gather(data, rows, chains)
+        time_ns = rows[TIME]
+        whole = np.flatnonzero(blobs.whole)
+        good = Rows(topic_id[whole], time_ns[whole], blobs.offset[whole], blobs.length[whole], blobs.data)
+        done = replace(decode_rows(good, self.chosen), overflow=blobs.pages)
+        return done if len(whole) == len(time_ns) else _with_losses(done, blobs.whole, time_ns)
+
+
+def _with_losses(done: Outcome, whole: BoolArray, time_ns: IntArray) -> Outcome:
+    """Say which messages could not be gathered."""
+    at = np.flatnonzero(whole)
+    jumps = np.flatnonzero(np.diff(at) > 1)
+    inside = tuple(zip(time_ns[at[jumps]].tolist(), time_ns[at[jumps + 1]].tolist(), strict=True))
+    return replace(
+        done,
+        rejected={**done.rejected, DAMAGED_MESSAGE: int((~whole).sum())},
+        lost_before=not whole[0],
+        lost_after=not whole[-1],
+        lost_inside=inside,
+    )
+
+
+def page_source(pages: MessagePages, chosen: Chosen) -> PageSource | None:
+    """Get ready to read; None where the tree of the table does not even begin well."""
+    with PageReader(pages.paged, PARENTS) as reader:
+        tree = table_tree(pages.paged, pages.root, reader)
+    return None if tree is None else PageSource(pages, tree, chosen)
+
+
+def count_from_pages(pages: MessagePages, topic_ids: Sequence[int]) -> dict[int, int] | None:
+    """Topic id -> number of its messages; None where the pages do not tell. Reads all leaf pages of the table."""
+    ids = np.array(sorted(set(topic_ids)), dtype=np.int64)
+    total = np.zeros(len(ids), dtype=np.int64)
+    room = _room(pages.paged, LEAF_BYTES)
+    with (
+        PageReader(pages.paged, PARENTS) as reader,
+        closing(LeafScanner(pages.paged, Query(pages.columns, ids), room)) as scanner,
+    ):
+        tree = table_tree(pages.paged, pages.root, reader)
+        if tree is None:
+            return None
+        for nodes in tree.leaves(reader, room):
+            rows, bad = scanner.scan(nodes)
+            if bad.any():
+                return None
+            total += np.bincount(rows[TOPIC], minlength=len(ids))
+    return dict(zip(ids.tolist(), total.tolist(), strict=True))
+
+
+def _room(paged: PagedFile, size: int) -> int:
+    """How many pages are in so many bytes, at least one and no more than there are."""
+    return max(1, min(size // paged.page_size, paged.pages))

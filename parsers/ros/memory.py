@@ -1,0 +1,59 @@
+"""Memory for threads that read a log: used again and again, or taken in large pieces."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from parsers.channels import FloatArray, IntArray
+
+BLOCK_CELLS = 1 << 20
+_KEPT_BYTES = 1 << 24
+
+
+@dataclass
+class Scratch:
+    """What one thread needs while it reads: bytes of the file, and where in them the messages are (2, rows)."""
+
+    raw: bytearray = field(default_factory=bytearray)
+    places: IntArray = field(default_factory=lambda: np.empty((2, 0), dtype=np.int64))
+
+
+@dataclass
+class Memory:
+    """Memory for all threads. Fresh memory costs as much as what is read into it: the system clears it page by page.
+
+    So scratch is used again and again, and columns are cut from blocks that are large enough for large pages.
+    """
+
+    free: list[Scratch] = field(default_factory=list)
+    block: FloatArray = field(default_factory=lambda: np.empty(0))
+    lock: threading.Lock = field(default_factory=threading.Lock)
+
+    def scratch(self) -> Scratch:
+        """Scratch of any size; append it to `free` afterwards."""
+        try:
+            return self.free.pop()
+        except IndexError:  # more threads than scratches so far
+            return Scratch()
+
+    def cells(self, count: int) -> FloatArray:
+        """Room for so many numbers, with anything in it."""
+        if count > BLOCK_CELLS // 2:
+            return np.empty(count)
+        with self.lock:
+            if len(self.block) < count:
+                self.block = np.empty(BLOCK_CELLS)
+            taken, self.block = self.block[:count], self.block[count:]
+        return taken
+
+
+def keep_freed_memory() -> None:
+    """Make the C library keep freed blocks of a chunk's size for the next chunk.
+
+    The GNU library gives blocks of more than 128 KiB back to the system, page by page to be asked for and cleared
+    again, until it has seen a larger one come and go. For compressed bags that takes longer than all else together.
+    """
+    np.empty(_KEPT_BYTES, dtype=np.uint8)

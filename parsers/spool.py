@@ -1,0 +1,259 @@
+"""Rows that are too many to keep, on disk: sorted blocks in one nameless file, cut into windows of time when read.
+
+Nothing of it is left behind, whatever happens: the file has no name from the start.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from array import array
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parsers.channels import FloatArray, IntArray
+from parsers.timebase import MAX_RUNS, Run, clock_settings, usable_runs
+
+BLOCK_ROWS = 1 << 16
+_ITEM = 8
+
+
+class Spool:
+    """One file that numbers are put into and read from. Raises OSError where the disk is full or fails."""
+
+    def __init__(self, folder: Path) -> None:
+        """Make the file in `folder`, which must exist."""
+        self._file = tempfile.TemporaryFile(dir=folder, buffering=0)  # noqa: SIM115 - closed by `close`
+        self._end = 0
+
+    def put(self, values: FloatArray | IntArray) -> int:
+        """Write (n,) numbers of 8 bytes; the place where they lie."""
+        place = self._end
+        self._file.seek(place)
+        rest = np.ascontiguousarray(values).data.cast("B")
+        while rest:
+            written = self._file.write(rest)
+            rest = rest[written:]
+            self._end += written
+        return place
+
+    def get(self, into: FloatArray | IntArray, place: int) -> None:
+        """Fill an array with what lies at a place."""
+        self._file.seek(place)
+        rest = into.data.cast("B")
+        while rest:
+            count = self._file.readinto(rest)
+            if not count:
+                raise OSError("the temporary file is shorter than what was written")
+            rest = rest[count:]
+
+    def close(self) -> None:
+        """Give the disk's space back."""
+        self._file.close()
+
+
+@dataclass
+class _RunState:
+    """What is known of the rows between two settings of the clock. late: rows behind the one before them."""
+
+    start: int
+    first: int
+    last: int
+    low: int
+    high: int
+    late: int = 0
+
+
+class GroupWriter:
+    """Takes the rows of one group in the log's order. columns: their names; a chunk that lacks one has no values there."""
+
+    def __init__(self, spool: Spool, columns: Sequence[str]) -> None:
+        self._spool, self._columns = spool, tuple(columns)
+        self._pending: list[tuple[IntArray, Mapping[str, FloatArray]]] = []
+        self.pending_bytes = 0
+        self._rows = 0
+        self._runs: list[_RunState] = []
+        self._latest = 0
+        self._jumps = 0
+        # a block: its first and last stamp, rows, place in the file and run
+        self._index = tuple(array("q") for _ in range(5))
+
+    def add(self, time_ns: IntArray, columns: Mapping[str, FloatArray]) -> None:
+        """Take a chunk, (n,) each."""
+        if len(time_ns) == 0:
+            return
+        stamps = time_ns
+        if self._runs:
+            stamps = np.concatenate([[self._runs[-1].last], time_ns])
+        before = len(stamps) - len(time_ns)
+        settings = clock_settings(stamps, self._latest if before else None) + 1 - before
+        self._jumps += len(settings)
+        if self._jumps >= MAX_RUNS:
+            # these stamps are shuffled: all rows are one run in the end, and need not be kept apart any more
+            settings = settings[:0]
+        begins = {int(row) for row in settings} | (set() if self._runs else {0})
+        edges = sorted(begins | {0, len(time_ns)})
+        for start, stop in pairwise(edges):
+            if start in begins:
+                self._begin_run(int(time_ns[start]))
+            self._count(time_ns[start:stop])
+            part = {name: values[start:stop] for name, values in columns.items()}
+            self._pending.append((time_ns[start:stop], part))
+        self._latest = max(self._latest, int(time_ns.max())) if before else int(time_ns.max())
+        self.pending_bytes += time_ns.nbytes * (1 + len(self._columns))
+
+    def _begin_run(self, stamp: int) -> None:
+        self.flush()
+        self._runs.append(_RunState(self._rows, stamp, stamp, stamp, stamp))
+
+    def _count(self, time_ns: IntArray) -> None:
+        run = self._runs[-1]
+        run.late += int(time_ns[0] < run.last) + int(np.count_nonzero(time_ns[1:] < time_ns[:-1]))
+        run.last = int(time_ns[-1])
+        run.low, run.high = min(run.low, int(time_ns.min())), max(run.high, int(time_ns.max()))
+        self._rows += len(time_ns)
+
+    def flush(self) -> None:
+        """Bring all that is pending to the disk, in sorted blocks."""
+        if not self._pending:
+            return
+        time_ns = np.concatenate([stamps for stamps, _ in self._pending])
+        rows = _in_order(time_ns)
+        time_ns = time_ns[rows]
+        columns = [self._column(name)[rows] for name in self._columns]
+        self._pending, self.pending_bytes = [], 0
+        for start in range(0, len(time_ns), BLOCK_ROWS):
+            part = slice(start, start + BLOCK_ROWS)
+            stamps = time_ns[part]
+            place = self._spool.put(stamps)
+            for values in columns:
+                self._spool.put(values[part])
+            entry = (int(stamps[0]), int(stamps[-1]), len(stamps), place, len(self._runs) - 1)
+            for held, value in zip(self._index, entry, strict=True):
+                held.append(value)
+
+    def _column(self, name: str) -> FloatArray:
+        parts = [part.get(name) for _, part in self._pending]
+        sizes = [len(stamps) for stamps, _ in self._pending]
+        each = zip(parts, sizes, strict=True)
+        return np.concatenate([np.full(n, np.nan) if part is None else part for part, n in each])
+
+    def finish(self) -> GroupRows:
+        """What was taken, ready to be read. Nothing can be added after it."""
+        self.flush()
+        low, high, rows, place, of = (np.array(held, dtype=np.int64) for held in self._index)
+        states = self._runs
+        if self._jumps >= MAX_RUNS:
+            kept = list(range(len(states)))
+            jumps = 0
+        else:
+            stops = [*(state.start for state in states[1:]), self._rows]
+            each = zip(states, stops, strict=True)
+            runs = [Run(state.start, stop, state.low, state.high) for state, stop in each]
+            starts = {run.start for run in usable_runs(runs)}
+            kept = [number for number, state in enumerate(states) if state.start in starts]
+            jumps = len(states) - len(kept)
+        late = sum(states[number].late for number in kept)
+        late += sum(states[b].first < states[a].last for a, b in pairwise(kept))
+        usable = np.isin(of, kept)
+        index = BlockIndex(low[usable], high[usable], rows[usable], place[usable])
+        total = sum(
+            (states[n + 1].start if n + 1 < len(states) else self._rows) - states[n].start for n in kept
+        )
+        return GroupRows(self._spool, self._columns, index, total, late, jumps, self._rows - total)
+
+
+def _in_order(time_ns: IntArray) -> slice | IntArray:
+    """The rows in order of time, of equal stamps only the last one."""
+    if len(time_ns) < 2 or int(np.diff(time_ns).min()) > 0:
+        return slice(None)
+    rows: IntArray = np.argsort(time_ns, kind="stable")
+    stamps = time_ns[rows]
+    kept: IntArray = rows[np.append(stamps[1:] != stamps[:-1], True)]
+    return kept
+
+
+@dataclass(frozen=True)
+class BlockIndex:
+    """The blocks of a group in the log's order: first and last stamp, rows, place in the file; (blocks,) each."""
+
+    low: IntArray
+    high: IntArray
+    rows: IntArray
+    place: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class GroupRows:
+    """The rows of one group on disk: any window of time can be loaded, in order and without duplicates.
+
+    columns: their names. rows: how many were usable, those that share a stamp included. late, jumps, lost: as `Ordered`
+    of parsers.timebase has them.
+    """
+
+    spool: Spool
+    columns: tuple[str, ...]
+    index: BlockIndex
+    rows: int
+    late: int
+    jumps: int
+    lost: int
+
+    def load(self, start: int, stop: int, names: Sequence[str]) -> tuple[IntArray, dict[str, FloatArray]]:
+        """The rows in [start, stop): strictly increasing stamps (n,), and the columns (n,) of these names."""
+        whole, partly = self._touched(start, stop)
+        cuts = [(int(block), 0, int(self.index.rows[block])) for block in np.flatnonzero(whole)]
+        # in the log's order, so that of rows with one stamp the last one stays
+        cuts = sorted([*cuts, *partly])
+        total = sum(b - a for _, a, b in cuts)
+        time_ns = np.empty(total, dtype=np.int64)
+        self._fill(time_ns, cuts, 0)
+        rows = _in_order(time_ns)
+        columns: dict[str, FloatArray] = {}
+        for name in names:
+            values = np.empty(total)
+            self._fill(values, cuts, 1 + self.columns.index(name))
+            columns[name] = values[rows]
+        return time_ns[rows], columns
+
+    def _fill(self, into: FloatArray | IntArray, cuts: Sequence[tuple[int, int, int]], number: int) -> None:
+        """number: which of a block's arrays, 0 for the stamps."""
+        at = 0
+        for block, a, b in cuts:
+            place = int(self.index.place[block]) + _ITEM * (number * int(self.index.rows[block]) + a)
+            self.spool.get(into[at : at + b - a], place)
+            at += b - a
+
+    def _touched(self, start: int, stop: int) -> tuple[NDArray[np.bool_], list[tuple[int, int, int]]]:
+        """Which blocks lie in [start, stop) whole (a mask), and the parts (block, from row, to row) of the others."""
+        low, high = self.index.low, self.index.high
+        touched = (low < stop) & (high >= start)
+        whole = touched & (low >= start) & (high < stop)
+        cuts = [
+            (int(block), self._cut(int(block), start), self._cut(int(block), stop))
+            for block in np.flatnonzero(touched & ~whole)
+        ]
+        return whole, [cut for cut in cuts if cut[1] < cut[2]]
+
+    def _cut(self, block: int, stamp: int) -> int:
+        """How many rows of a block are before a stamp."""
+        rows = int(self.index.rows[block])
+        if stamp <= int(self.index.low[block]):
+            return 0
+        if stamp > int(self.index.high[block]):
+            return rows
+        place = int(self.index.place[block])
+        first, last = 0, rows
+        one = np.empty(1, dtype=np.int64)
+        while first < last:
+            middle = (first + last) // 2
+            self.spool.get(one, place + _ITEM * middle)
+            if int(one[0]) < stamp:
+                first = middle + 1
+            else:
+                last = middle
+        return first

@@ -1,0 +1,110 @@
+"""A log whose rows lie on disk: which of its channels become signals, and what these are as a whole."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.read_log import BEYOND_JUMP, MIN_SAMPLES, PartFacts, Taken, is_stated, mapped_channel
+from parsers.spool import GroupRows
+from parsers.time_figures import SharedFigures
+from parsers.timebase import NS
+from parsers.windows import Track, TrackFacts, bound_piece, time_windows
+
+_NONE = TrackFacts(0, 0, 0, 0.0, np.inf, -np.inf, 0.0)
+
+
+@dataclass(frozen=True)
+class SpooledPart(PartFacts):
+    """One log, read: its signals as tracks. resolution_ns: to how much their usual steps are known."""
+
+    tracks: Mapping[str, Track] = field(default_factory=dict)
+    resolution_ns: int = 1
+
+
+@dataclass
+class _Values:
+    """Extremes of values that come in order."""
+
+    low: float = np.inf
+    high: float = -np.inf
+    steepest: float = 0.0
+    last: float = np.nan
+
+    def add(self, values: FloatArray) -> None:
+        if len(values) == 0:
+            return
+        self.low, self.high = min(self.low, float(values.min())), max(self.high, float(values.max()))
+        steps = [self.steepest, abs(float(values[0]) - self.last) if np.isfinite(self.last) else 0.0]
+        if len(values) > 1:
+            change = np.diff(values)
+            steps += [float(change.max()), -float(change.min())]
+        self.steepest, self.last = max(steps), float(values[-1])
+
+
+def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
+    """Go once through a log's rows on disk."""
+    infos, groups = taken.infos, taken.rows.spooled()
+    taken.opened.log.reject(BEYOND_JUMP, sum(rows.lost for rows in groups.values()))
+    bindings: dict[str, list[Track]] = {}
+    for binding in (each for proposed in taken.proposals.values() for each in proposed):
+        group = infos[binding.channels[0]].group
+        rows = groups.get(group)
+        if rows is not None and all(name in rows.columns for name in binding.channels):
+            bindings.setdefault(group, []).append(Track(binding, group, rows, _NONE, window_bytes))
+    duplicates, resolution = 0, 1
+    facts: dict[int, TrackFacts] = {}
+    for group, tracks in bindings.items():
+        unique, coarse = _survey_group(groups[group], tracks, window_bytes, facts)
+        duplicates += groups[group].rows - unique
+        resolution = max(resolution, coarse)
+    tracks_of: dict[str, Track] = {}
+    mapped = []
+    for name, proposed in taken.proposals.items():
+        for binding in proposed:
+            found = facts.get(id(binding), _NONE)
+            if found.samples >= MIN_SAMPLES:
+                group = infos[binding.channels[0]].group
+                tracks_of[name] = Track(binding, group, groups[group], found, window_bytes)
+                mapped.append(mapped_channel(binding, found.samples, found.period_s, proposed))
+                break
+    return SpooledPart(
+        opened=taken.opened,
+        mapped=tuple(mapped),
+        stated={name: is_stated(track.binding) for name, track in tracks_of.items()},
+        short=tuple(name for name in taken.proposals if name not in tracks_of),
+        out_of_order=sum(rows.late for rows in groups.values()),
+        duplicates=duplicates,
+        jumps=sum(rows.jumps for rows in groups.values()),
+        tracks=tracks_of,
+        resolution_ns=resolution,
+    )
+
+
+def _survey_group(
+    rows: GroupRows, tracks: list[Track], window_bytes: int, facts: dict[int, TrackFacts]
+) -> tuple[int, int]:
+    """Write down the facts of each binding (by identity); the number of rows with different stamps, the resolution."""
+    names = sorted({name for track in tracks for name in track.binding.needed})
+    times = SharedFigures({str(number): None for number in range(len(tracks))})
+    values = [_Values() for _ in tracks]
+    unique = 0
+    for start, stop in time_windows(tracks, window_bytes):
+        time_ns, columns = rows.load(start, stop, names)
+        unique += len(time_ns)
+        pieces = [bound_piece(track, time_ns, columns) for track in tracks]
+        times.add(time_ns, {str(number): stamps for number, (stamps, _) in enumerate(pieces)})
+        for held, (_, piece) in zip(values, pieces, strict=True):
+            held.add(piece)
+    resolution = 1
+    for number, (track, held) in enumerate(zip(tracks, values, strict=True)):
+        time = times.of(str(number))
+        facts[id(track.binding)] = TrackFacts(
+            time.samples, time.first, time.last, time.median_ns / NS, held.low, held.high, held.steepest
+        )
+        if time.samples:
+            resolution = max(resolution, time.resolution_ns)
+    return unique, resolution

@@ -1,0 +1,381 @@
+"""`convert` of drives that do not fit into memory: the same tables and the same record as with all in memory."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pytest
+
+import parsers.load
+import parsers.long_drive
+import parsers.read_log
+import parsers.store
+from parsers.channels import ChannelInfo, Chunk
+from parsers.convert import Converted, convert_logs
+from parsers.errors import LogError
+from parsers.intake import Budget
+from parsers.load import LoadOptions, load_drive
+from parsers.store import write_drive
+from parsers.store_folder import RECORD_FILE
+from parsers.timebase import JUMP_AHEAD_NS, NS
+from parsers.windows import time_windows
+
+UNITS = {
+    "accel_x": "m/s^2", "accel_y": "m/s^2", "accel_z": "m/s^2", "yaw_rate": "rad/s", "roll_rate": "rad/s", "roll": "rad",
+    "speed": "m/s", "steering_wheel_angle": "rad", "latitude": "deg", "longitude": "deg", "brake_pressure": "Pa",
+}  # fmt: skip
+GROUPS = {
+    "/imu": ("accel_x", "accel_y", "accel_z", "yaw_rate", "roll_rate"),
+    "/odom": ("speed", "steering_wheel_angle"),
+    "/gps": ("latitude", "longitude"),
+    "/body": ("roll", "brake_pressure"),
+}
+PERIODS_MS = {"/imu": 10, "/odom": 20, "/gps": 200, "/body": 50}
+SMALL = {"rows": 20_000, "pending": 6_000, "window": 30_000, "evidence": 1 << 40, "evidence_s": 1e9}
+
+Rows = dict[str, tuple[np.ndarray, dict[str, np.ndarray]]]
+
+
+class Tape:
+    """A log in memory that gives its groups in turn, a second or so at a time."""
+
+    name, title, suffixes = "tape", "Tape", (".tape",)
+    clock, start_utc_ns, absolute = "the tape's clock", None, True
+
+    def __init__(self, rows: Rows, chunk: int = 100) -> None:
+        self.rows, self.chunk = rows, chunk
+        self.channels = tuple(
+            ChannelInfo(name, group, UNITS[name], "table")
+            for group, (_, held) in rows.items()
+            for name in held
+        )
+
+    def claims(self, path: Path, head: bytes) -> bool:
+        return True
+
+    def open(self, path: Path, options: object, log: object) -> Tape:
+        self.log = log
+        return self
+
+    def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
+        for at in range(0, max(len(t) for t, _ in self.rows.values()), self.chunk):
+            for group, (time_ns, columns) in self.rows.items():
+                part = slice(at, at + self.chunk)
+                self.log.messages += len(time_ns[part])
+                yield Chunk(group, time_ns[part], {n: v[part] for n, v in columns.items() if n in wanted})
+
+
+def drive(seconds: float = 240, start_s: float = 1e9, seed: int = 1) -> Rows:
+    """A drive that bends to and fro, stops now and then, and is seen by four recorders of different rates."""
+    rng = np.random.default_rng(seed)
+    rows: Rows = {}
+    for group, names in GROUPS.items():
+        n = round(seconds * 1000 / PERIODS_MS[group])
+        t = np.arange(n) * PERIODS_MS[group] / 1000
+        speed = 12 + 6 * np.sin(t / 11)
+        turn = 0.25 * np.sin(t / 3.1)
+        heading = -0.775 * np.cos(t / 3.1)
+        lateral = turn * speed
+        true = {
+            "accel_x": 6 / 11 * np.cos(t / 11),
+            "accel_y": lateral,
+            "accel_z": np.full(n, 9.81),
+            "yaw_rate": turn,
+            "roll_rate": np.gradient(0.03 * lateral / 9.81 * 6, t),
+            "roll": 0.03 * lateral / 9.81 * 6,
+            "speed": speed,
+            "steering_wheel_angle": 40 * turn / speed,
+            "latitude": 48 + np.cumsum(speed * np.cos(heading)) * PERIODS_MS[group] / 1e3 / 111_195,
+            "longitude": 9 + np.cumsum(-speed * np.sin(heading)) * PERIODS_MS[group] / 1e3 / 74_400,
+            "brake_pressure": 1e6 * (np.sin(t / 11) < -0.9),
+        }
+        noise = {name: 0.01 * np.std(true[name]) * rng.standard_normal(n) for name in names}
+        for name in ("latitude", "longitude", "brake_pressure"):
+            noise[name if name in names else names[0]] = np.zeros(n)
+        time_ns = round(start_s * NS) + np.arange(n) * PERIODS_MS[group] * 1_000_000
+        rows[group] = (time_ns, {name: true[name] + noise[name] for name in names})
+    return rows
+
+
+def with_faults(rows: Rows) -> Rows:
+    """Late rows, duplicates, a clock that is set, gaps, missing values, spikes and codes everywhere, wrong signs and units."""
+    rng = np.random.default_rng(9)
+    for group, (time_ns, columns) in rows.items():
+        n = len(time_ns)
+        for name, values in columns.items():
+            size = {"accel_z": 10.0, "yaw_rate": 4.0, "speed": 25.0, "steering_wheel_angle": 20.0}.get(name)
+            for at in range(40, n - 10, 3 * PERIODS_MS[group] + 331 if size else n):
+                if size:
+                    values[at : at + 1 + at % 5] += size if at % 2 else -size / 2
+            values[rng.integers(0, n, n // 200)] = np.nan
+        if group == "/odom":
+            columns["speed"][100:n:333] = 255.996 / 3.6
+            columns["speed"][5000:5040] = 255.996 / 3.6
+        if group == "/imu":
+            columns["yaw_rate"] *= -1
+            for name in ("accel_x", "accel_y", "accel_z"):
+                columns[name] /= 9.80665
+            columns["accel_x"][7] = 1e6
+            time_ns[15_000:15_200] += 3 * JUMP_AHEAD_NS
+        late = rng.integers(30, n - 30, n // 50)
+        time_ns[late] -= rng.integers(1, 20, len(late)) * 1_000_000
+        time_ns[n // 3] = time_ns[n // 3 - 1]
+        keep = np.ones(n, dtype=np.bool_)
+        keep[n // 2 : n // 2 + n // 50] = False
+        order = np.arange(n)
+        order[200:220] = order[200:220][::-1]
+        rows[group] = (time_ns[order][keep], {name: v[order][keep] for name, v in columns.items()})
+    return rows
+
+
+@pytest.fixture
+def tapes(tmp_path, monkeypatch):
+    """Make tapes readable as the logs of one drive."""
+
+    def make(*logs: Tape) -> list[Path]:
+        paths = []
+        for number in range(len(logs)):
+            paths.append(tmp_path / f"{number}.tape")
+            paths[-1].write_bytes(b"tape")
+        found = dict(zip(paths, logs, strict=True))
+        monkeypatch.setattr(parsers.read_log, "find_importer", found.__getitem__)
+        monkeypatch.setattr(parsers.load, "find_importer", found.__getitem__)
+        return paths
+
+    return make
+
+
+def tables(folder: Path) -> dict[str, pl.DataFrame]:
+    return {path.name: pl.read_parquet(path) for path in folder.glob("*.parquet")}
+
+
+def record(folder: Path) -> dict[str, object]:
+    return dict(json.loads((folder / RECORD_FILE).read_text(encoding="utf-8")))
+
+
+def both(
+    paths: list[Path], folder: Path, *, fix: bool = True, **budget: float
+) -> tuple[Converted, list[str]]:
+    """Convert in memory and through the disk, require the same of both; the notes that only the second has."""
+    options = LoadOptions(fix=fix)
+    write_drive(load_drive(paths, options), folder / "whole")
+    small = Budget(folder / "long", **(SMALL | budget))
+    converted = convert_logs(paths, options, folder / "long", small)
+    expected, found = tables(folder / "whole"), tables(folder / "long")
+    assert sorted(expected) == sorted(found)
+    for name, table in expected.items():
+        assert found[name].schema == table.schema
+        assert found[name].equals(table, null_equal=True), name
+    a, b = record(folder / "whole"), record(folder / "long")
+    extra = [note for note in b["notes"] if note not in a["notes"]]
+    b["notes"] = [note for note in b["notes"] if note in a["notes"]]
+    assert a == b
+    assert converted.signals == sum(table.width - 1 for table in expected.values())
+    assert not [path for path in (folder / "long").iterdir() if path.suffix not in (".parquet", ".json")]
+    return converted, extra
+
+
+def test_a_clean_drive(tapes, tmp_path) -> None:
+    converted, notes = both(tapes(Tape(drive())), tmp_path)
+    assert notes == []
+    assert converted.record.decisions == ()
+    assert len(converted.files) == len(GROUPS) + 1
+
+
+@pytest.mark.parametrize("window", [9_000, 31_000, 10**9])
+@pytest.mark.parametrize("fix", [True, False])
+def test_every_fault_at_once(tapes, tmp_path, window, fix) -> None:
+    converted, notes = both(tapes(Tape(with_faults(drive()), 37)), tmp_path, fix=fix, window=window)
+    assert notes == []
+    made = converted.record
+    assert made.clock_jumps == 1
+    assert (
+        min(
+            made.out_of_order,
+            made.duplicates,
+            len(made.gaps),
+            made.rejected["row beyond a jump of the clock"],
+        )
+        > 0
+    )
+    kinds = {decision.kind for decision in made.decisions}
+    assert {"unit", "sign", "spikes"} <= kinds
+    assert sum("code" in decision.found for decision in made.decisions) == 1
+    assert sum("jump away and back" in decision.found for decision in made.decisions) >= 3
+
+
+def test_bursts_at_the_edges_of_windows(tapes, tmp_path, monkeypatch) -> None:
+    n = 20_000
+    time_ns = np.arange(n) * 10_000_000
+    speed = 20 + 5 * np.sin(time_ns / NS)
+    inside = np.zeros(n, dtype=np.bool_)
+    for number, at in enumerate(range(50, n - 50, 67)):
+        speed[at : at + 1 + number % 5] += 30
+        # where the edge before this sample would cut a burst in two
+        inside[at + 1 : at + 1 + number % 5] = True
+    edges: list[int] = []
+
+    def noted(*arguments: object) -> list[tuple[int, int]]:
+        windows = time_windows(*arguments)
+        edges.extend(start for start, _ in windows)
+        return windows
+
+    monkeypatch.setattr(parsers.long_drive, "time_windows", noted)
+    rows = {"/odom": (time_ns, {"speed": speed})}
+    converted, _ = both(tapes(Tape(rows)), tmp_path, rows=1000, window=1600)
+    starts = np.searchsorted(time_ns, edges)
+    assert np.count_nonzero(inside[starts[starts < n]]) > 3
+    (decision,) = converted.record.decisions
+    assert decision.found.startswith(f"{np.count_nonzero(speed > 30)} samples of speed jump away and back")
+
+
+def test_parts_in_a_row_that_overlap_a_little(tapes, tmp_path) -> None:
+    logs = Tape(with_faults(drive(120, 1e9))), Tape(drive(150, 1e9 + 119.3, 2)), Tape(drive(60, 1e9 + 300, 3))
+    both(tapes(*logs), tmp_path)
+
+
+def test_a_second_recorder_is_left_out(tapes, tmp_path) -> None:
+    second = {group: rows for group, rows in drive(100, 1e9 + 60, 2).items() if group in ("/imu", "/gps")}
+    converted, _ = both(tapes(Tape(drive()), Tape(second)), tmp_path)
+    assert any("left out" in note for note in converted.record.notes)
+
+
+def test_a_log_that_only_the_second_one_makes_too_large(tapes, tmp_path) -> None:
+    first = {"/gps": drive(60)["/gps"]}
+    both(tapes(Tape(first), Tape(drive(200, 1e9 + 60))), tmp_path, rows=100_000)
+
+
+def test_a_channel_that_stands_still_and_one_out_of_range(tapes, tmp_path) -> None:
+    rows = drive()
+    rows["/imu"][1]["roll_rate"][:] = 0.01
+    rows["/odom"][1]["steering_wheel_angle"][::3] = 1e5
+    found = both(tapes(Tape(rows)), tmp_path)[0].record.decisions
+    assert {each.found.split(" stands")[0] for each in found if each.action == "left out"} == {"roll_rate"}
+    assert any("most of steering_wheel_angle is beyond" in each.found for each in found)
+
+
+def test_a_channel_that_stands_still_only_where_the_checks_look_stays(tapes, tmp_path) -> None:
+    rows = drive(400)
+    rate = rows["/imu"][1]["roll_rate"]
+    rate[100:] = 0.01
+    budget = Budget(tmp_path / "out", **(SMALL | {"evidence": 200_000}))
+    made = convert_logs(tapes(Tape(rows)), LoadOptions(), tmp_path / "out", budget)
+    assert not [each for each in made.record.decisions if each.action == "left out"]
+    assert all(each.used for each in made.record.mapped)
+
+
+def test_a_long_drive_is_judged_on_blocks_and_the_record_says_so(tapes, tmp_path) -> None:
+    rows = drive(600)
+    rows["/imu"][1]["yaw_rate"][:] *= -1
+    folder = tmp_path / "out"
+    budget = Budget(folder, **(SMALL | {"evidence": 400_000, "evidence_s": 120.0}))
+    made = convert_logs(tapes(Tape(rows)), LoadOptions(), folder, budget).record
+    assert [each.signal for each in made.decisions if each.kind == "sign"] == ["yaw_rate"]
+    (note,) = [each for each in made.notes if "judged on 32 blocks" in each]
+    assert 60 <= float(note.split("blocks of it, ")[1].split(" s in all")[0]) <= 121
+    (imu,) = [table for name, table in tables(folder).items() if name.startswith("imu")]
+    assert np.allclose(imu["yaw_rate_radps"], -rows["/imu"][1]["yaw_rate"])
+
+
+def test_stamps_of_very_many_different_steps(tapes, tmp_path) -> None:
+    rows = drive(400)
+    time_ns, columns = rows["/imu"]
+    rows["/imu"] = (time_ns + np.random.default_rng(1).integers(0, 4_000_000, len(time_ns)), columns)
+    options, folder = LoadOptions(), tmp_path / "long"
+    paths = tapes(Tape(rows))
+    write_drive(load_drive(paths, options), tmp_path / "whole")
+    made = convert_logs(paths, options, folder, Budget(folder, **SMALL)).record
+    assert any("steps rounded to" in note for note in made.notes)
+    expected = {each["signal"]: each["rate_hz"] for each in record(tmp_path / "whole")["mapped"]}
+    assert {each.signal: each.rate_hz for each in made.mapped} == pytest.approx(expected, rel=1e-3)
+    assert all(table.equals(tables(folder)[name]) for name, table in tables(tmp_path / "whole").items())
+
+
+def test_a_small_drive_stays_in_memory(tapes, tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(parsers.long_drive, "survey_part", None)
+    paths = tapes(Tape(drive(60)))
+    made = convert_logs(paths, LoadOptions(), tmp_path / "out")
+    write_drive(load_drive(paths), tmp_path / "whole")
+    assert record(tmp_path / "out") == record(tmp_path / "whole")
+    assert made.signals == 11
+
+
+class Broken(Tape):
+    """A log that ends with an error."""
+
+    error: BaseException = KeyboardInterrupt()
+
+    def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
+        yield from super().read(wanted)
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    ("error", "raised"), [(KeyboardInterrupt(), KeyboardInterrupt), (OSError(5, "broken"), LogError)]
+)
+def test_an_interruption_leaves_nothing_behind(tapes, tmp_path, error, raised) -> None:
+    log = Broken(drive())
+    log.error = error
+    folder = tmp_path / "out"
+    with pytest.raises(raised):
+        convert_logs(tapes(log), LoadOptions(), folder, Budget(folder, **SMALL))
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize(
+    "error", [OSError(28, "No space left on device"), KeyboardInterrupt(), ValueError("slip")]
+)
+def test_an_error_while_writing_leaves_the_earlier_tables(tapes, tmp_path, monkeypatch, error) -> None:
+    folder = tmp_path / "out"
+    paths = tapes(Tape(drive()))
+    budget = Budget(folder, **SMALL)
+    convert_logs(paths, LoadOptions(), folder, budget)
+    before = {path.name: path.read_bytes() for path in folder.iterdir()}
+    calls = []
+
+    def failing(*arguments: object) -> pl.DataFrame:
+        calls.append(1)
+        if len(calls) > 5:
+            raise error
+        return parsers.store.group_frame(*arguments)
+
+    monkeypatch.setattr(parsers.long_drive, "group_frame", failing)
+    raised = LogError if isinstance(error, OSError) else type(error)
+    with pytest.raises(raised):
+        convert_logs(paths, LoadOptions(), folder, budget)
+    assert {path.name: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_a_full_disk_while_reading_is_said(tapes, tmp_path, monkeypatch) -> None:
+    folder = tmp_path / "out"
+
+    def full(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr("parsers.spool.Spool.put", full)
+    with pytest.raises(LogError, match=r"out: cannot be written \(No space left on device\); choose another"):
+        convert_logs(tapes(Tape(drive())), LoadOptions(), folder, Budget(folder, **SMALL))
+    assert not folder.exists()
+
+
+def test_tables_of_others_are_said_before_the_work(tapes, tmp_path) -> None:
+    folder = tmp_path / "out"
+    folder.mkdir()
+    (folder / "mine.parquet").write_bytes(b"x")
+    with pytest.raises(LogError, match="did not write"):
+        convert_logs(tapes(Broken(drive())), LoadOptions(), folder)
+
+
+def test_nothing_valid_in_a_long_log(tapes, tmp_path) -> None:
+    rows = drive()
+    for _, columns in rows.values():
+        for values in columns.values():
+            values[:] = np.nan
+    folder = tmp_path / "out"
+    with pytest.raises(LogError, match="no signal has two valid samples"):
+        convert_logs(tapes(Tape(rows)), LoadOptions(), folder, Budget(folder, **SMALL))
+    assert not folder.exists()

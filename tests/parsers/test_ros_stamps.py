@@ -1,0 +1,76 @@
+"""Header stamp or receive time: which of the two a message gets, and what is said about it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from parsers.importer import ImportLog
+from parsers.ros.stamps import StampChooser, choose_stamps
+
+SECOND = 1_000_000_000
+
+
+def test_stamps_follow_the_header_where_it_can_be_believed() -> None:
+    chooser, log = StampChooser(), ImportLog()
+    receive = np.arange(10, dtype=np.int64) * SECOND + 1_700_000_000 * SECOND
+    header = receive - SECOND // 2
+    header[3] = 0
+    header[5] -= 100 * SECOND
+    expected_ns = header.copy()
+    expected_ns[[3, 5]] = receive[[3, 5]]
+    np.testing.assert_array_equal(chooser.choose("/imu", header, receive), expected_ns)
+    np.testing.assert_array_equal(
+        chooser.choose("/sim", receive - 1_700_000_000 * SECOND + 1, receive), receive
+    )
+    np.testing.assert_array_equal(chooser.choose("/zero", np.zeros(10, dtype=np.int64), receive), receive)
+    np.testing.assert_array_equal(chooser.choose("/plain", None, receive), receive)
+    chooser.finish(log)
+    notes = "\n".join(log.notes)
+    assert "/imu: header stamps are 0.50 s before the receive time (median)" in notes
+    assert "/imu: 1 messages have no header stamp" in notes
+    assert "/imu: 1 header stamps are more than 60 s off" in notes
+    assert "/sim: header stamps are on another clock" in notes
+    assert "/zero: header stamps are all zero" in notes
+    assert "no header, so the receive time is used: /plain" in notes
+    assert chooser.clock == "header stamp (receive time for /sim, /zero, /plain)"
+
+
+def test_clock_is_known_before_reading() -> None:
+    chooser = StampChooser()
+    chooser.add("/imu", has_header=True)
+    assert chooser.clock == "header stamp"
+    chooser.add("/speed", has_header=False)
+    assert chooser.clock == "header stamp (receive time for /speed)"
+
+
+@pytest.mark.parametrize("count", [0, 1, 5, 255, 256, 257, 3000])
+def test_compiled_choice_equals_the_plain_one(count: int) -> None:
+    rng = np.random.default_rng(count)
+    receive = rng.integers(0, 2**62, count)
+    header = receive - rng.integers(-2 * SECOND, 2 * SECOND, count)
+    header[rng.random(count) < 0.2] = 0
+    receive[rng.random(count) < 0.1] = -5
+    expected, empty, far, near = [], 0, 0, []
+    for stamp, other in zip(header.tolist(), receive.tolist(), strict=True):
+        good = stamp > 0 and other >= 0 and abs(other - stamp) <= SECOND
+        expected.append(stamp if good else other)
+        empty += stamp <= 0
+        far += stamp > 0 and not good
+        near += [float(other - stamp)] if good else []
+    chosen, delays = np.zeros(count, dtype=np.int64), np.zeros(min(256, count))
+    got = choose_stamps(header, receive, SECOND, chosen, delays)
+    assert chosen.tolist() == expected
+    assert got[:2] == (empty, far)
+    assert (got[2] > 0) == bool(near)
+    assert set(delays[: got[2]].tolist()) <= set(near)
+
+
+def test_result_may_be_written_over_the_header_stamps() -> None:
+    receive = np.arange(6, dtype=np.int64) * SECOND + 1_700_000_000 * SECOND
+    header = receive - 5
+    header[2] = 0
+    one = StampChooser().choose("/imu", header.copy(), receive)
+    two = StampChooser().choose("/imu", header, receive, in_place=True)
+    assert one.tolist() == two.tolist() == [*(receive[:2] - 5), receive[2], *(receive[3:] - 5)]
+    assert two is header
