@@ -27,6 +27,8 @@ import polars as pl
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
+from benchmarks.import_logs.memory import peak_mib  # noqa: E402
+
 SEED = 20261121
 LIMIT_MIB = 256
 CONTAINER = 128 * 1024
@@ -147,14 +149,14 @@ def child(form: str, log: Path, small: Path, folder: Path) -> None:
 
     options = LoadOptions(read_map(folder / f"{form}.toml"), (folder / "bench.dbc",) if form == "blf" else ())
     convert_logs([small], options, folder / "small_out")
-    before = resource.getrusage(resource.RUSAGE_SELF)
+    peak, before = peak_mib(), resource.getrusage(resource.RUSAGE_SELF)
     start = time.perf_counter()
     found = convert_logs([log], options, folder / "out")
     wall = time.perf_counter() - start
     after = resource.getrusage(resource.RUSAGE_SELF)
     values = sum(entry.samples for entry in found.record.mapped)
     cpu = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-    grown = (after.ru_maxrss - before.ru_maxrss) / (2**20 if sys.platform == "darwin" else 1024)
+    grown = peak_mib() - peak
     print(json.dumps({"values": values, "grown_mib": grown, "wall_s": wall, "cpu_s": cpu}))
 
 
@@ -198,7 +200,12 @@ def main() -> None:
                 )
                 print(rows[-1], file=sys.stderr)
                 log.unlink()
-    head = f"seed {SEED}; {platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
+    shown = (
+        f"`python benchmarks/convert_memory.py --minutes {arguments.minutes} --save`"
+        if arguments.minutes
+        else ""
+    )
+    head = f"{shown or '`python benchmarks/convert_memory.py --save`'}: limit {LIMIT_MIB} MiB, seed {SEED}; {platform.machine()}, {os.cpu_count()} cores, Python {platform.python_version()}"
     table = "\n".join(["# Memory of convert", "", head, "", *rows, ""])
     print(table)
     if arguments.save:

@@ -11,7 +11,8 @@ from parsers import blf_objects as places
 from parsers.blf_containers import BlfHeader
 from parsers.blf_groups import blocks
 from parsers.blf_objects import NO_TIME
-from parsers.blf_walk import Block, ObjectWalker, block_of
+from parsers.blf_walk import Block, block_of
+from parsers.blf_walker import ObjectWalker
 from parsers.can.frames import CanFrames
 from parsers.importer import ImportLog
 
@@ -43,8 +44,8 @@ class BlfFrames:
         total = os.path.getsize(self.path)
         trouble: list[Block] = []
         messages = 0
-        for block in blocks(self.path, self.header):
-            for batch in walker.walk(block):
+        for block, ahead in blocks(self.path, self.header):
+            for batch in walker.walk(block, ahead):
                 messages += batch.time_ns.size
                 yield batch
             if block.kind == "damaged":

@@ -23,7 +23,8 @@ from parsers.blf_containers import (
     content_of,
     odd_blocks,
 )
-from parsers.blf_walk import BEHIND, FRONT, Block, block_of
+from parsers.blf_walk import BEHIND, FRONT, Block, Columns, block_of
+from parsers.blf_walker import Guess, guess
 from parsers.channels import ByteArray
 from parsers.parallel import in_order
 
@@ -33,38 +34,58 @@ GROUP_BYTES = 2 << 20
 """Inflated bytes that a core takes at a time: enough that threads seldom wait for each other, and no more."""
 
 
+def _fresh_room() -> ByteArray:
+    return np.empty(FRONT + GROUP_BYTES + BEHIND, np.uint8)
+
+
+@dataclass(frozen=True)
+class _Room:
+    """Where a group's content goes, and its frames."""
+
+    content: ByteArray = field(default_factory=_fresh_room)
+    columns: Columns = field(default_factory=Columns)
+
+
 @dataclass
 class _Pool:
     """Buffers that nobody uses at the moment. Only the caller's thread takes and gives."""
 
     raw: list[bytearray] = field(default_factory=list)
-    room: list[ByteArray] = field(default_factory=list)
+    room: list[_Room] = field(default_factory=list)
 
     def take_raw(self) -> bytearray:
         return self.raw.pop() if self.raw else bytearray(READ_BYTES)
 
-    def take_room(self) -> ByteArray:
-        return self.room.pop() if self.room else np.empty(FRONT + GROUP_BYTES + BEHIND, np.uint8)
+    def take_room(self) -> _Room:
+        return self.room.pop() if self.room else _Room()
 
 
 @dataclass(frozen=True)
 class _Group:
-    """Containers that follow each other. raw: the file from byte `start` on; room: for their content. last: no other group
-    has its containers in `raw`."""
+    """Containers that follow each other. raw: the file from byte `start` on. last: no other group has its containers
+    there. start_ns: of the measurement."""
 
     start: int
     raw: bytearray
     containers: list[Container]
-    room: ByteArray
+    room: _Room
     last: bool
+    start_ns: int
 
 
-def _inflated(work: _Group | Block) -> tuple[_Group | Block, list[Block]]:
-    """The contents of a group of containers: as few blocks as there can be, in order."""
+def _walked(work: _Group | Block) -> tuple[_Group | Block, list[tuple[Block, Guess | None]]]:
+    """The blocks of a group of containers, the first of them walked."""
     if isinstance(work, Block):
-        return work, [work]
+        return work, [(work, None)]
+    found = _inflated(work)
+    ahead = guess(found[0], work.start_ns, work.room.columns) if found else None
+    return work, [(block, ahead if number == 0 else None) for number, block in enumerate(found)]
+
+
+def _inflated(work: _Group) -> list[Block]:
+    """The contents of a group of containers: as few blocks as there can be, in order."""
     blocks: list[Block] = []
-    raw, room = memoryview(work.raw), work.room
+    raw, room = memoryview(work.raw), work.room.content
     begin = at = FRONT
     first, until = 0, 0
 
@@ -87,7 +108,7 @@ def _inflated(work: _Group | Block) -> tuple[_Group | Block, list[Block]]:
         kind = "container" if whole else "damaged"
         blocks.append(block_of(kind, found.at, found.size, content if whole else b""))
     close()
-    return work, blocks
+    return blocks
 
 
 def _usual_containers(raw: bytearray, filled: int, position: int, total: int) -> list[Container]:
@@ -132,7 +153,7 @@ def _work(file: FileIO, header: BlfHeader, total: int, pool: _Pool) -> Iterator[
         start = position
         for number, group in enumerate(groups):
             position = group[-1].at + group[-1].size
-            yield _Group(start, raw, group, pool.take_room(), number == len(groups) - 1)
+            yield _Group(start, raw, group, pool.take_room(), number == len(groups) - 1, header.start_ns or 0)
         if not groups:
             pool.raw.append(raw)
             for block in odd_blocks(file, position, total):
@@ -144,15 +165,15 @@ def _work(file: FileIO, header: BlfHeader, total: int, pool: _Pool) -> Iterator[
             yield block_of("cut", position, total - position)
 
 
-def blocks(path: Path, header: BlfHeader) -> Iterator[Block]:
-    """The file's blocks in order, each good until the next is asked for.
+def blocks(path: Path, header: BlfHeader) -> Iterator[tuple[Block, Guess | None]]:
+    """The file's blocks in order, some of them walked ahead of their turn; each is good until the next is asked for.
 
     Every step moves on in the file, so that none is read for ever.
     """
     pool = _Pool()
     total = os.path.getsize(path)
     with path.open("rb", buffering=0) as file:
-        for work, found in in_order(_inflated, _work(file, header, total, pool)):
+        for work, found in in_order(_walked, _work(file, header, total, pool)):
             yield from found
             if isinstance(work, _Group):
                 pool.room.append(work.room)

@@ -56,7 +56,7 @@ def _plausible(buffer: ByteArray, at: int) -> bool:
 
 
 @kernel
-def _resync(buffer: ByteArray, start: int, end: int) -> int:
+def first_object(buffer: ByteArray, start: int, end: int) -> int:
     """The next object that is followed by another one (a payload may hold the letters LOBJ too), or -1."""
     for at in range(start, end - 15):
         if not _is_mark(buffer, at, end) or not _plausible(buffer, at):
@@ -129,7 +129,7 @@ def next_object(buffer: ByteArray, end: int, state: IntArray) -> int:
             return at
         state[BAD] += 1
     state[SEARCHING], state[GAP_OPEN] = 1, 1
-    again = _resync(buffer, pos if at < 0 else at + 4, end)
+    again = first_object(buffer, pos if at < 0 else at + 4, end)
     stop = max(pos, end - 15) if again < 0 else again
     state[LOST] += stop - pos
     state[POS] = stop

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -13,7 +12,6 @@ from parsers.blf_objects import (
     GAP_OPEN,
     GAPS,
     LAST_TIME,
-    LOST,
     MARK,
     MAX_CAN_OBJECT,
     MORE,
@@ -33,10 +31,9 @@ FRONT = 4096
 """Bytes before a block's content, where the beginning of an object goes that the block before broke off."""
 BEHIND = 1 << 16
 """Bytes at a buffer's end, for payloads that their writer left the last zeros out of."""
-ROWS = 1 << 15
+ROWS = 1 << 16
 """Most frames of a batch."""
 MAX_GAPS = 64
-
 
 Bytes = bytes | bytearray | memoryview
 
@@ -198,56 +195,41 @@ def walk_objects(
     state[FRAMES] = count
 
 
-@dataclass
-class ObjectWalker:
-    """Blocks in, frames out; keeps the piece of an object that straddles two blocks, and the tallies.
+@dataclass(frozen=True)
+class Columns:
+    """Room for the frames of a batch, which is used again: see `CanFrames`. (ROWS,) each."""
 
-    start_ns: added to every stamp. state: the kernel's tallies, read after the last block.
-    """
+    time_ns: IntArray = field(default_factory=lambda: np.empty(ROWS, np.int64))
+    can_id: NDArray[np.uint32] = field(default_factory=lambda: np.empty(ROWS, np.uint32))
+    bus: NDArray[np.int16] = field(default_factory=lambda: np.empty(ROWS, np.int16))
+    length: ByteArray = field(default_factory=lambda: np.empty(ROWS, np.uint8))
+    offset: IntArray = field(default_factory=lambda: np.empty(ROWS, np.int64))
 
-    start_ns: int
-    state: IntArray = field(default_factory=lambda: np.zeros(STATE_SIZE, np.int64))
-    gaps: IntArray = field(default_factory=lambda: np.zeros((MAX_GAPS, 2), np.int64))
-    tail: bytes = b""
+    def walk(self, buffer: ByteArray, end: int, start_ns: int, state: IntArray, gaps: IntArray) -> None:
+        """`walk_objects` into these columns."""
+        walk_objects(
+            buffer, end, start_ns, self.time_ns, self.can_id, self.bus, self.length, self.offset, state, gaps
+        )
 
-    def __post_init__(self) -> None:
-        self.state[LAST_TIME] = NO_TIME
-        self._time_ns, self._offset = np.empty(ROWS, np.int64), np.empty(ROWS, np.int64)
-        self._can_id, self._bus = np.empty(ROWS, np.uint32), np.empty(ROWS, np.int16)
-        self._length = np.empty(ROWS, np.uint8)
+    def frames(self, count: int, buffer: ByteArray) -> CanFrames:
+        """The first frames."""
+        return CanFrames(
+            self.time_ns[:count],
+            self.can_id[:count],
+            self.bus[:count],
+            self.length[:count],
+            self.offset[:count],
+            buffer,
+        )
 
-    def lose(self, size: int) -> None:
-        """A block of `size` bytes could not be read: what straddles it is lost too, and the next object is searched."""
-        self.state[LOST] += size + len(self.tail)
-        self.tail = b""
-        self.state[SEARCHING] = self.state[GAP_OPEN] = 1
 
-    def walk(self, block: Block) -> Iterator[CanFrames]:
-        """The frames that end in this block, in batches that are good until the next is asked for."""
-        buffer, begin, end = block.buffer, block.begin, block.end
-        if begin == end:
-            return
-        kept = len(self.tail)
-        if kept > begin:
-            whole = block_of(block.kind, block.position, block.size, self.tail, buffer[begin:end].tobytes())
-            buffer, begin, end = whole.buffer, whole.begin, whole.end
-        elif kept:
-            begin -= kept
-            buffer[begin : begin + kept] = np.frombuffer(self.tail, np.uint8)
-        state = self.state
-        state[POS], state[MORE] = begin, 1
-        while state[MORE]:
-            walk_objects(
-                buffer, end, self.start_ns, self._time_ns, self._can_id, self._bus, self._length, self._offset, state,
-                self.gaps,
-            )  # fmt: skip
-            count = int(state[FRAMES])
-            yield CanFrames(
-                self._time_ns[:count],
-                self._can_id[:count],
-                self._bus[:count],
-                self._length[:count],
-                self._offset[:count],
-                buffer,
-            )
-        self.tail = buffer[int(state[POS]) : end].tobytes()
+def fresh_state() -> IntArray:
+    """The kernel's state at the beginning of a file."""
+    state = np.zeros(STATE_SIZE, np.int64)
+    state[LAST_TIME] = NO_TIME
+    return state
+
+
+def no_gaps() -> IntArray:
+    """Room for the stamps around damage."""
+    return np.zeros((MAX_GAPS, 2), np.int64)

@@ -19,6 +19,7 @@ from parsers.can.slots import GROUP
 from parsers.can.spread import spread
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.importer import ImportLog, ReadOptions
+from parsers.parallel import in_order
 
 KEPT_BYTES = 96 << 20
 """Most memory that the frames of one pass may take; of a log with more, `read` makes a second pass."""
@@ -101,10 +102,23 @@ class CanReader:
             batches: Iterator[Kept] = self._next_pass(words)
         else:
             words, batches = self._keeper.words, (kept.popleft() for _ in range(len(kept)))
-        for batch in batches:
+
+        def decode(batch: Kept) -> list[_Outcome]:
             payloads = spread(batch, words, part_of, width)
-            for group in groups:
-                yield from self._chunks(payloads[parts[id(group.stream)]], group, wanted)
+            return [
+                each
+                for group in groups
+                for each in _decoded(payloads[parts[id(group.stream)]], group, wanted)
+            ]
+
+        # the batches of another pass share their memory: one at a time
+        workers = 1 if kept is None else None
+        for outcomes in in_order(decode, batches, workers=workers):
+            for chunk, rejected in outcomes:
+                for reason, count in rejected:
+                    self._log.reject(reason, count)
+                if chunk is not None:
+                    yield chunk
 
     def _first_pass(self) -> deque[Kept] | None:
         """Count all frames and keep the known ones; None where they are too many."""
@@ -128,40 +142,47 @@ class CanReader:
         yield from _batches(self._source, self._keeper, counting=False)
         self._options.progress(1, 1)
 
-    def _chunks(self, payloads: Payloads, group: Group, wanted: frozenset[str]) -> Iterator[Chunk]:
-        """The chunks of one group out of a batch of its stream's payloads."""
-        step = max(VALUES // len(group.signals), 4096)
-        for begin in range(0, payloads.length.size, step):
-            part = payloads
-            if payloads.length.size > step:
-                part = payloads.rows(slice(begin, begin + step))
-            chunk = self._decode(part, group, wanted)
-            if chunk is not None:
-                yield chunk
 
-    def _decode(self, payloads: Payloads, group: Group, wanted: frozenset[str]) -> Chunk | None:
-        log, stream = self._log, group.stream
-        too_short = f"{stream.message.name}: frame shorter than the DBC says"
-        for gate in group.gates:
-            missing = short(payloads, [gate.field])
-            log.reject(too_short, int(np.count_nonzero(missing)))
-            passes = np.isin(raw_values(payloads, gate.field), np.array(gate.values, np.uint64)) & ~missing
-            payloads = payloads.rows(np.flatnonzero(passes))
-        if payloads.length.size == 0:
-            return None
-        signals = {name: signal for name, signal in group.signals.items() if name in wanted}
-        columns: dict[str, FloatArray] = {}
-        for name, signal in signals.items():
-            got = decode_signal(payloads, signal, j1939=stream.special_codes, proprietary=stream.proprietary)
-            columns[name] = got.values
-            log.reject(f"{name}: not available", got.not_available)
-            log.reject(f"{name}: error indicator", got.errors)
-            log.reject(f"{name}: reserved code", got.reserved)
-            log.reject(f"{name}: invalid by the database's value table", got.invalid)
-        missing = short(payloads, [signal.field for signal in signals.values()])
-        log.reject(too_short, int(np.count_nonzero(missing)))
-        # a copy, lest a few rows of a slow message keep the stamps of all in memory
-        return Chunk(group.name, payloads.time_ns.copy(), columns)
+_Outcome = tuple[Chunk | None, list[tuple[str, int]]]
+"""A chunk, and what was left out of it: reasons and counts."""
+
+
+def _decoded(payloads: Payloads, group: Group, wanted: frozenset[str]) -> Iterator[_Outcome]:
+    """The chunks of one group out of a batch of its stream's payloads."""
+    step = max(VALUES // len(group.signals), 4096)
+    for begin in range(0, payloads.length.size, step):
+        part = payloads
+        if payloads.length.size > step:
+            part = payloads.rows(slice(begin, begin + step))
+        yield _chunk(part, group, wanted)
+
+
+def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str]) -> _Outcome:
+    stream = group.stream
+    rejected: list[tuple[str, int]] = []
+    too_short = f"{stream.message.name}: frame shorter than the DBC says"
+    for gate in group.gates:
+        missing = short(payloads, [gate.field])
+        rejected.append((too_short, int(np.count_nonzero(missing))))
+        passes = np.isin(raw_values(payloads, gate.field), np.array(gate.values, np.uint64)) & ~missing
+        payloads = payloads.rows(np.flatnonzero(passes))
+    if payloads.length.size == 0:
+        return None, rejected
+    signals = {name: signal for name, signal in group.signals.items() if name in wanted}
+    columns: dict[str, FloatArray] = {}
+    for name, signal in signals.items():
+        got = decode_signal(payloads, signal, j1939=stream.special_codes, proprietary=stream.proprietary)
+        columns[name] = got.values
+        rejected += [
+            (f"{name}: not available", got.not_available),
+            (f"{name}: error indicator", got.errors),
+            (f"{name}: reserved code", got.reserved),
+            (f"{name}: invalid by the database's value table", got.invalid),
+        ]
+    missing = short(payloads, [signal.field for signal in signals.values()])
+    rejected.append((too_short, int(np.count_nonzero(missing))))
+    # a copy, lest a few rows of a slow message keep the stamps of all in memory
+    return Chunk(group.name, payloads.time_ns.copy(), columns), rejected
 
 
 def _batches(source: FrameSource, keeper: Keeper, *, counting: bool) -> Iterator[Kept]:

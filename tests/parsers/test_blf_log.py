@@ -13,6 +13,8 @@ import pytest
 from parsers.blf_containers import read_header
 from parsers.blf_frames import BlfFrames
 from parsers.blf_log import BlfImporter
+from parsers.blf_walk import Columns, block_of
+from parsers.blf_walker import ObjectWalker, guess
 from parsers.can.frames import EXTENDED
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions, no_progress
@@ -343,8 +345,41 @@ def test_every_sort_of_object_whatever_is_read_together(
     assert (log.status, log.messages, dict(log.rejected)) == ("complete", len(expected), {})
 
 
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("cut", range(3, 230, 7))
+def test_payloads_that_look_like_objects_where_a_group_begins(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, workers: int, cut: int
+) -> None:
+    monkeypatch.setattr("parsers.parallel.cores", lambda: workers)
+    monkeypatch.setattr("parsers.blf_groups.GROUP_BYTES", 1)
+    # whole frames of its own within a payload, at the end of it and in its middle
+    fake = obj(1, classic(1, 0x666, b"fakefake"), 5)
+    payloads = [fake.ljust(64, b"\0"), fake.rjust(64, b"\0"), b"LOBJ" * 16, b"\0" * 7 + fake + b"LOBJ"]
+    content = b"".join(
+        NUMBERED[k] + obj(100, fd(1, 100 + k, payloads[k % 4]), k * 1000 + 500) for k in range(40)
+    )
+    rows, log = frames_of(write_containers(tmp_path / "a.blf", content, cut))
+    assert [row[1] for row in rows] == [number for k in range(40) for number in (k, 100 + k)]
+    assert [row[3] for row in rows[1::2]] == [payloads[k % 4] for k in range(40)]
+    assert (log.status, dict(log.rejected), log.lost_spans_ns) == ("complete", {}, [])
+
+
+@pytest.mark.parametrize("cut", [0, 1, 20, 47, 48, 100])
+def test_what_was_walked_ahead_is_taken(cut: int) -> None:
+    content = b"".join(NUMBERED)
+    walker = ObjectWalker(0)
+    first, second = block_of("container", 0, cut, content[:cut]), block_of("container", cut, 0, content[cut:])
+    ahead = guess(second, 0, Columns())
+    assert ahead is not None
+    ids = [int(can_id) for batch in walker.walk(first) for can_id in batch.can_id]
+    batches = list(walker.walk(second, ahead))
+    assert batches[-1].time_ns.base is ahead.columns.time_ns
+    assert ids + [int(can_id) for batch in batches for can_id in batch.can_id] == list(range(40))
+    assert walker.tail == b""
+
+
 def test_more_frames_in_a_container_than_in_a_batch(tmp_path: Path) -> None:
-    count = 80_000
+    count = 150_000
     content = b"".join(obj(1, classic(1, k & 0x7FF, bytes([k & 255])), k) for k in range(count))
     rows, log = frames_of(write_containers(tmp_path / "a.blf", content, len(content)))
     assert [(row[0], row[1]) for row in rows] == [(k, k & 0x7FF) for k in range(count)]
