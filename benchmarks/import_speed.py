@@ -113,7 +113,7 @@ def head(minutes: float, runs: int) -> list[str]:
         f"{os.cpu_count()} cores, Python {platform.python_version()}; {versions}.",
         "",
         "CPU seconds on one core, from file to columns in memory, median. Floor: libdeflate, lz4 or zstd on the containers, "
-        "counting the lines, or reading the file. Two cores: least wall time on one core over that on two. Memory: growth of the "
+        "counting the lines, or reading the file. Two cores: wall time on one core over that on two. Memory: growth of the "
         "peak in MiB, the wanted columns included. Every value equals the peer's.",
         "",
         "| format | peer | peer CPU s | cogest CPU s | ratio | target | x floor | two cores | MiB | peer MiB |",
