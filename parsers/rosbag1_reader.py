@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import BinaryIO
 
+from parsers.allocator import keep_freed_memory
 from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import ImportLog, LogReader, ReadOptions
@@ -17,7 +18,6 @@ from parsers.ros.bag1_records import MAGIC, OP_BAG_HEADER, read_record
 from parsers.ros.decoder import LayoutDecoder
 from parsers.ros.grammar import short_name
 from parsers.ros.layout import Layout
-from parsers.ros.memory import keep_freed_memory
 from parsers.ros.program import make_program
 from parsers.ros.stamps import StampChooser, is_wall_clock
 from parsers.ros.topics import Topic, find_decoder, group_names

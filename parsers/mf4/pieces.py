@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parsers.allocator import keep_freed_memory
 from parsers.channels import ByteArray
 from parsers.errors import LogError
 from parsers.mf4.compression import first_bytes, inflate
@@ -16,19 +17,6 @@ CHUNK = 4 << 20
 """Bytes handed on at a time."""
 BIG = 32 << 20
 """Blocks beyond this many bytes are inflated one at a time, so that memory stays bounded."""
-
-
-_LARGEST_KEPT = (32 << 20) - (1 << 16)
-
-
-def _keep_freed_memory() -> None:
-    """Teach the C library's allocator (glibc's) to use the memory of freed pieces again.
-
-    By default it hands blocks of this size back to the system at once, and every new one then costs as many page
-    faults as it has pages: a fifth of the time of a plain file. It raises its limit to the largest block that it has
-    seen freed. Nothing is written to this one, so that it costs two system calls; elsewhere it does nothing.
-    """
-    np.empty(_LARGEST_KEPT, np.uint8)
 
 
 @dataclass(frozen=True)
@@ -109,7 +97,7 @@ def _bundles(pieces: Iterable[Piece]) -> Iterator[list[Piece]]:
 
 def parts(pieces: Iterable[Piece], fragments: list[Fragment]) -> Iterator[Part]:
     """The pieces' bytes, in order. pieces: taken by the caller's thread. fragments: all that there are."""
-    _keep_freed_memory()
+    keep_freed_memory()
     packed = [fragment.size for fragment in fragments if fragment.method >= 0]
     alone = len(packed) < 2 or max(packed) > BIG
     for some in in_order(_parts, _bundles(pieces), workers=1 if alone else None):

@@ -10,7 +10,6 @@ import numpy as np
 from parsers.channels import FloatArray, IntArray
 
 BLOCK_CELLS = 1 << 20
-_KEPT_BYTES = 1 << 24
 
 
 @dataclass
@@ -48,12 +47,3 @@ class Memory:
                 self.block = np.empty(BLOCK_CELLS)
             taken, self.block = self.block[:count], self.block[count:]
         return taken
-
-
-def keep_freed_memory() -> None:
-    """Make the C library keep freed blocks of a chunk's size for the next chunk.
-
-    The GNU library gives blocks of more than 128 KiB back to the system, page by page to be asked for and cleared
-    again, until it has seen a larger one come and go. For compressed bags that takes longer than all else together.
-    """
-    np.empty(_KEPT_BYTES, dtype=np.uint8)

@@ -235,7 +235,9 @@ def test_bursts_at_the_edges_of_windows(tapes, tmp_path, monkeypatch) -> None:
 
 def test_parts_in_a_row_that_overlap_a_little(tapes, tmp_path) -> None:
     logs = Tape(with_faults(drive(120, 1e9))), Tape(drive(150, 1e9 + 119.3, 2)), Tape(drive(60, 1e9 + 300, 3))
-    both(tapes(*logs), tmp_path)
+    record = both(tapes(*logs), tmp_path)[0].record
+    assert record.duration_s > 350
+    assert not any("left out" in note for note in record.notes)
 
 
 def test_a_second_recorder_is_left_out(tapes, tmp_path) -> None:
@@ -246,7 +248,8 @@ def test_a_second_recorder_is_left_out(tapes, tmp_path) -> None:
 
 def test_a_log_that_only_the_second_one_makes_too_large(tapes, tmp_path) -> None:
     first = {"/gps": drive(60)["/gps"]}
-    both(tapes(Tape(first), Tape(drive(200, 1e9 + 60))), tmp_path, rows=100_000)
+    converted, _ = both(tapes(Tape(first), Tape(drive(200, 1e9 + 60))), tmp_path, rows=100_000)
+    assert converted.record.duration_s > 250
 
 
 def test_a_channel_that_stands_still_and_one_out_of_range(tapes, tmp_path) -> None:
