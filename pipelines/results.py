@@ -120,6 +120,7 @@ class Estimate:
     diagnostics: Mapping[str, float] = field(default_factory=dict)
     used_fraction: float = 0.0
     runtime_s: float = 0.0
+    witness: bool = False
 
 
 @dataclass(frozen=True)

@@ -149,7 +149,7 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A whole report. lead: the figures of the first screen."""
+    """A whole report. lead: the figures of the first screen. verdict_title: what stands above its table."""
 
     title: str
     subtitle: str
@@ -161,3 +161,4 @@ class Document:
     footer: str
     version: str
     facts: tuple[Fact, ...] = field(default=())
+    verdict_title: str = "Verdict"

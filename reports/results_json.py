@@ -57,6 +57,7 @@ def _estimate(estimate: Estimate) -> dict[str, Any]:
         "status": estimate.status,
         "reason": estimate.reason,
         "parameters": {name: parameter(p) for name, p in estimate.parameters.items()},
+        "witness": estimate.witness,
         "used_fraction": estimate.used_fraction,
         "runtime_s": estimate.runtime_s,
         "diagnostics": dict(estimate.diagnostics),

@@ -1,20 +1,30 @@
 """The verdict: one answer a parameter.
 
-With one estimator it is that estimator's posterior; where several give a parameter, the first that identified it best
-speaks and the others are named as witnesses. A joint posterior over all physical relations can take this place: the
-result's shape stays the same.
+With one estimator it is that estimator's posterior; where several give a parameter, the one that identified it best, and
+of these the one with the narrowest interval, speaks. The intervals are not multiplied: the estimators share what was known
+before and often a relation. Published methods are witnesses: they speak only where nobody else does. Where answers that
+call themselves identified contradict each other, the interval is widened to hold them, and it is said.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from pipelines.results import Estimate, ParameterEstimate, Prior
+import numpy as np
+
+from pipelines.parameters import PARAMETERS
+from pipelines.results import Estimate, FloatArray, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
 
 ORDER = ("identified", "weak", "not_identifiable")
+QUANTILE = 1.96
+CONFLICT = 2.0
+WEAK_RATIO = 0.5
+"""CONFLICT: distance in joint standard deviations from which two answers contradict each other. WEAK_RATIO: share of the
+prior's spread above which an answer widened by a conflict is no longer called identified."""
 
 MISSING: dict[str, str] = {
     "cg_height_m": "it needs roll motion with a known roll stiffness, or braking with known axle loads",
@@ -29,6 +39,23 @@ MISSING: dict[str, str] = {
     "roll_inertia_kgm2": "it needs quick roll motion and the vehicle's mass",
 }
 """The core parameters, which the verdict always holds, and what each one needs."""
+
+
+@dataclass(frozen=True)
+class _Given:
+    """An estimator's answer for one parameter."""
+
+    estimator: str
+    witness: bool
+    entry: ParameterEstimate
+
+    @property
+    def value(self) -> float:
+        return math.nan if self.entry.value is None else self.entry.value
+
+    @property
+    def std(self) -> float:
+        return math.inf if self.entry.std is None else self.entry.std
 
 
 def _prior(name: str, vehicle: Vehicle) -> Prior | None:
@@ -77,20 +104,71 @@ def _why_nobody(name: str, estimates: Sequence[Estimate]) -> str:
     )
 
 
+def _given(estimates: Sequence[Estimate]) -> dict[str, list[_Given]]:
+    """Every answer that an estimator gave, by parameter, the best identified and then the narrowest first.
+
+    A published method comes after all others: it is a witness.
+    """
+    found: dict[str, list[_Given]] = {}
+    for estimate in estimates:
+        if estimate.status == "ran":
+            for name, entry in estimate.parameters.items():
+                found.setdefault(name, []).append(_Given(estimate.estimator, estimate.witness, entry))
+    for answers in found.values():
+        answers.sort(key=lambda g: (g.witness, ORDER.index(g.entry.status), g.std))
+    return found
+
+
+def _sources(answers: Sequence[_Given]) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(source for g in answers for source in (g.entry.sources or (g.estimator,))))
+
+
+def _reconciled(name: str, answers: Sequence[_Given]) -> ParameterEstimate:
+    """The leading answer; where another one that identified the parameter contradicts it, both in a wider interval."""
+    lead = answers[0]
+    if len(answers) == 1:
+        return lead.entry
+    entry = replace(lead.entry, sources=_sources(answers))
+    peers = [g for g in answers if g.witness == lead.witness and g.entry.status == "identified"]
+    if lead.entry.status != "identified" or len(peers) < 2:
+        return entry
+    values = np.array([g.value for g in peers])
+    stds = np.array([g.std for g in peers])
+    apart = np.abs(values - values[0]) / np.hypot(stds, stds[0])
+    if apart.max() <= CONFLICT:
+        return entry
+    # what two methods differ by beyond their own intervals is an error that one of them has and does not know of
+    unknown = between_methods(values, stds)
+    weights = 1 / (stds**2 + unknown)
+    value = float(np.sum(weights * values) / np.sum(weights))
+    std = float(np.sqrt(stds[0] ** 2 + unknown))
+    half = QUANTILE * std
+    digits = PARAMETERS[name].digits if name in PARAMETERS else 3
+    said = ", ".join(f"{g.estimator} {g.value:.{digits}f} ± {g.std:.{digits}f}" for g in peers)
+    prior = lead.entry.prior
+    narrow = prior is None or std <= WEAK_RATIO * prior.std
+    return replace(
+        entry,
+        value=value,
+        std=std,
+        low=value - half,
+        high=value + half,
+        status="identified" if narrow else "weak",
+        reason=f"methods disagree ({said}): the interval is widened to hold them; {lead.entry.reason}",
+    )
+
+
+def between_methods(values: FloatArray, stds: FloatArray) -> float:
+    """Variance that methods have in common beyond their own (DerSimonian and Laird 1986, eq. 8). values, stds: (n,)."""
+    weights = 1 / stds**2
+    mean = np.sum(weights * values) / np.sum(weights)
+    excess = np.sum(weights * (values - mean) ** 2) - (len(values) - 1)
+    return float(max(0.0, excess / (np.sum(weights) - np.sum(weights**2) / np.sum(weights))))
+
+
 def combine(estimates: Sequence[Estimate], vehicle: Vehicle) -> dict[str, ParameterEstimate]:
     """One answer for every parameter that an estimator gave, and for the core ones that none did."""
-    verdict: dict[str, ParameterEstimate] = {}
-    for estimate in estimates:
-        if estimate.status != "ran":
-            continue
-        for name, answer in estimate.parameters.items():
-            before = verdict.get(name)
-            if before is None:
-                verdict[name] = answer
-                continue
-            better = ORDER.index(answer.status) < ORDER.index(before.status)
-            best, other = (answer, before) if better else (before, answer)
-            verdict[name] = replace(best, sources=tuple(dict.fromkeys((*best.sources, *other.sources))))
+    verdict = {name: _reconciled(name, answers) for name, answers in _given(estimates).items()}
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)

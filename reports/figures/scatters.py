@@ -79,7 +79,8 @@ def draw_scatter(axes: Axes, scatter: Scatter) -> None:
     axes.legend(loc="best", handlelength=1.4)
 
 
-def _panel(axes: Axes, scatter: Scatter) -> None:
+def draw_scatter_panel(axes: Axes, scatter: Scatter) -> None:
+    """Draw a scatter under its title."""
     draw_scatter(axes, scatter)
     axes.set_title(clean(scatter.title or scatter.name, 60))
 
@@ -95,7 +96,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
             "scatters",
             "Relations between two quantities with fit and band",
             rest[:MOST],
-            _panel,
+            draw_scatter_panel,
             rows_a_piece=2,
             row_height=2.6,
             shared_x=None,

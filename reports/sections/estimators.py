@@ -9,7 +9,10 @@ from reports.sections.values import deviation_text, interval_cell, status_cell, 
 from reports.sections.verdict import ordered
 from reports.text import DASH, clean, gist, percent, seconds, sentence, significant, spec_of
 
-INTRO = "Each method is a witness; the verdict on the first page is what they and the physics say together."
+INTRO = (
+    "The verdict on the first page is the answer of the method that identified a parameter best. Published methods stand "
+    "beside it as witnesses; where methods that call a parameter identified contradict each other, its interval is wider."
+)
 TONES: dict[str, Tone] = {"ran": "good", "skipped": "quiet", "failed": "bad"}
 MOST_DIAGNOSTICS = 24
 
@@ -17,7 +20,7 @@ MOST_DIAGNOSTICS = 24
 def _runs(results: DriveResults) -> Table:
     rows = tuple(
         (
-            Cell(clean(e.estimator, 60)),
+            Cell(clean(e.estimator, 60), sub="published method, a witness" if e.witness else ""),
             Cell(e.status, kind="badge", tone=TONES[e.status]),
             Cell(sentence(e.reason, 1200)),
             Cell(percent(e.used_fraction) if e.status == "ran" else DASH),

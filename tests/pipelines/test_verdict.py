@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
-from pipelines.results import Estimate, Identification, ParameterEstimate
+import numpy as np
+import pytest
+
+from pipelines.results import Estimate, Identification, ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Quantity, Vehicle
-from pipelines.verdict.combine import MISSING, combine
+from pipelines.verdict.combine import MISSING, between_methods, combine
 
 
 def answer(name: str, value: float, status: Identification, source: str) -> ParameterEstimate:
@@ -57,3 +60,66 @@ def test_a_failed_estimator_says_nothing() -> None:
         Estimate("bad", "failed", "broke", {"cg_height_m": answer("cg_height_m", 9.0, "identified", "bad")})
     ]
     assert combine(estimates, Vehicle())["cg_height_m"].value is None
+
+
+def named(name: str, value: float, std: float, witness: bool = False, prior: Prior | None = None) -> Estimate:
+    entry = ParameterEstimate(
+        "cg_height_m",
+        value,
+        std,
+        value - 1.96 * std,
+        value + 1.96 * std,
+        "identified",
+        "seen",
+        prior,
+        None,
+        (name,),
+    )
+    return Estimate(name, "ran", "", {"cg_height_m": entry}, witness=witness)
+
+
+def test_the_narrowest_of_those_that_agree_speaks_and_is_not_narrowed() -> None:
+    for estimates in (
+        [named("a", 0.70, 0.02), named("b", 0.71, 0.01)],
+        [named("b", 0.71, 0.01), named("a", 0.70, 0.02)],
+    ):
+        height = combine(estimates, Vehicle())["cg_height_m"]
+        assert (height.value, height.std) == (0.71, 0.01)
+        assert height.sources == ("b", "a")
+
+
+def test_a_contradiction_widens_the_interval_to_hold_both_and_is_said() -> None:
+    prior = Prior(0.7, 0.3, "measured vehicles")
+    height = combine([named("a", 0.70, 0.005, prior=prior), named("b", 0.80, 0.005, prior=prior)], Vehicle())[
+        "cg_height_m"
+    ]
+    assert height.value == pytest.approx(0.75)
+    assert height.low is not None
+    assert height.high is not None
+    assert height.low < 0.70
+    assert height.high > 0.80
+    assert "disagree" in height.reason
+    assert height.status == "identified"
+    narrow = Prior(0.7, 0.06, "measured vehicles")
+    weak = combine([named("a", 0.70, 0.005, prior=narrow), named("b", 0.80, 0.005, prior=narrow)], Vehicle())
+    assert weak["cg_height_m"].status == "weak"
+
+
+def test_a_published_method_speaks_only_where_nobody_else_does() -> None:
+    alone = combine([named("published", 0.9, 0.001, witness=True)], Vehicle())["cg_height_m"]
+    assert alone.value == 0.9
+    both = combine([named("published", 0.9, 0.001, witness=True), named("batch", 0.7, 0.02)], Vehicle())
+    assert both["cg_height_m"].value == 0.7
+    assert both["cg_height_m"].sources == ("batch", "published")
+    weak = answer("cg_height_m", 0.72, "weak", "batch")
+    kept = combine(
+        [named("published", 0.9, 0.001, witness=True), Estimate("batch", "ran", "", {"cg_height_m": weak})],
+        Vehicle(),
+    )
+    assert kept["cg_height_m"].value == 0.72
+
+
+def test_variance_between_methods_is_none_where_they_agree() -> None:
+    assert between_methods(np.array([1.0, 1.1]), np.array([0.1, 0.1])) == 0
+    # two figures 1 apart with small own spread: the variance of such pairs is half of their squared distance
+    assert between_methods(np.array([0.0, 1.0]), np.array([1e-3, 1e-3])) == pytest.approx(0.5, rel=1e-3)

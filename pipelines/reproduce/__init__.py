@@ -1,0 +1,1 @@
+"""Published tables and claims beside ours, one file a paper."""

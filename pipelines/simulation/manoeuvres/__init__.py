@@ -1,0 +1,1 @@
+"""Driving manoeuvres, one file a family."""
