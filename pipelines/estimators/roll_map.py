@@ -253,12 +253,12 @@ class RollMap:
             **parameters,
         }
         seen_s = prepared.time_s[data.rows[fit.edges - 1]]
-        tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles)]
+        gradient = parameters["roll_gradient_degpg"]
+        tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles, gradient.value)]
         if before.draws is not None and "cg_height_m" in parameters:
             few = before.fewer(6000)
             tracks.append(height_track(fit, seen_s, scale_std, few, before.rates, data.against_axles, rng))
         relative = math.sqrt(coefficients.covariance[0, 0]) / coefficients.mean[0]
-        gradient = parameters["roll_gradient_degpg"]
         scatter = self._scatter(data, fit, ranked, relative, gradient.status != "not_identifiable")
         figures |= self._figures(data, fit)
         sentences = (*conflicts(data, fit), *sentences)

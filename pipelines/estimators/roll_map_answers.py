@@ -174,7 +174,8 @@ def log_answers(
     """Roll gradient, natural frequency and damping ratio: what the log gives without a vehicle file.
 
     sensor: draws (n,) of the accelerometer's height above the roll axis, and of factor and summand that turn the
-    apparent c into the body's own. what: "of the body against the horizon" or "… its axles".
+    apparent c into the body's own. The factor is also what share of the roll against the horizon the roll against the
+    axles is (1 where the angle is against the horizon): the gradient is told with the tyres' part. what: of which angle.
     """
     drawn = draw_coefficients(coefficients, rng, len(sensor[0]))
     count = drawn.shape[1]
@@ -184,7 +185,7 @@ def log_answers(
     weak = "little lateral acceleration in relation to the noise"
     gradient = from_draws(
         "roll_gradient_degpg",
-        np.asarray(roll_gradient_degpg(a)),
+        np.asarray(roll_gradient_degpg(a)) / sensor[1][:count],
         np.full(count, 1 / count),
         None,
         _alone(

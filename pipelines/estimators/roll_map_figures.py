@@ -43,15 +43,19 @@ def running(fit: RollFit, k: int) -> tuple[FloatArray, FloatArray]:
     return np.clip(moved, low, high), covariance
 
 
-def gradient_track(fit: RollFit, time_s: FloatArray, scale_std: float, against_axles: bool) -> Track:
-    """The roll gradient as the drive went on."""
+def gradient_track(
+    fit: RollFit, time_s: FloatArray, scale_std: float, against_axles: bool, end: float | None
+) -> Track:
+    """The roll gradient as the drive went on. end: what it comes to, with the tyres' part where that was added."""
     rows = []
     for k in range(len(fit.edges)):
         c = coefficients_of(fit, scale_std, against_axles, *running(fit, k))
         a, std = c.mean[0], math.sqrt(c.covariance[0, 0])
-        ends = (a, a + 1.96 * std, max(a - 1.96 * std, 5.0))
-        rows.append([float(roll_gradient_degpg(end)) for end in ends])
+        around = (a, a + 1.96 * std, max(a - 1.96 * std, 5.0))
+        rows.append([float(roll_gradient_degpg(each)) for each in around])
     table = np.array(rows)
+    if against_axles and end is not None:
+        table *= end / float(roll_gradient_degpg(fit.values["a"]))
     return Track("roll_gradient_degpg", time_s, table[:, 0], table[:, 1], table[:, 2])
 
 

@@ -103,7 +103,7 @@ def _sensor_draws(
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Draws (n,) of the accelerometer's height above the roll axis, of the factor and of the summand that turn the
-    apparent c into the body's own."""
+    apparent c into the body's own. The factor is also the suspension's share of the roll."""
     a, b = float(coefficients.mean[0]), float(coefficients.mean[1])
     if before.draws is not None:
         few = before.fewer(SENSOR_DRAWS)
@@ -159,7 +159,7 @@ def explain_vehicle(
 ) -> tuple[dict[str, ParameterEstimate], dict[str, float], tuple[str, ...]]:
     """Parameters, figures and sentences of the second stage."""
     what = (
-        "of the body against its axles"
+        "of the body against its axles, the tyres' part added,"
         if data.against_axles
         else "of the body against the horizon (tyres included)"
     )
