@@ -24,6 +24,8 @@ from cogest_cli.estimators_command import estimators
 from cogest_cli.inspect_command import inspect
 from cogest_cli.output import complain, drop_output, finish_output, forgive_encodings, full_disk
 from cogest_cli.report_command import report
+from cogest_cli.reproduce_command import reproduce
+from cogest_cli.simulate_command import simulate
 from parsers.errors import CogestError
 
 P = ParamSpec("P")
@@ -86,7 +88,7 @@ def _root(
     """Estimate a vehicle's centre-of-gravity height, mass and suspension from its drive log."""
 
 
-for _command in (analyze, inspect, convert, estimators, report):
+for _command in (analyze, inspect, convert, estimators, report, reproduce, simulate):
     app.command()(_known_errors(_command))
 
 

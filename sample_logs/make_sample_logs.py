@@ -1,6 +1,7 @@
 """Rebuild every sample log: `python sample_logs/make_sample_logs.py` (needs the `test` extra).
 
-One simulated drive with known truth in every format that cogest reads, each in a folder of its own.
+One simulated drive with known truth in every format that cogest reads, each in a folder of its own, and a small fleet:
+four vehicles with two or three drives each, in several formats, one of them cut off in the middle.
 """
 
 from __future__ import annotations
@@ -9,49 +10,32 @@ import shutil
 import sys
 from pathlib import Path
 
-import numpy as np
-
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 
 from rosbags.rosbag2 import StoragePlugin  # noqa: E402
 
-from pipelines.simulation.roll_drive import RollVehicle, SimulatedDrive, simulate_roll_drive  # noqa: E402
-from sample_logs.writers import can, ros, text  # noqa: E402
+from pipelines.simulation.log_drive import Choice, default_mount, preset, simulate_log, truth_record  # noqa: E402
+from pipelines.simulation.log_loads import parse_load  # noqa: E402
+from pipelines.simulation.log_write import write_truth  # noqa: E402
+from pipelines.simulation.plant_vehicle import PlantVehicle  # noqa: E402
+from sample_logs.writers import can, fleet, ros, text  # noqa: E402
+from sample_logs.writers.common import SampleDrive, on_one_clock, one_clock_sensors  # noqa: E402
 
-SEED = 20251009
+SEED = 1
+RATE_HZ = 40.0
 
 
-def vehicle_file(drive: SimulatedDrive, vehicle: RollVehicle) -> str:
-    """A vehicle file as a data sheet gives it (rates to 2 %), with the truth as reference."""
-    reference = "\n".join(f"{name} = {value:.6g}" for name, value in drive.truth.items())
-    return f"""# The simulated vehicle of the sample logs: what a data sheet would say, and the truth to compare with.
-[vehicle]
-name = "Simulated SUV"
-body = "SUV"
-mass_kg = {{value = {vehicle.mass_kg - 75:g}, std = 10}}
-unsprung_mass_front_kg = {vehicle.unsprung_mass_kg / 2:g}
-unsprung_mass_rear_kg = {vehicle.unsprung_mass_kg / 2:g}
-wheelbase_m = {vehicle.wheelbase_m:g}
-track_front_m = {vehicle.track_m:g}
-track_rear_m = {vehicle.track_m:g}
-cg_to_front_axle_m = {{value = {vehicle.cg_to_front_axle_m:g}, std = 0.02}}
-roll_center_height_front_m = {{value = 0.09, std = 0.02}}
-roll_center_height_rear_m = {{value = 0.13, std = 0.02}}
-roll_stiffness_nmprad = {{value = {vehicle.roll_stiffness_nmprad * 1.01:g}, std = {vehicle.roll_stiffness_nmprad * 0.02:g}}}
-tire_vertical_rate_npm = {{value = {vehicle.tire_vertical_rate_npm:g}, std = 12500}}
-wheel_radius_m = {vehicle.unsprung_height_m:g}
-
-[load]  # the driver
-mass_kg = {{value = 75, std = 10}}
-height_m = {{value = 0.75, std = 0.1}}
-
-[sensors]
-imu_above_ground_m = {{value = {vehicle.imu_above_ground_m:g}, std = 0.05}}
-
-[reference]
-{reference}
-"""
+def sample_choice(vehicle: PlantVehicle, loads: tuple[str, ...], seed: int, rate_hz: float) -> Choice:
+    """The drive that every format holds: known driver, a little of everything."""
+    return Choice(
+        "mixed_minute",
+        vehicle,
+        loads=tuple(part for spec in loads for part in parse_load(spec, vehicle)),
+        sensors=one_clock_sensors(default_mount(vehicle), rate_hz),
+        tell_load=True,
+        seed=seed,
+    )
 
 
 def _folder(root: Path, name: str) -> Path:
@@ -60,12 +44,19 @@ def _folder(root: Path, name: str) -> Path:
     return folder
 
 
-def write_all(root: Path) -> None:
-    """Write every sample log below `root`; what stood there under the same names is replaced."""
-    vehicle = RollVehicle()
-    drive = simulate_roll_drive(np.random.default_rng(SEED), vehicle)
-    (root / "vehicle.toml").write_text(vehicle_file(drive, vehicle), encoding="utf-8")
+def sample_drive(root: Path) -> SampleDrive:
+    """Simulate the drive that every format holds; its vehicle file and truth go into `root`."""
+    simulated = simulate_log(sample_choice(preset("suv"), ("seats:75",), SEED, RATE_HZ))
+    title = (
+        "# The vehicle of the sample logs, simulated with a driver in it, and the truth to compare with.\n"
+    )
+    (root / "vehicle.toml").write_text(title + simulated.sheet, encoding="utf-8")
+    write_truth(truth_record(simulated, "samples"), root / "truth.json")
+    return on_one_clock(simulated.log)
 
+
+def write_formats(drive: SampleDrive, root: Path) -> None:
+    """Write one drive in every format below `root`; what stood there under the same names is replaced."""
     text.write_csv(drive, _folder(root, "csv") / "drive.csv")
     text.write_german_tsv(drive, _folder(root, "tsv") / "drive.tsv")
     (root / "tsv" / "map.toml").write_text(text.TSV_MAP, encoding="utf-8")
@@ -94,6 +85,12 @@ def write_all(root: Path) -> None:
     ros.write_mcap_ros(drive, folder / "drive_ros2.mcap", ros1=False)
     ros.write_mcap_json(drive, _folder(root, "mcap") / "drive_json.mcap")
     ros.write_mcap_protobuf(drive, root / "mcap" / "drive_protobuf.mcap")
+
+
+def write_all(root: Path) -> None:
+    """Write every sample log below `root`."""
+    write_formats(sample_drive(root), root)
+    fleet.write_fleet(_folder(root, "fleet"))
     shutil.rmtree(root / "__pycache__", ignore_errors=True)
 
 

@@ -159,10 +159,12 @@ def _at_lag(
     if int(both.sum()) < MIN_CELLS:
         return None
     a, b = clip(a[both]), clip(b[both])
-    if centred:
-        a, b = a - a.mean(), b - b.mean()
-    norm_a, norm_b = float(np.sqrt(np.mean(a * a))), float(np.sqrt(np.mean(b * b)))
-    if norm_a <= 0 or norm_b <= 0:
+    # a damaged log may hold numbers whose squares no float can hold: nothing can be said of those
+    with np.errstate(over="ignore", invalid="ignore"):
+        if centred:
+            a, b = a - a.mean(), b - b.mean()
+        norm_a, norm_b = float(np.sqrt(np.mean(a * a))), float(np.sqrt(np.mean(b * b)))
+    if not (0 < norm_a < np.inf and 0 < norm_b < np.inf):
         return None
     return Together(float(np.mean(a * b)) / norm_a / norm_b, len(a) * CELL_S, norm_a / norm_b)
 

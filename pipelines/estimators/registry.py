@@ -8,7 +8,16 @@ from typing import cast
 
 from pipelines.estimators.base import Estimator
 
-ESTIMATORS: tuple[str, ...] = ("pipelines.estimators.roll_map:RollMap",)
+ESTIMATORS: tuple[str, ...] = (
+    "pipelines.estimators.roll_map:RollMap",
+    "pipelines.estimators.base_excitation_batch:BaseExcitationBatch",
+    "pipelines.estimators.base_excitation:BaseExcitation",
+    "pipelines.estimators.axle_load_gls:AxleLoadGls",
+    "pipelines.estimators.hekf_ekf:HekfEkf",
+    "pipelines.estimators.brake_roll_batch:BrakeRollBatch",
+    "pipelines.estimators.integrated_observer:IntegratedObserver",
+    "pipelines.estimators.load_balance:LoadBalance",
+)
 
 
 @cache

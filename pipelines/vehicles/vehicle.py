@@ -42,7 +42,14 @@ POSITIVE = frozenset(
 ZERO_OR_MORE = frozenset(
     ["anti_roll_stiffness_front_nmprad", "anti_roll_stiffness_rear_nmprad", "rolling_resistance"]
 )
-ANY_SIGN = frozenset(["roll_center_height_front_m", "roll_center_height_rear_m"])
+ANY_SIGN = frozenset(
+    [
+        "roll_center_height_front_m",
+        "roll_center_height_rear_m",
+        "pitch_center_height_m",
+        "pitch_center_height_drive_m",
+    ]
+)
 SHARES = frozenset(["brake_front_share", "drive_front_share"])
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_KEYS = frozenset({"mass_kg", "height_m"})

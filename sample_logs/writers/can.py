@@ -13,8 +13,7 @@ from asammdf import MDF, Signal
 
 from parsers.signals import SIGNALS
 from parsers.units import SI_TEXT
-from pipelines.simulation.roll_drive import SimulatedDrive
-from sample_logs.writers.common import START_NS, stamps_ns
+from sample_logs.writers.common import START_NS, SampleDrive, stamps_ns
 
 DBC = """VERSION ""
 
@@ -40,6 +39,17 @@ BO_ 259 Attitude: 4 Chassis
  SG_ RollAngle : 7|16@0- (0.002,0) [-65|65] "deg" Vector__XXX
  SG_ PitchAngle : 23|16@0- (0.002,0) [-65|65] "deg" Vector__XXX
 
+BO_ 260 WheelSpeeds: 8 Chassis
+ SG_ SpeedFL : 0|16@1+ (0.01,0) [0|655] "km/h" Vector__XXX
+ SG_ SpeedFR : 16|16@1+ (0.01,0) [0|655] "km/h" Vector__XXX
+ SG_ SpeedRL : 32|16@1+ (0.01,0) [0|655] "km/h" Vector__XXX
+ SG_ SpeedRR : 48|16@1+ (0.01,0) [0|655] "km/h" Vector__XXX
+
+BO_ 261 Torques: 6 Chassis
+ SG_ BrakePressure : 0|16@1- (0.01,0) [-327|327] "bar" Vector__XXX
+ SG_ BrakeTorque : 16|16@1- (1,0) [-32768|32767] "Nm" Vector__XXX
+ SG_ DriveTorque : 32|16@1- (1,0) [-32768|32767] "Nm" Vector__XXX
+
 BO_ 2566868996 SuspensionTravel: 8 Chassis
  SG_ DeflectionFL : 0|16@1- (0.01,0) [-327|327] "mm" Vector__XXX
  SG_ DeflectionFR : 16|16@1- (0.01,0) [-327|327] "mm" Vector__XXX
@@ -62,6 +72,13 @@ CHANNELS = {
     "suspension_deflection_fr": ("SuspensionTravel", "DeflectionFR", 1000.0, "mm"),
     "suspension_deflection_rl": ("SuspensionTravel", "DeflectionRL", 1000.0, "mm"),
     "suspension_deflection_rr": ("SuspensionTravel", "DeflectionRR", 1000.0, "mm"),
+    "wheel_speed_fl": ("WheelSpeeds", "SpeedFL", 3.6, "km/h"),
+    "wheel_speed_fr": ("WheelSpeeds", "SpeedFR", 3.6, "km/h"),
+    "wheel_speed_rl": ("WheelSpeeds", "SpeedRL", 3.6, "km/h"),
+    "wheel_speed_rr": ("WheelSpeeds", "SpeedRR", 3.6, "km/h"),
+    "brake_pressure": ("Torques", "BrakePressure", 1e-5, "bar"),
+    "brake_torque": ("Torques", "BrakeTorque", 1.0, "Nm"),
+    "drive_torque": ("Torques", "DriveTorque", 1.0, "Nm"),
 }
 
 MAP = "".join(
@@ -70,7 +87,7 @@ MAP = "".join(
 )
 
 
-def _payloads(drive: SimulatedDrive) -> Iterator[tuple[int, cantools.database.Message, bytes]]:
+def _payloads(drive: SampleDrive) -> Iterator[tuple[int, cantools.database.Message, bytes]]:
     """Frames in time order: stamp, message, payload; messages of one sample follow each other by 100 µs."""
     database = cantools.database.load_string(DBC)
     times = stamps_ns(drive)
@@ -81,11 +98,10 @@ def _payloads(drive: SimulatedDrive) -> Iterator[tuple[int, cantools.database.Me
                 for signal, (name, channel, scale, _) in CHANNELS.items()
                 if name == message.name
             }
-            values = {k: max(v, 0.0) if k == "VehicleSpeed" else v for k, v in values.items()}
             yield int(times[i]) + slot * 100_000, message, message.encode(values, strict=False)
 
 
-def frames(drive: SimulatedDrive) -> list[can.Message]:
+def frames(drive: SampleDrive) -> list[can.Message]:
     """All frames as python-can messages; now and then an id that the DBC does not know."""
     out = []
     for number, (stamp, message, data) in enumerate(_payloads(drive)):
@@ -126,7 +142,7 @@ def write_candump_console(messages: list[can.Message], path: Path) -> None:
     path.write_text("\n".join(lines) + "\n", encoding="ascii")
 
 
-def write_mf4_channels(drive: SimulatedDrive, path: Path) -> None:
+def write_mf4_channels(drive: SampleDrive, path: Path) -> None:
     """MF4 with plain measured channels, named and with SI units."""
     with MDF(version="4.10") as mdf:
         mdf.start_time = datetime.fromtimestamp(START_NS / 1e9, tz=UTC)

@@ -17,19 +17,36 @@ from rosbags.rosbag2 import Writer as Bag2Writer
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosbags.typesys.store import Typestore
 
-from pipelines.simulation.roll_drive import SimulatedDrive
-from sample_logs.writers.common import quaternion, stamps_ns
+from sample_logs.writers.common import SampleDrive, quaternion, stamps_ns
 
 CHASSIS = "vehicle_msgs/msg/ChassisState"
 CHASSIS_DEFINITION = """std_msgs/Header header
 string mode
 float64 steering_wheel_angle
 float32[4] suspension_deflection
+float32[4] wheel_speed
+float32 brake_pressure
+float32 brake_torque
+float32 drive_torque
 """
 
-MAP = '[signals.steering_wheel_angle]\nchannel = "/chassis.steering_wheel_angle"\nunit = "rad"\n\n' + "".join(
-    f'[signals.suspension_deflection_{w}]\nchannel = "/chassis.suspension_deflection[{i}]"\nunit = "m"\n\n'
-    for i, w in enumerate(("fl", "fr", "rl", "rr"))
+WHEELS = ("fl", "fr", "rl", "rr")
+
+
+def _entry(signal: str, field: str, unit: str) -> str:
+    return f'[signals.{signal}]\nchannel = "/chassis.{field}"\nunit = "{unit}"\n\n'
+
+
+MAP = (
+    _entry("steering_wheel_angle", "steering_wheel_angle", "rad")
+    + "".join(
+        _entry(f"{name}_{w}", f"{name}[{i}]", unit)
+        for name, unit in (("suspension_deflection", "m"), ("wheel_speed", "m/s"))
+        for i, w in enumerate(WHEELS)
+    )
+    + _entry("brake_pressure", "brake_pressure", "Pa")
+    + _entry("brake_torque", "brake_torque", "N·m")
+    + _entry("drive_torque", "drive_torque", "N·m")
 )
 
 
@@ -39,7 +56,7 @@ def _store(kind: Stores) -> Typestore:
     return store
 
 
-def _messages(store: Typestore, drive: SimulatedDrive, *, ros1: bool) -> list[tuple[str, str, int, Any]]:
+def _messages(store: Typestore, drive: SampleDrive, *, ros1: bool) -> list[tuple[str, str, int, Any]]:
     """(topic, type, stamp, message) in time order; received 3 ms after the header's stamp."""
     t = store.types
     header, time = t["std_msgs/msg/Header"], t["builtin_interfaces/msg/Time"]
@@ -77,10 +94,13 @@ def _messages(store: Typestore, drive: SimulatedDrive, *, ros1: bool) -> list[tu
                 stamped(head, twist(linear=linear, angular=vector(x=0.0, y=0.0, z=0.0))),
             )
         )
-        travel = np.array(
-            [s[f"suspension_deflection_{k}"][i] for k in ("fl", "fr", "rl", "rr")], dtype=np.float32
+        travel, wheels = (
+            np.array([s[f"{name}_{w}"][i] for w in WHEELS], dtype=np.float32)
+            for name in ("suspension_deflection", "wheel_speed")
         )
-        chassis = t[CHASSIS](head, "auto" if i % 3 else "manual", float(s["steering_wheel_angle"][i]), travel)
+        rest = [float(s[name][i]) for name in ("brake_pressure", "brake_torque", "drive_torque")]
+        mode, angle = "auto" if i % 3 else "manual", float(s["steering_wheel_angle"][i])
+        chassis = t[CHASSIS](head, mode, angle, travel, wheels, *rest)
         out.append(("/chassis", CHASSIS, int(stamp), chassis))
     return out
 
@@ -88,7 +108,7 @@ def _messages(store: Typestore, drive: SimulatedDrive, *, ros1: bool) -> list[tu
 RECEIVE_NS = 3_000_000
 
 
-def write_bag1(drive: SimulatedDrive, path: Path) -> None:
+def write_bag1(drive: SampleDrive, path: Path) -> None:
     """A ROS 1 bag, lz4 chunks, with a custom type."""
     store = _store(Stores.ROS1_NOETIC)
     path.unlink(missing_ok=True)
@@ -102,7 +122,7 @@ def write_bag1(drive: SimulatedDrive, path: Path) -> None:
             writer.write(connections[topic], stamp + RECEIVE_NS, store.serialize_ros1(message, kind))
 
 
-def write_bag2(drive: SimulatedDrive, path: Path, plugin: StoragePlugin) -> None:
+def write_bag2(drive: SampleDrive, path: Path, plugin: StoragePlugin) -> None:
     """A ROS 2 bag folder with sqlite3 or mcap storage."""
     store = _store(Stores.ROS2_HUMBLE)
     shutil.rmtree(path, ignore_errors=True)
@@ -119,7 +139,7 @@ def _definition(store: Typestore, kind: str, ros_version: int) -> str:
     return text
 
 
-def write_mcap_ros(drive: SimulatedDrive, path: Path, *, ros1: bool) -> None:
+def write_mcap_ros(drive: SampleDrive, path: Path, *, ros1: bool) -> None:
     """MCAP with ROS 1 or CDR payloads, zstd chunks."""
     store = _store(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     with path.open("wb") as stream:
@@ -148,7 +168,7 @@ JSON_SCHEMA = {
 }
 
 
-def write_mcap_json(drive: SimulatedDrive, path: Path) -> None:
+def write_mcap_json(drive: SampleDrive, path: Path) -> None:
     """MCAP with JSON payloads, lz4 chunks: one topic, canonical names."""
     schema = json.loads(json.dumps(JSON_SCHEMA))
     schema["properties"] |= {name: {"type": "number"} for name in drive.signals}
@@ -192,7 +212,7 @@ def _proto_file(names: list[str]) -> descriptor_pb2.FileDescriptorSet:
     return descriptor_pb2.FileDescriptorSet(file=[stamp, own])
 
 
-def write_mcap_protobuf(drive: SimulatedDrive, path: Path) -> None:
+def write_mcap_protobuf(drive: SampleDrive, path: Path) -> None:
     """MCAP with protobuf payloads, uncompressed chunks: one topic, canonical names."""
     files = _proto_file(list(drive.signals))
     pool = descriptor_pool.DescriptorPool()

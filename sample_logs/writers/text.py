@@ -8,8 +8,7 @@ import numpy as np
 import polars as pl
 
 from parsers.signals import SIGNALS
-from pipelines.simulation.roll_drive import SimulatedDrive
-from sample_logs.writers.common import DEG, G, stamps_ns
+from sample_logs.writers.common import DEG, G, SampleDrive, stamps_ns
 
 TSV_MAP = """# An example of a mapping file: one column whose name says nothing that cogest knows.
 [signals.accel_x]
@@ -18,14 +17,14 @@ unit = "g"
 """
 
 
-def write_csv(drive: SimulatedDrive, path: Path) -> None:
+def write_csv(drive: SampleDrive, path: Path) -> None:
     """A plain table: canonical columns, seconds."""
     columns = {"time_s": drive.time_s.round(4)}
     columns |= {SIGNALS[name].column: values.round(6) for name, values in drive.signals.items()}
     pl.DataFrame(columns).write_csv(path)
 
 
-def write_german_tsv(drive: SimulatedDrive, path: Path) -> None:
+def write_german_tsv(drive: SampleDrive, path: Path) -> None:
     """A measuring computer's export: tab, decimal comma, units in the header, degrees and g, Latin-1."""
     names = {
         "accel_x": ("Längsbeschleunigung [g]", 1 / G),
@@ -42,6 +41,13 @@ def write_german_tsv(drive: SimulatedDrive, path: Path) -> None:
         "suspension_deflection_fr": ("Suspension deflection FR [mm]", 1000),
         "suspension_deflection_rl": ("Suspension deflection RL [mm]", 1000),
         "suspension_deflection_rr": ("Suspension deflection RR [mm]", 1000),
+        "wheel_speed_fl": ("Wheel speed FL [km/h]", 3.6),
+        "wheel_speed_fr": ("Wheel speed FR [km/h]", 3.6),
+        "wheel_speed_rl": ("Wheel speed RL [km/h]", 3.6),
+        "wheel_speed_rr": ("Wheel speed RR [km/h]", 3.6),
+        "brake_pressure": ("Brake pressure [bar]", 1e-5),
+        "brake_torque": ("Brake torque [Nm]", 1),
+        "drive_torque": ("Drive torque [Nm]", 1),
     }
     columns = [drive.time_s] + [drive.signals[name] * scale for name, (_, scale) in names.items()]
     header = "\t".join(["t [s]", *(title for title, _ in names.values())])
@@ -49,7 +55,7 @@ def write_german_tsv(drive: SimulatedDrive, path: Path) -> None:
     path.write_bytes("\r\n".join([header, *rows, ""]).encode("latin-1"))
 
 
-def write_parquet(drive: SimulatedDrive, path: Path) -> None:
+def write_parquet(drive: SampleDrive, path: Path) -> None:
     """Canonical columns with time_ns."""
     columns = {SIGNALS[name].column: values for name, values in drive.signals.items()}
     pl.DataFrame({"time_ns": stamps_ns(drive), **columns}).write_parquet(path, compression="zstd")
@@ -69,6 +75,13 @@ VBO_CHANNELS = {
     "Damper_FR": ("suspension_deflection_fr", 1000, "mm"),
     "Damper_RL": ("suspension_deflection_rl", 1000, "mm"),
     "Damper_RR": ("suspension_deflection_rr", 1000, "mm"),
+    "WheelSpd_FL": ("wheel_speed_fl", 3.6, "km/h"),
+    "WheelSpd_FR": ("wheel_speed_fr", 3.6, "km/h"),
+    "WheelSpd_RL": ("wheel_speed_rl", 3.6, "km/h"),
+    "WheelSpd_RR": ("wheel_speed_rr", 3.6, "km/h"),
+    "Brake_Press": ("brake_pressure", 1e-5, "bar"),
+    "Brake_Torque": ("brake_torque", 1, "Nm"),
+    "Drive_Torque": ("drive_torque", 1, "Nm"),
 }
 
 VBO_MAP = "".join(
@@ -77,7 +90,7 @@ VBO_MAP = "".join(
 )
 
 
-def write_vbo(drive: SimulatedDrive, path: Path) -> None:
+def write_vbo(drive: SampleDrive, path: Path) -> None:
     """A VBOX file: UTC time of day, minutes with west positive, km/h, channels after the standard ones."""
     n = len(drive.time_s)
     speed = np.maximum(drive.signals["speed"], 0)
@@ -111,7 +124,7 @@ def write_vbo(drive: SimulatedDrive, path: Path) -> None:
         "",
         "[comments]",
         "Simulated drive of cogest",
-        "Log Rate (Hz) : 40.00",
+        f"Log Rate (Hz) : {1 / (drive.time_s[1] - drive.time_s[0]):.2f}",
         "",
         "[column names]",
         " ".join(names),

@@ -28,7 +28,7 @@ def test_the_json_says_the_same(inside, samples):
     assert (found["format"], found["status"], found["problem"]) == ("Racelogic VBO", "complete", None)
     channels = {channel["name"]: channel for channel in found["channels"]}
     assert channels["velocity"]["signal"] == "speed"
-    assert channels["velocity"]["samples"] == found["messages"] == 1280
+    assert channels["velocity"]["samples"] == found["messages"] == 1823
     assert 39 < channels["velocity"]["rate_hz"] < 41
     assert {entry["signal"] for entry in found["import"]["mapped"]} >= {"accel_y", "roll", "speed"}
     (ready,) = [e for e in found["estimators"] if e["estimator"] == "roll_map"]

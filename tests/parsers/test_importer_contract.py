@@ -83,7 +83,7 @@ def test_chunks_keep_the_contract(name: str, samples: Path) -> None:
         seen |= set(chunk.columns)
         rows += len(chunk.time_ns)
     assert seen == wanted
-    assert rows >= 1280
+    assert rows >= 1823
     assert log.status == "complete"
     assert log.messages > 0
     assert reader.clock
@@ -100,8 +100,8 @@ def _damaged(path: Path, kind: str) -> bytes:
     data = path.read_bytes()
     if kind == "truncated":
         cut = len(data) * 3 // 5
-        while data[cut - 1] in b"\r\n" or data[cut] in b"\r\n":
-            # a text log cut just behind a line cannot be told from a whole one
+        while data[cut - 1] in b"\r\n " or data[cut] in b"\r\n":
+            # a text log cut just behind a line, or in the blanks before the next, cannot be told from a whole one
             cut += 5
         return data[:cut]
     if kind == "cut early":
@@ -123,7 +123,9 @@ def _expected_or_partial(path: Path, options: LoadOptions) -> Iterator[str]:
             yield f"unclear error: {error}"
         return
     record = drive.record
-    if record.status == "complete" and not record.rejected:
+    # values of a page without a checksum are told from real ones only by what a vehicle can do
+    removed = any(decision.applied and decision.kind == "spikes" for decision in record.decisions)
+    if record.status == "complete" and not record.rejected and not removed:
         yield "called complete with nothing rejected"
 
 

@@ -16,6 +16,8 @@ from parsers.store import write_drive
 TOLERANCE = {
     "accel_x": 6e-4, "accel_y": 6e-4, "accel_z": 6e-4, "roll_rate": 5e-5, "pitch_rate": 5e-5, "yaw_rate": 5e-5,
     "roll": 2e-5, "pitch": 2e-5, "speed": 1.5e-3, "steering_wheel_angle": 5e-4,
+    "wheel_speed_fl": 1.5e-3, "wheel_speed_fr": 1.5e-3, "wheel_speed_rl": 1.5e-3, "wheel_speed_rr": 1.5e-3,
+    "brake_pressure": 0.6, "brake_torque": 1e-3, "drive_torque": 1e-3,
 }  # fmt: skip
 DEFLECTION = 6e-6
 

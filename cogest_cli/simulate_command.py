@@ -1,0 +1,195 @@
+"""`cogest simulate`: a manoeuvre with known truth, as a log."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+import typer
+
+from parsers.errors import SettingsError
+
+if TYPE_CHECKING:
+    from pipelines.simulation.log_drive import Choice, SimulatedLog
+    from pipelines.simulation.plant_vehicle import PlantVehicle
+
+HIGHEST_HZ, LOWEST_HZ = 1000.0, 1.0
+Side = Literal["left", "right", "both"]
+
+
+def simulate(
+    manoeuvre: Annotated[
+        str | None, typer.Argument(metavar="MANOEUVRE", help="Its name; see --list.", show_default=False)
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help="The log: .csv, .parquet, or a folder's name for one Parquet table a rate.",
+            show_default=False,
+        ),
+    ] = None,
+    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")] = "suv",
+    load: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="MASS@x=…,y=…,z=… (behind the front axle, left, above ground) or PLACE:MASS, PLACE being roof, rear, "
+            "side or seats; may be repeated.",
+            show_default=False,
+        ),
+    ] = None,
+    sensors: Annotated[str, typer.Option(help="A sensor set; see --list.")] = "deflection",
+    rate: Annotated[
+        float | None,
+        typer.Option(help="All signals at this rate [Hz]; default: each at its own.", show_default=False),
+    ] = None,
+    speed: Annotated[float | None, typer.Option(help="Test speed [km/h].", show_default=False)] = None,
+    duration: Annotated[float | None, typer.Option(help="Length [s].", show_default=False)] = None,
+    friction: Annotated[
+        float | None, typer.Option(help="Peak friction coefficient of the road.", show_default=False)
+    ] = None,
+    severity: Annotated[
+        float, typer.Option(help="Factor on what makes the manoeuvre hard (steering, braking, roughness).")
+    ] = 1.0,
+    direction: Annotated[Side, typer.Option(help="left, right or both, where it has sides.")] = "both",
+    surface: Annotated[
+        str | None, typer.Option(help="Roughness class of ISO 8608, A to H.", show_default=False)
+    ] = None,
+    sensor_errors: Annotated[
+        float, typer.Option(help="Factor on noise, offsets, scale errors and misalignment.")
+    ] = 1.0,
+    dropouts: Annotated[float, typer.Option(help="Lost messages of each sensor unit [1/s].")] = 0.0,
+    outliers: Annotated[float, typer.Option(help="Share of wild samples.")] = 0.0,
+    vehicle_errors: Annotated[
+        float, typer.Option(help="Factor on how far the vehicle file lies from the truth.")
+    ] = 1.0,
+    tell_load: Annotated[
+        bool, typer.Option("--tell-load", help="Write the load into the vehicle file.")
+    ] = False,
+    seed: Annotated[int, typer.Option(help="The same seed gives the same files.", min=0)] = 0,
+    listing: Annotated[
+        bool, typer.Option("--list", help="List manoeuvres, vehicles, loads and sensors, and stop.")
+    ] = False,
+) -> None:
+    """Write a simulated drive as a log, with its truth and a vehicle file beside it."""
+    if listing:
+        show_names()
+        return
+    if manoeuvre is None or out is None:
+        missing = "MANOEUVRE" if manoeuvre is None else "--out FILE"
+        raise typer.BadParameter(f"{missing} is missing; `cogest simulate --list` names what there is")
+    _check_ranges(
+        rate, {"--sensor-errors": sensor_errors, "--vehicle-errors": vehicle_errors}, dropouts, outliers
+    )
+    from pipelines.simulation.log_drive import Choice
+    from pipelines.simulation.log_loads import parse_load
+    from pipelines.simulation.log_write import check_file
+    from pipelines.simulation.manoeuvres.base import Options
+
+    check_file(out)
+    found = _vehicle(vehicle)
+    try:
+        options = Options(
+            speed_mps=None if speed is None else speed / 3.6,
+            severity=severity,
+            duration_s=duration,
+            friction=friction,
+            direction=direction,
+            surface=surface,
+        )
+    except ValueError as error:
+        raise SettingsError(str(error)) from error
+    choice = Choice(
+        manoeuvre=manoeuvre,
+        vehicle=found,
+        loads=tuple(part for text in load or () for part in parse_load(text, found)),
+        options=options,
+        sensors=sensors,
+        rate_hz=rate,
+        error_scale=sensor_errors,
+        dropouts_per_s=dropouts,
+        outlier_share=outliers,
+        sheet_errors=vehicle_errors,
+        tell_load=tell_load,
+        seed=seed,
+    )
+    _write(choice, out)
+
+
+def _check_ranges(rate: float | None, factors: dict[str, float], dropouts: float, outliers: float) -> None:
+    """Raise SettingsError for a number that means nothing."""
+    if rate is not None and not LOWEST_HZ <= rate <= HIGHEST_HZ:
+        raise SettingsError(f"--rate is {rate:g} Hz: expected {LOWEST_HZ:g} to {HIGHEST_HZ:g}")
+    for name, factor in factors.items():
+        if not 0 <= factor <= 100:
+            raise SettingsError(f"{name} is {factor:g}: expected 0 to 100")
+    if not 0 <= dropouts <= 10:
+        raise SettingsError(f"--dropouts is {dropouts:g} a second: expected 0 to 10")
+    if not 0 <= outliers <= 0.5:
+        raise SettingsError(f"--outliers is {outliers:g}: expected a share of 0 to 0.5")
+
+
+def _vehicle(text: str) -> PlantVehicle:
+    """A preset, or what a vehicle file describes."""
+    path = Path(text)
+    if path.suffix.lower() == ".toml":
+        from pipelines.simulation.log_vehicle import plant_vehicle
+        from pipelines.vehicles.vehicle import read_vehicle
+
+        return plant_vehicle(read_vehicle(path))
+    from pipelines.simulation.log_drive import preset
+
+    return preset(text)
+
+
+def _write(choice: Choice, out: Path) -> None:
+    from cogest_cli.output import show_line
+    from cogest_cli.version import version
+    from pipelines.simulation.log_drive import simulate_log, truth_record
+    from pipelines.simulation.log_write import write_log, write_truth, write_vehicle
+
+    simulated = simulate_log(choice)
+    files = write_log(simulated.log, out)
+    truth = out.with_name(f"{out.stem}.truth.json")
+    write_truth(truth_record(simulated, version()), truth)
+    sheet = write_vehicle(simulated.sheet, out)
+    show_line(f"{simulated.scenario.title}: {_summary(simulated)}")
+    if simulated.rolled_over:
+        show_line(f"note: the vehicle rolled over after {simulated.run.time_s[-1]:.1f} s; the log ends there")
+    for path in (*files, truth, sheet):
+        show_line(path)
+    beside = [] if sheet.name == "vehicle.toml" else ["--vehicle", str(sheet)]
+    show_line(f"next: {shlex.join(['cogest', 'analyze', str(out), *beside])}")
+
+
+def _summary(simulated: SimulatedLog) -> str:
+    from pipelines.simulation.log_drive import extremes
+
+    peaks, known = extremes(simulated.run), simulated.run.truth
+    return (
+        f"{simulated.run.time_s[-1]:.0f} s, up to {3.6 * peaks['speed_mps']:.0f} km/h and "
+        f"{peaks['lateral_acceleration_g']:.2f} g across; {known['mass_kg']:.0f} kg, CG {known['cg_height_m']:.3f} m high"
+    )
+
+
+def show_names() -> None:
+    """Print what can be simulated, one line each."""
+    from cogest_cli.output import show_line
+    from pipelines.simulation.log_loads import PLACES
+    from pipelines.simulation.manoeuvres.registry import MANOEUVRES, title_of
+    from pipelines.simulation.plant_vehicle import PRESETS
+    from pipelines.simulation.sensor_sets import SENSOR_SETS
+
+    lists = {
+        "manoeuvres": {name: title_of(name) for name in MANOEUVRES},
+        "vehicles": {
+            name: f"{v.body}, {v.mass_kg:.0f} kg empty, wheelbase {v.wheelbase_m:g} m"
+            for name, v in PRESETS.items()
+        },
+        "loads": {f"{name}:KG": about for name, (about, _) in PLACES.items()},
+        "sensors": {name: title for name, (title, _) in SENSOR_SETS.items()},
+    }
+    for title, rows in lists.items():
+        show_line(f"{title}:")
+        for name, about in rows.items():
+            show_line(f"  {name:<24} {about}")

@@ -1,0 +1,370 @@
+"""What is known before the log: every unknown of the balances with its mean and spread, and the body they make.
+
+The loaded body is the empty vehicle of the vehicle file plus a load of unknown mass at an unknown place, so that mass,
+CG place and height stay consistent whatever the relations teach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipelines.models.roll import GRAVITY
+from pipelines.results import Assumption, FloatArray
+from pipelines.vehicles.priors import measured_cg_height, measured_pitch_inertia, measured_roll_inertia
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+SILENT = "the vehicle file is silent: usual for road vehicles"
+AXLES = ("front", "rear")
+CORNERS = ("fl", "fr", "rl", "rr")
+
+TYRE_SHARE = 1.15
+"""Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
+
+PITCH_CENTER = (0.09, 0.07)
+"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 30 %."""
+
+Values = Mapping[str, float]
+"""The unknowns by name, SI."""
+
+
+@dataclass(frozen=True)
+class Known:
+    """The unknowns before the log. names, mean, std: (k,), SI; assumptions for the report; springs: rates known."""
+
+    names: tuple[str, ...]
+    mean: FloatArray
+    std: FloatArray
+    assumptions: tuple[Assumption, ...]
+    springs: bool
+    mass: bool
+
+    def at(self, u: FloatArray) -> dict[str, float]:
+        """Values for (k,) deviations in standard deviations."""
+        return dict(zip(self.names, (self.mean + self.std * u).tolist(), strict=True))
+
+    def index(self, name: str) -> int:
+        """Row of an unknown."""
+        return self.names.index(name)
+
+
+@dataclass(frozen=True)
+class Body:
+    """The loaded vehicle. Lengths m: x behind the front axle, y left, h above ground; sprung and whole."""
+
+    sprung: float
+    unsprung: float
+    x: float
+    y: float
+    h: float
+    mass: float
+    whole_x: float
+    whole_y: float
+    whole_h: float
+
+    @property
+    def moment(self) -> float:
+        """m h of the whole vehicle, kg m: what load transfer sees."""
+        return self.mass * self.whole_h
+
+
+def body_of(p: Values, sag: float | None) -> Body:
+    """Put empty vehicle and load together.
+
+    sag: how much lower the loaded body stands than the empty one, m; None: not measured, so what springs and tyres give.
+    """
+    if sag is None:
+        sag = TYRE_SHARE * GRAVITY * p["load"] / (2 * (p["spring_front"] + p["spring_rear"]))
+    unsprung = p["unsprung_front"] + p["unsprung_rear"]
+    empty = p["empty_mass"] - unsprung
+    sprung = empty + p["load"]
+    length, hub = p["wheelbase"], p["radius"]
+    x = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * length + p["load"] * p["load_x"]) / sprung
+    y = (p["empty_mass"] * p["empty_y"] + p["load"] * p["load_y"]) / sprung
+    rest = p["empty_mass"] * p["empty_h"] - unsprung * hub
+    h = (rest + p["load"] * p["load_h"]) / sprung - sag
+    mass = sprung + unsprung
+    return Body(
+        sprung, unsprung, x, y, h, mass,
+        (sprung * x + p["unsprung_rear"] * length) / mass,
+        sprung * y / mass,
+        (sprung * h + unsprung * hub) / mass,
+    )  # fmt: skip
+
+
+@dataclass
+class _Book:
+    """Collects unknowns and says what was assumed."""
+
+    vehicle: Vehicle
+    rows: dict[str, tuple[float, float]] = field(default_factory=dict)
+    assumptions: list[Assumption] = field(default_factory=list)
+
+    def put(self, name: str, mean: float, std: float, said: str = "", source: str = SILENT) -> None:
+        """One unknown; said: its name in the report, empty for what needs no line there."""
+        self.rows[name] = (mean, max(std, 1e-12))
+        if said:
+            self.assumptions.append(Assumption(said, f"{mean:.4g} ± {std:.3g}", source))
+
+    def quantity(self, name: str, key: str, mean: float, std: float, said: str = "") -> Quantity | None:
+        """One unknown from the vehicle file, or the usual where the file is silent."""
+        known = self.vehicle.get(key)
+        if known is None:
+            self.put(name, mean, std, said or key)
+        else:
+            self.put(name, known.value, known.std, key, known.source)
+        return known
+
+
+def _geometry(book: _Book) -> None:
+    vehicle = book.vehicle
+    book.quantity("wheelbase", "wheelbase_m", 2.7, 0.2)
+    other = vehicle.get("track_front_m") or vehicle.get("track_rear_m")
+    track = (1.55, 0.08) if other is None else (other.value, max(other.std, 0.015))
+    for axle in AXLES:
+        book.quantity(f"track_{axle}", f"track_{axle}_m", *track)
+    book.quantity("radius", "wheel_radius_m", 0.33, 0.03)
+    book.quantity("wheel_inertia", "wheel_inertia_kgm2", 1.2, 0.4)
+
+
+def _empty(book: _Book) -> float:
+    """The empty vehicle; its mass in kg as the file or the usual has it."""
+    vehicle = book.vehicle
+    mass = book.quantity("empty_mass", "mass_kg", 1800.0, 900.0)
+    kilos = 1800.0 if mass is None else mass.value
+    length = book.rows["wheelbase"][0]
+    for axle in AXLES:
+        book.quantity(f"unsprung_{axle}", f"unsprung_mass_{axle}_kg", 0.047 * kilos, 0.012 * kilos)
+    book.quantity("empty_x", "cg_to_front_axle_m", 0.46 * length, 0.06 * length)
+    book.put("empty_y", 0.0, 0.01, "lateral place of the empty vehicle's CG, m", "cars are built nearly even")
+    stated = vehicle.get("cg_height_m")
+    prior = measured_cg_height(vehicle.body, None if mass is None else mass.value)
+    if stated is not None:
+        book.put("empty_h", stated.value, stated.std, "cg_height_m (empty)", stated.source)
+    elif prior is not None:
+        book.put("empty_h", prior.value, prior.std, "cg_height_m (empty)", prior.source)
+    else:
+        book.put("empty_h", 0.8, 0.3, "cg_height_m (empty)", "no measured vehicle is like it")
+    return kilos
+
+
+def _load(book: _Book, kilos: float) -> None:
+    stated, height = book.vehicle.load.get("mass_kg"), book.vehicle.load.get("height_m")
+    length, track = book.rows["wheelbase"][0], book.rows["track_front"][0]
+    h = book.rows["empty_h"][0]
+    if stated is None:
+        book.put("load", 0.10 * kilos, 0.12 * kilos, "load, kg", "the vehicle file has no [load]")
+    else:
+        book.put("load", stated.value, stated.std, "load, kg", stated.source)
+    where = "seats, boot, roof: anywhere in or on the vehicle"
+    book.put("load_x", 0.5 * length, 0.35 * length, "load behind the front axle, m", where)
+    book.put("load_y", 0.0, 0.16 * track, "load left of the middle, m", where)
+    if height is None:
+        book.put("load_h", 1.45 * h, 0.65 * h, "load above ground, m", where)
+    else:
+        book.put("load_h", height.value, height.std, "load above ground, m", height.source)
+
+
+def _bars(book: _Book) -> None:
+    """Anti-roll bars: stated, or what the stated roll stiffness leaves beside the springs, or hardly known."""
+    vehicle = book.vehicle
+    springs = {a: 0.5 * book.rows[f"spring_{a}"][0] * book.rows[f"track_{a}"][0] ** 2 for a in AXLES}
+    stated = {a: vehicle.get(f"anti_roll_stiffness_{a}_nmprad") for a in AXLES}
+    total = vehicle.get("roll_stiffness_nmprad")
+    left = None if total is None else max(total.value - sum(springs.values()), 0.0)
+    for axle, share in zip(AXLES, (0.6, 0.4), strict=True):
+        known = stated[axle]
+        name = f"bar_{axle}"
+        if known is not None:
+            book.put(name, known.value, known.std, f"anti_roll_stiffness_{axle}_nmprad", known.source)
+        elif total is not None and left is not None and not any(stated.values()):
+            std = max(share * total.std, 0.1 * share * left)
+            book.put(
+                name,
+                share * left,
+                std,
+                f"anti-roll bar, {axle}, N·m/rad",
+                "roll_stiffness_nmprad less springs",
+            )
+        else:
+            book.put(name, 0.6 * springs[axle], 0.5 * springs[axle], f"anti-roll bar, {axle}, N·m/rad")
+
+
+def _suspension(book: _Book, kilos: float) -> bool:
+    """Springs, bars, dampers, friction; whether the spring rates are known."""
+    vehicle = book.vehicle
+    corner = 0.23 * kilos
+    springs = all(vehicle.get(f"spring_rate_{axle}_npm") is not None for axle in AXLES)
+    for axle in AXLES:
+        book.quantity(f"spring_{axle}", f"spring_rate_{axle}_npm", corner * 70.0, corner * 40.0)
+    _bars(book)
+    for axle in AXLES:
+        rate = book.rows[f"spring_{axle}"][0]
+        # of the rate at 50 mm
+        book.put(f"square_{axle}", 0.0, rate * 0.03 / 0.05)
+        book.put(f"cube_{axle}", 0.0, rate * 0.06 / 0.05**2)
+        usual = 0.3 * 2 * np.sqrt(rate * corner)
+        known = vehicle.get(f"damper_rate_{axle}_nspm")
+        mean = usual if known is None else known.value
+        book.put(f"bump_{axle}", 0.8 * mean, 0.5 * mean)
+        book.put(f"rebound_{axle}", 1.1 * mean, 0.5 * mean)
+        book.put(f"friction_{axle}", 60.0, 50.0)
+    for wheel in CORNERS:
+        rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
+        book.put(f"zero_{wheel}", 0.0, float(np.hypot(0.0015 * rate, 25.0)))
+        book.put(f"stuck_{wheel}", 0.0, 100.0)
+        book.put(f"scale_{wheel}", 1.0, 0.01)
+    book.assumptions.append(
+        Assumption(
+            "zero and scale error of a deflection sensor, friction at rest",
+            "1.5 mm, 1 % and 100 N a wheel",
+            "usual; unknowns of the fit",
+        )
+    )
+    book.assumptions.append(
+        Assumption(
+            "curvature of the springs", "3 % (square), 6 % (cube) at 50 mm", "usual; unknowns of the fit"
+        )
+    )
+    return springs
+
+
+def _links(book: _Book, kilos: float) -> None:
+    """What the links carry: roll centres, pitch centre, jacking."""
+    vehicle = book.vehicle
+    for axle in AXLES:
+        book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", 0.09, 0.06)
+    stated = vehicle.get("pitch_center_height_m")
+    mean, std = PITCH_CENTER if stated is None else (stated.value, stated.std)
+    source = "the vehicle file is silent: usual for road vehicles" if stated is None else stated.source
+    book.put(
+        "pitch_center_brake", mean, std, "pitch_center_height_m (links' part in braking: anti-dive)", source
+    )
+    driven = vehicle.get("pitch_center_height_drive_m")
+    mean, std = (0.7 * mean, np.hypot(std, 0.03)) if driven is None else (driven.value, driven.std)
+    source = "between none and that of braking" if driven is None else driven.source
+    book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
+    # 1: the wheels stay upright as those of a rigid axle; independent ones lean with the body in part
+    book.put("camber", 0.75, 0.25)
+    h = book.rows["empty_h"][0]
+    book.put(
+        "pitch_path", 0.5 * h, 0.45 * h, "height about which the body pitches over its wheels, m", SILENT
+    )
+    book.put("jack_brake", 0.0, 0.04)
+    book.put("jack_drive", 0.0, 0.04)
+    book.put("jack_side", 0.004, 0.008)
+    roll = measured_roll_inertia(kilos, book.rows["track_front"][0])
+    pitch = measured_pitch_inertia(kilos)
+    book.quantity(
+        "roll_inertia",
+        "roll_inertia_kgm2",
+        *((roll.value, roll.std) if roll else (0.34 * kilos, 0.1 * kilos)),
+    )
+    book.quantity(
+        "pitch_inertia",
+        "pitch_inertia_kgm2",
+        *((pitch.value, pitch.std) if pitch else (1.6 * kilos, 0.4 * kilos)),
+    )
+    for name in ("roll_inertia", "pitch_inertia"):
+        # an unknown load changes the inertia, and data sheets mean the whole vehicle, not the body
+        mean, std = book.rows[name]
+        book.put(name, 0.95 * mean, float(np.hypot(std, 0.1 * mean)))
+    book.put("gyroscope", 0.7, 0.4)
+
+
+def _sensors(book: _Book) -> None:
+    length, h = book.rows["wheelbase"][0], book.rows["empty_h"][0]
+    places = (
+        ("imu_x", "imu_behind_front_axle_m", 0.5 * length, 0.4),
+        ("imu_y", "imu_left_m", 0.0, 0.2),
+        ("imu_h", "imu_above_ground_m", 0.8 * h, 0.2),
+    )
+    for name, key, mean, std in places:
+        known = book.vehicle.sensors.get(key)
+        if known is None:
+            book.put(
+                name, mean, std, f"[sensors] {key}", "the vehicle file is silent: anywhere near the middle"
+            )
+        else:
+            book.put(name, known.value, known.std, key, known.source)
+    for axis in ("roll", "pitch", "yaw"):
+        book.put(f"askew_{axis}", 0.0, 0.0175)
+    for axis in ("x", "y", "z"):
+        book.put(f"offset_{axis}", 0.0, 0.08 if axis != "z" else 0.02)
+    book.assumptions.append(
+        Assumption(
+            "mounting and offsets of the inertial unit",
+            "1 deg about each axis; 0.08 m/s² (0.02 m/s² vertical, of which the drive's mean is gravity)",
+            "usual; unknowns of the fit",
+        )
+    )
+    for kind in ("suspension", "tyre", "axle"):
+        for axle in AXLES:
+            book.put(f"{kind}_scale_{axle}", 1.0, 0.015)
+        for wheel in CORNERS:
+            book.put(f"{kind}_zero_{wheel}", 0.0, 60.0)
+    for relation in ("pitch", "roll", "vertical"):
+        for kind in ("deflection", "suspension", "tyre", "axle"):
+            book.put(f"late_{relation}_{kind}", 0.0, 0.02)
+            book.put(f"gain_{relation}_{kind}", 0.0, 0.01 if relation == "roll" else 0.007)
+
+
+def _long(book: _Book, kilos: float) -> None:
+    """Drag, rolling, torque scales, lift."""
+    vehicle = book.vehicle
+    book.quantity("drag", "drag_area_m2", 0.75, 0.2)
+    book.put("drag_height", 0.8, 0.25)
+    for axle in AXLES:
+        book.put(f"lift_{axle}", 0.0, 0.06)
+    book.quantity("rolling", "rolling_resistance", 0.012, 0.004)
+    gain = vehicle.get("brake_gain_nmppa")
+    value, std = (1.0, 1.0) if gain is None else (gain.value, gain.std)
+    # pads fade and gains are of a data sheet: never surer than 3 %
+    book.put("brake_gain", value, max(std, 0.03 * value))
+    for name in ("drive_scale", "brake_scale"):
+        book.put(
+            name, 1.0, 0.04, name.replace("_", " torque ") + " of the log", "usual for estimated torques"
+        )
+    book.put("corner_drag", 0.003 * kilos, 0.003 * kilos)
+    # 1: the road turns the wheels back, which unloads the front; 0: a force at the road alone
+    book.put("rolling_shift", 0.7, 0.6)
+    book.put("product", 0.0, 0.06 * kilos)
+    # what brakes that hold wind up in the links, dampers' one-sidedness and the like: 6 mm of CG place
+    book.put("pitch_bias", 0.0, 0.006 * GRAVITY * kilos)
+    book.put("late_long", 0.0, 0.05)
+    book.put("tilt", 1.0, 0.3)
+    book.put("gain_long", 0.0, 0.01)
+
+
+def before_the_log(vehicle: Vehicle) -> Known:
+    """Every unknown of the balances with what the vehicle file, the measured vehicles or custom say of it."""
+    book = _Book(vehicle)
+    _geometry(book)
+    kilos = _empty(book)
+    _load(book, kilos)
+    springs = _suspension(book, kilos)
+    _links(book, kilos)
+    _sensors(book)
+    _long(book, kilos)
+    table = np.array(list(book.rows.values()))
+    return Known(
+        tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,
+        vehicle.get("mass_kg") is not None,
+    )  # fmt: skip
+
+
+def corner_loads(p: Values, sag: float | None) -> FloatArray:
+    """(4,) mass over each wheel in kg, level and at rest; fl, fr, rl, rr.
+
+    The lateral moment is shared by the axles as the masses are; a twisted body or chassis (cross weight) is not known.
+    """
+    body = body_of(p, sag)
+    rear = body.mass * body.whole_x / p["wheelbase"]
+    front = body.mass - rear
+    half = [front / 2, rear / 2]
+    moved = [
+        load * body.whole_y / track for load, track in ((front, p["track_front"]), (rear, p["track_rear"]))
+    ]
+    return np.array([half[0] + moved[0], half[0] - moved[0], half[1] + moved[1], half[1] - moved[1]])

@@ -1,0 +1,90 @@
+"""Axle loads in straight driving (Wu et al., equations (1)-(6)), and how well CG height and position can be known."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipelines.filters.whiten import whiten
+from pipelines.results import FloatArray
+
+GRAVITY = 9.80665
+
+
+def axle_loads(
+    mass: float,
+    wheelbase: float,
+    axle: float,
+    height: float,
+    acceleration: FloatArray,
+    grade: FloatArray,
+    rolling_arm: float,
+) -> tuple[FloatArray, FloatArray]:
+    """Front and rear axle load in N, (1) and (2). axle: CG behind the front axle, m. rolling_arm: r f in m.
+
+    acceleration (n,) m/s² along the road, grade (n,) rad + uphill.
+    """
+    weight = mass * GRAVITY
+    transfer = weight * height * np.sin(grade) + mass * acceleration * height
+    transfer = transfer + weight * rolling_arm * np.cos(grade)
+    front = (weight * (wheelbase - axle) * np.cos(grade) - transfer) / wheelbase
+    rear = (weight * axle * np.cos(grade) + transfer) / wheelbase
+    return front, rear
+
+
+def acceleration_from_load(
+    load: FloatArray, grade: FloatArray, mass: float, wheelbase: float, rolling_arm: float, height: float, axle: float
+) -> FloatArray:  # fmt: skip
+    """dv/dt from the rear axle load, (3) and (6); (n,) in m/s²."""
+    return acceleration_jacobian(load, grade, mass, wheelbase, rolling_arm, height, axle)[0]
+
+
+def acceleration_jacobian(
+    load: FloatArray, grade: FloatArray, mass: float, wheelbase: float, rolling_arm: float, height: float, axle: float
+) -> tuple[FloatArray, FloatArray, FloatArray]:  # fmt: skip
+    """dv/dt of (6) and its derivatives by height and axle distance: -N / (m h²) and -g cos / h."""
+    moment = load * wheelbase - mass * GRAVITY * (axle + rolling_arm) * np.cos(grade)
+    slope = moment / (mass * height)
+    return (
+        np.asarray(slope - GRAVITY * np.sin(grade)),
+        np.asarray(-slope / height),
+        np.asarray(-GRAVITY * np.cos(grade) / height),
+    )
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Standard deviations of one sample: speed in m/s (white), load in N (white)."""
+
+    speed: float
+    load: float
+
+
+def bound(
+    load: FloatArray,
+    grade: FloatArray,
+    dt: float,
+    mass: float,
+    wheelbase: float,
+    rolling_arm: float,
+    height: float,
+    axle: float,
+    noise: Noise,
+) -> tuple[float, float]:
+    """Cramér-Rao bound of the standard deviations of height and axle distance in m, from speed and rear load.
+
+    Numerical: sensitivities of the speed by (14), with the load's noise as a random walk of the speed and the starting
+    speed unknown. load, grade (n,): without noise, at the true parameters; mass, grade and r f exactly known.
+    """
+    _, by_height, by_axle = acceleration_jacobian(load, grade, mass, wheelbase, rolling_arm, height, axle)
+    columns = np.zeros((len(load), 2))
+    columns[1:, 0] = np.cumsum(by_height[:-1]) * dt
+    columns[1:, 1] = np.cumsum(by_axle[:-1]) * dt
+    starts = np.zeros(len(load))
+    starts[0] = 1.0
+    walk = (wheelbase * dt * noise.load / (mass * height)) ** 2
+    white, _ = whiten(columns, starts, 1.0, walk, np.full(len(load), noise.speed**2))
+    covariance = np.linalg.inv(white.T @ white)
+    return math.sqrt(covariance[0, 0]), math.sqrt(covariance[1, 1])

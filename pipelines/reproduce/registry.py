@@ -1,0 +1,37 @@
+"""The papers that can be reproduced: one line each."""
+
+from __future__ import annotations
+
+import difflib
+import importlib
+from collections.abc import Mapping
+from typing import cast
+
+from parsers.errors import SettingsError
+from pipelines.reproduce.base import Paper
+
+PAPERS: dict[str, str] = {
+    "pence": "pipelines.reproduce.pence:Pence",
+    "park": "pipelines.reproduce.park:Park",
+    "wu": "pipelines.reproduce.wu:Wu",
+}
+"""Name on the command line -> "module:Class"."""
+
+
+def paper(name: str) -> Paper:
+    """The paper of that name. Raises KeyError for an unknown one."""
+    module, _, class_name = PAPERS[name].partition(":")
+    return cast("Paper", getattr(importlib.import_module(module), class_name)())
+
+
+def choose_papers(name: str | None, known: Mapping[str, str]) -> tuple[str, ...]:
+    """The paper of that name, all for None. Raises SettingsError for an unknown one, naming the nearest."""
+    if name is None:
+        return tuple(known)
+    if name not in known:
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+        raise SettingsError(
+            f"there is no paper {name!r}",
+            hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}",
+        )
+    return (name,)
