@@ -149,7 +149,10 @@ class Section:
 
 @dataclass(frozen=True)
 class Document:
-    """A whole report. lead: the figures of the first screen. verdict_title: what stands above its table."""
+    """A whole report. lead: the figures of the first screen.
+
+    verdict_title: what stands above its first table. claims: that table holds sentences, not a verdict's figures.
+    """
 
     title: str
     subtitle: str
@@ -162,3 +165,4 @@ class Document:
     version: str
     facts: tuple[Fact, ...] = field(default=())
     verdict_title: str = "Verdict"
+    claims: bool = False

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -30,6 +31,9 @@ from reports.figures.scatters import draw_scatter_panel
 from reports.figures.series import make_series, unit_of
 from reports.figures.style import styled
 from reports.text import DASH, clean, number, sentence
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 NO_GAPS = np.zeros((0, 2))
 TONES: dict[Agreement, Tone] = {"agrees": "good", "differs": "warn", "not shown": "quiet"}
@@ -130,7 +134,7 @@ def heading_of(column: TableColumn) -> str:
 def table_block(table: ReproducedTable) -> tuple[Block, ...]:
     """A published table beside ours, with its remark."""
     columns = tuple(
-        Column(heading_of(column), "left" if place == 0 else "right", 1.4 if place == 0 else 1.0)
+        Column(heading_of(column), "left" if place == 0 else "right", 1.8 if place == 0 else 1.0)
         for place, column in enumerate(table.columns)
     )
     rows = tuple(
@@ -158,9 +162,11 @@ def _trace_panels(traces: Sequence[Trace]) -> list[TracePanel]:
     return found
 
 
-def _draw_trace(axes: object, panel: TracePanel) -> None:
+def _draw_trace(axes: Axes, panel: TracePanel) -> None:
+    # runs last differently long: each panel has its own time
     ends = [float(line.time_s[-1]) for line in panel.lines if line.time_s.size]
-    draw_lines(axes, panel, NO_GAPS, max(ends, default=0.0))  # type: ignore[arg-type]
+    draw_lines(axes, panel, NO_GAPS, max(ends, default=0.0))
+    axes.set_xlabel("time, s")
 
 
 def trace_plot(paper: str, traces: Sequence[Trace]) -> Plot | None:
@@ -177,7 +183,7 @@ def trace_plot(paper: str, traces: Sequence[Trace]) -> Plot | None:
             across=1,
             rows_a_piece=4,
             row_height=2.0,
-            shared_x="time, s",
+            shared_x=None,
         )
     notes = " ".join(dict.fromkeys(panel.note for panel in found if panel.note))
     return Plot(f"{paper}-traces", "Over time", svgs, clean(notes, 2000), alt="Estimates over time")
@@ -256,4 +262,5 @@ def build_reproduction(reproduction: Reproduction, version: str) -> Document:
         version=clean(version, 40),
         facts=(Fact("Source", clean(reproduction.citation, 300)),),
         verdict_title="What the paper claims, and what came out",
+        claims=True,
     )
