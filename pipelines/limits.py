@@ -32,6 +32,17 @@ def _data_limits(record: ImportRecord) -> list[str]:
     return limits
 
 
+def _not_run(estimates: Sequence[Estimate]) -> list[str]:
+    """What was skipped and why; in short where others ran: most logs lack what some method needs."""
+    skipped = [e for e in estimates if e.status == "skipped"]
+    if not skipped:
+        return []
+    if not any(e.status == "ran" for e in estimates):
+        return [f"{e.estimator} did not run: {e.reason}." for e in skipped]
+    names = ", ".join(e.estimator for e in skipped)
+    return [f"Not run, for what the log or the vehicle file lacks (see Estimators): {names}."]
+
+
 def what_limits(
     record: ImportRecord,
     estimates: Sequence[Estimate],
@@ -39,7 +50,10 @@ def what_limits(
     vehicle: Vehicle,
 ) -> tuple[str, ...]:
     """Sentences: what the estimators lacked, what the vehicle file left open, what the data lost."""
-    limits = [f"{e.estimator} did not run: {e.reason}." for e in estimates if e.status == "skipped"]
+    skipped = _not_run(estimates)
+    # the weightiest first: that nothing ran, or, where something did, at the end what else could have
+    nothing_ran = not any(e.status == "ran" for e in estimates)
+    limits = skipped if nothing_ran else []
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")
     if height is not None and height.status != "identified":
@@ -48,4 +62,4 @@ def what_limits(
         limits.append("No vehicle file: mass, track and springs are unknown; give one with --vehicle.")
     elif not vehicle.load_stated:
         limits.append("The vehicle file has no [load]: the drive's load is taken as unknown.")
-    return tuple(dict.fromkeys(limits + _data_limits(record)))
+    return tuple(dict.fromkeys([*limits, *_data_limits(record), *skipped]))

@@ -205,13 +205,16 @@ def _starts(problem: _Problem) -> list[FloatArray]:
 
 
 def _long_run_covariance(scores: FloatArray, lags: int) -> FloatArray:
-    """Sum of the scores' autocovariances up to `lags`, with Bartlett's weights (Newey-West): (p, p)."""
+    """Sum of the scores' autocovariances up to `lags`, with Bartlett's weights (Newey-West): (p, p).
+
+    Triangular weights are those of sums over windows of lags + 1 rows, so that no lag need be taken on its own.
+    """
     centred = scores - scores.mean(axis=0)
-    total = centred.T @ centred
-    for lag in range(1, min(lags, len(scores) - 1) + 1):
-        cross = centred[lag:].T @ centred[:-lag]
-        total += (1 - lag / (lags + 1)) * (cross + cross.T)
-    return np.asarray(total)
+    window = lags + 1
+    nothing = np.zeros((window, scores.shape[1]))
+    running = np.cumsum(np.concatenate((nothing, centred, nothing[1:])), axis=0)
+    sums = running[window:] - running[:-window]
+    return np.asarray(sums.T @ sums / window)
 
 
 def _honest_covariance(

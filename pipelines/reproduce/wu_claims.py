@@ -68,14 +68,16 @@ def _signals(results: list[CaseResult]) -> tuple[Claim, ...]:
         Claim(
             "3.1.1 (2), Figure 9", "the slope raises the equivalent acceleration to 2.6 m/s²",
             f"{slope.beta:.2f} m/s² (flat {flat.beta:.2f})", "", _agreement(slope.beta > flat.beta),
-            "Formula missing ((19) repeats (17)); ours is |a_x + g sin(theta) + F_a/m|.",
+            "Formula missing ((19) repeats (17)); ours is |a_x + g sin(theta) + F_a/m|. The figure follows from our hill and driver, "
+            "who makes up for half of the slope: with all of it the driven axle spins.",
         ),
         Claim(
             "3.1.1, 3.1.2, Figures 6, 11, 13", "rear slip within 3 % (4WD), up to 0.06 (RWD, flat) and 0.08 (RWD, slope)",
             f"{flat.rear_slip:.3f} and {slope.rear_slip:.3f} (4WD), {by['RWD, flat'].rear_slip:.3f}, "
             f"{by['RWD, slope'].rear_slip:.3f}", "",
             _agreement(flat.rear_slip < 0.03 < by["RWD, flat"].rear_slip < by["RWD, slope"].rear_slip),
-            "Follows from our tyre (slip stiffness 13 a unit load), torque shares and driver, none of which are printed.",
+            "Tyre (slip stiffness 13 a unit load), torque shares and a driver who makes up for half of the slope are ours, chosen "
+            "with these figures in view: they set the scene, they are no finding.",
         ),
     )  # fmt: skip
 
