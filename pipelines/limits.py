@@ -53,7 +53,7 @@ def what_limits(
     skipped = _not_run(estimates)
     # the weightiest first: that nothing ran, or, where something did, at the end what else could have
     nothing_ran = not any(e.status == "ran" for e in estimates)
-    limits = skipped if nothing_ran else []
+    limits = list(skipped) if nothing_ran else []
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")
     if height is not None and height.status != "identified":

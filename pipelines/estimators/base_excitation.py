@@ -183,7 +183,7 @@ class BaseExcitation:
             front, rear, math.hypot(front_std, springs / 2), math.hypot(rear_std, springs / 2), std, upwards,
             (rear / sprung, place_std), None, said,
         )  # fmt: skip
-        found, assumed = body_answers(body, vehicle, self.name)
+        found, assumed = body_answers(body, vehicle, self.name, witness=True)
         damping, damping_std = combined_std(heave, [0, 0, 0.5, 0.5], DAMPING_ERROR)
         found["suspension_damping_nspm"] = answer(
             "suspension_damping_nspm",

@@ -61,12 +61,15 @@ def answer(
     reason: str,
     prior: Prior | None = None,
     scale: float | None = None,
+    witness: bool = False,
 ) -> ParameterEstimate:
     """An estimate with its status: against the prior's spread where there is one, else against `scale` (default: the
-    value itself, so that the relative spread counts)."""
+    value itself, so that the relative spread counts). witness: a figure that says less than the prior is shown all the
+    same, as weak: it stands beside the verdict and is not taken into it."""
     reference = vehicle.reference.get(name)
     share = found.std / max(abs(scale if scale is not None else found.value), 1e-12)
-    if share > WEAK_SHARE or (prior is not None and found.std > 0.9 * prior.std):
+    vague = prior is not None and found.std > 0.9 * prior.std
+    if share > WEAK_SHARE or (vague and not witness):
         said = f"{reason}; {found.value:.4g} ± {found.std:.2g} is no narrower than what was known before"
         return unknown(name, vehicle, said, prior)
     narrowed = prior is None or found.std < 0.6 * prior.std
@@ -117,7 +120,7 @@ class BodyFigures:
 
 
 def body_answers(
-    body: BodyFigures, vehicle: Vehicle, source: str
+    body: BodyFigures, vehicle: Vehicle, source: str, witness: bool = False
 ) -> tuple[dict[str, ParameterEstimate], Assumption]:
     """Sprung mass, mass, CG place and corner masses of the loaded vehicle, as far as the vehicle file allows."""
     sprung = body.front_kg + body.rear_kg
@@ -135,7 +138,7 @@ def body_answers(
     def put(
         name: str, value: Figure, said: str, known: Prior | None = None, scale: float | None = None
     ) -> None:
-        found[name] = answer(name, value, vehicle, source, said, known, scale)
+        found[name] = answer(name, value, vehicle, source, said, known, scale, witness)
 
     put("sprung_mass_kg", figure(sprung, body.sum_std, body.upwards), body.said, own)
     whole = math.hypot(body.sum_std, hubs_std)
