@@ -10,6 +10,7 @@ import numpy as np
 
 from parsers.drive import Drive
 from parsers.signals import WHEEL_SPEEDS, WHEELS
+from pipelines.estimators.brake_roll_rows import window_mean
 from pipelines.estimators.brake_roll_speed import (
     STIFFEST,
     TrueSpeed,
@@ -27,7 +28,7 @@ from pipelines.results import FloatArray
 MOTION = ("accel_x", "accel_y", "roll_rate", "yaw_rate")
 OPTIONAL = (
     "speed", "gps_speed_2d", "gps_speed_3d", "satellites", "hdop", "steering_wheel_angle", "brake_pressure",
-    "brake_torque", "drive_torque", "road_grade", "roll", "pitch_rate",
+    "brake_torque", "drive_torque", "road_grade", "roll",
     *(f"brake_torque_{w}" for w in WHEELS), *(f"drive_torque_{w}" for w in WHEELS),
 )  # fmt: skip
 SLOWEST_HZ = 5.0
@@ -76,10 +77,8 @@ class BrakeRollData:
     share_known: bool
     by_pressure: bool
     drive: FloatArray | None
-    drive_front: FloatArray | None
     steering: FloatArray | None
     roll: FloatArray | None
-    pitch_rate: FloatArray | None
     allowed: BoolArray
     missing: tuple[str, ...]
     notes: tuple[str, ...]
@@ -155,13 +154,10 @@ def _brakes(
     return np.asarray(share * total), np.asarray((1 - share) * total), False
 
 
-def _drive(prepared: Prepared) -> tuple[FloatArray | None, FloatArray | None]:
-    """Drive torque of all wheels, and of the front ones where it is measured by wheel."""
-    front = _sum(prepared, ("drive_torque_fl", "drive_torque_fr"))
-    rear = _sum(prepared, ("drive_torque_rl", "drive_torque_rr"))
-    if front is not None and rear is not None:
-        return front + rear, front
-    return _column(prepared, "drive_torque"), None
+def _drive(prepared: Prepared) -> FloatArray | None:
+    """Drive torque of all wheels."""
+    by_wheel = _sum(prepared, [f"drive_torque_{w}" for w in WHEELS])
+    return _column(prepared, "drive_torque") if by_wheel is None else by_wheel
 
 
 def _allowed(prepared: Prepared, true: TrueSpeed | None, notes: list[str]) -> BoolArray:
@@ -174,8 +170,7 @@ def _allowed(prepared: Prepared, true: TrueSpeed | None, notes: list[str]) -> Bo
     flat, space = columns.get("gps_speed_2d"), columns.get("gps_speed_3d")
     if flat is not None and space is not None:
         apart = fill(space - flat)
-        rows = max(1, round(3 * prepared.rate_hz))
-        mean = np.convolve(apart, np.ones(rows) / rows, mode="same")
+        mean = window_mean(apart, round(1.5 * prepared.rate_hz))
         noise = 1.4826 * float(np.median(np.abs(mean - np.median(mean))))
         steep = 0.5 * (2 * STEEPEST_RAD) ** 2 * np.maximum(fill(flat), 1.0)
         good &= ~(mean - float(np.median(mean)) > steep + 3 * noise)
@@ -264,14 +259,14 @@ def collect_data(prepared: Prepared, known: BrakeRollVehicle) -> BrakeRollData:
                 "the speed shows no slip of the wheels: it is taken from them (slip needs satellite speed)"
             )
     by_pressure = not share_known and _column(prepared, "brake_torque") is None
-    drive, drive_front = _drive(prepared)
+    drive = _drive(prepared)
     along, across = _level(prepared, true, notes)
     f_y = _column(prepared, "accel_y")
     return BrakeRollData(
         prepared.rate_hz, prepared.time_s, inside(prepared), true,
-        None if f_x is None else f_x - along, None if f_y is None else f_y - across, _gyro(prepared), yaw, front, rear, apart, front_torque, rear_torque, share_known, by_pressure,
-        drive, drive_front, _column(prepared, "steering_wheel_angle"), _column(prepared, "roll"),
-        _column(prepared, "pitch_rate", offset=True), _allowed(prepared, true, notes), tuple(missing), tuple(notes),
+        None if f_x is None else f_x - along, None if f_y is None else f_y - across, _gyro(prepared), yaw, front, rear,
+        apart, front_torque, rear_torque, share_known, by_pressure, drive, _column(prepared, "steering_wheel_angle"),
+        _column(prepared, "roll"), _allowed(prepared, true, notes), tuple(missing), tuple(notes),
     )  # fmt: skip
 
 

@@ -156,7 +156,9 @@ def lively_band(data: LateralData) -> float:
     """
     steered = data.f_y
     if data.yaw_rate is not None and data.speed is not None:
-        steered = data.yaw_rate * data.speed
+        turned = data.yaw_rate * data.speed
+        # a yaw rate that says nothing is no measure of what was steered
+        steered = turned if float(np.std(turned)) > 0.3 * float(np.std(data.f_y)) else data.f_y
     power = np.zeros(513)
     for start, stop in zip(*data.segments, strict=True):
         # a window, or the jump between the ends would look like quick motion
@@ -165,7 +167,7 @@ def lively_band(data: LateralData) -> float:
         power += np.add.reduceat(spectrum, np.linspace(0, len(spectrum) - 1, 513).astype(np.int64))
     share = np.cumsum(power) / max(float(power.sum()), 1e-12)
     frequency = np.linspace(0.0, data.rate_hz / 2, 513)
-    top = 2 * float(frequency[int(np.searchsorted(share, 0.999))])
+    top = 2 * float(frequency[min(int(np.searchsorted(share, 0.999)), len(frequency) - 1)])
     return min(max(top, GRAVITY_HZ), data.band_hz)
 
 

@@ -11,6 +11,7 @@ from pipelines.estimators.base import Settings
 from pipelines.estimators.brake_roll_data import BrakeRollData, wheel_scales
 from pipelines.estimators.brake_roll_lateral import LateralData, LateralFit, LateralKnown, fit_lateral
 from pipelines.estimators.brake_roll_mass import BRAKE_TORQUE_STD, MassFit, MassKnown, fit_mass
+from pipelines.estimators.brake_roll_rows import within
 from pipelines.estimators.brake_roll_slip import SlipData, SlipFit, SlipKnown, fit_slip
 from pipelines.estimators.brake_roll_vehicle import BrakeRollVehicle
 from pipelines.estimators.roll_map_vehicle import VehiclePart
@@ -65,11 +66,6 @@ def _gain(data: BrakeRollData) -> tuple[float, float]:
     return data.true.gain, max(data.true.gain_std, 0.003)
 
 
-def _within(mask: BoolArray, rows: int) -> BoolArray:
-    """The mask widened by so many rows to both sides."""
-    return np.asarray(np.convolve(mask, np.ones(2 * rows + 1), mode="same") > 0.5)
-
-
 def slip_part(
     prepared: Prepared,
     data: BrakeRollData,
@@ -99,12 +95,13 @@ def slip_part(
     slip = 1 - np.minimum(data.front / scale.front, data.rear / scale.rear) / np.maximum(v, 1.0)
     yaw = np.zeros(len(v)) if data.yaw_rate is None else data.yaw_rate
     rate = prepared.rate_hz
-    split = _within(data.apart - float(np.median(data.apart)) > 0.4, round(0.3 * rate))
-    control = _within((slip > 0.12) & (v > 3.0), round(0.5 * rate))
+    split = within(data.apart - float(np.median(data.apart)) > 0.4, round(0.3 * rate))
+    control = within((slip > 0.12) & (v > 3.0), round(0.5 * rate))
     onset = touched & ~_past(pressed, round(ONSET_S * rate))
     rows = data.rows & data.allowed & (np.abs(yaw) < 0.06) & ~split & ~control & ~onset
     share = known.brake_front
     tyre = vehicle.get("tire_vertical_rate_npm")
+    driven = vehicle.get("drive_front_share")
     spread = 0.03 if data.share_known else share.std / (share.value * (1 - share.value))
     slip_known = SlipKnown(
         known.mass.value, (known.front.value, known.front.std), known.wheelbase.value, known.radius.value,
@@ -114,6 +111,7 @@ def slip_part(
         load=(_settings(settings, "slip_load", 0.1), _settings(settings, "slip_load_std", 0.2)),
         squash=(_settings(settings, "squash", 0.25), _settings(settings, "squash_std", 0.12)),
         ratio_error=RATIO_ERROR,
+        drive_front=(0.5, 0.5) if driven is None else (driven.value, max(driven.std, 0.02)),
         tyre_rate=TYRE_RATE if tyre is None else tyre.value,
     )  # fmt: skip
     columns = SlipData(

@@ -17,6 +17,7 @@ import numpy as np
 
 from parsers.channels import IntArray
 from pipelines.estimators.brake_roll_least import LeastFit, Samples, Unknown, blocks_of, fit_least, jacobian
+from pipelines.estimators.brake_roll_rows import within
 from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.lowpass import lowpass
@@ -129,7 +130,7 @@ def _near_brakes(data: SlipData) -> BoolArray:
     """Rows within a second of the brakes."""
     on = (data.front_torque + data.rear_torque > 0.0) | data.braked
     reach = round(REST_S * data.rate_hz)
-    return np.asarray(np.convolve(on, np.ones(2 * reach + 1), mode="same") > 0.5)
+    return within(on, reach)
 
 
 def _rolling_force(data: SlipData) -> FloatArray:

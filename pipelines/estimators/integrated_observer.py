@@ -34,6 +34,9 @@ ANY_HEIGHT = Prior(0.65, 0.15, "no measured vehicle is like it: usual for road v
 KEPT = 0.5
 """Share of the start that may be left in the final height: beyond it the drive has told less than was assumed."""
 
+LOWEST, HIGHEST = 0.05, 4.0
+"""m, beyond which no road vehicle's CG lies."""
+
 NAMES = ("cg_height_m", "mass_kg")
 
 SETTINGS: tuple[Setting, ...] = (
@@ -112,6 +115,12 @@ class IntegratedObserver:
         if not _lively(observed, setup):
             words = "hardly any cornering (1 m/s²) and no stop that the gates let through"
             return nothing("; ".join((words, *missing)))
+        last = observed.height[np.isfinite(observed.height)]
+        if not len(last) or not LOWEST < last[-1] < HIGHEST:
+            ended = f"{last[-1]:.3g} m" if len(last) else "nothing"
+            return nothing(
+                f"the observer ran off (it ended at {ended}): its signals do not go together; check their units"
+            )
         spread = spread_of(setup, known, data, scale, start.std)
         return self._answer(prepared, vehicle, known, data, setup, observed, spread, start, missing, settings)
 

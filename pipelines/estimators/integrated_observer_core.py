@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from parsers.channels import IntArray
+from pipelines.estimators.brake_roll_rows import within
 from pipelines.filters.bilinear_rls import bilinear_rls
 from pipelines.filters.roll_adaptation import AdaptationGains, Adapted, adapt_roll
 from pipelines.models.braking import LongitudinalCar, axle_braking_force, front_load_share, lrls_terms
@@ -118,7 +119,7 @@ def locked_or_cycling(data: ObserverInput, slip: FloatArray, gates: Gates) -> Bo
         swing = np.maximum(swing, np.abs(acceleration - data.f_x))
     bad = (np.abs(slip) >= limit) | (swing > 8.0)
     reach = max(1, round(0.5 * data.rate_hz))
-    return np.asarray(np.convolve(bad, np.ones(2 * reach + 1), mode="same") > 0.5)
+    return within(bad, reach)
 
 
 def run_braking(

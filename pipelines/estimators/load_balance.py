@@ -6,6 +6,8 @@ the sensors' errors and the model's own errors as unknowns.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from parsers.drive import Drive
@@ -42,6 +44,16 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("least_spread", 0.15, "m/s²", "spread of longitudinal or lateral acceleration below which no height is given",
             0.0, 5.0),
 )  # fmt: skip
+
+CONTRADICTED = 2.0
+"""Factor on all intervals beyond which nothing is said: right signals gave 1.0 to 1.3, a dead deflection sensor or turned
+signs 2 and more."""
+
+CONTRADICTION = (
+    "the balances contradict each other or the vehicle file: check the signals' signs, units and mounting, and the vehicle "
+    "file's masses, springs and lengths"
+)
+UNSEEN = "it needs suspension deflections with spring_rate_front_npm and spring_rate_rear_npm, or suspension, tyre or axle forces"
 
 
 def _value(settings: Settings, name: str) -> float:
@@ -130,8 +142,18 @@ class LoadBalance:
             return self._nothing(known, vehicle, self._lacks(data, known))
         fit = solve(found, known)
         parameters = answers(fit, data, vehicle.reference)
-        rest = unanswered(known, tuple(n for n in self.parameters if n not in parameters),
-                          "spring rates are not known", vehicle.reference)  # fmt: skip
+        if len(found) == 1 and along is not None:
+            # torques tell the mass; what they seem to tell of the place is the load's prior alone
+            parameters = {n: p for n, p in parameters.items() if n in ("mass_kg", "sprung_mass_kg")}
+        if fit.inflation > CONTRADICTED:
+            reason = f"{CONTRADICTION} (misfit {fit.inflation:.1f} times what is usual)"
+            return replace(
+                self._nothing(known, vehicle, reason),
+                traces=traces(fit, data),
+                diagnostics=self._figures(fit, data),
+            )
+        left = tuple(n for n in self.parameters if n not in parameters)
+        rest = unanswered(known, left, UNSEEN, vehicle.reference)
         used = max(len(r.relation.rows) for r in fit.reduced) / max(len(data.time_s), 1)
         return Estimate(
             self.name, "ran", self._reason(fit, known), {**parameters, **rest},

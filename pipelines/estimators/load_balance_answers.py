@@ -18,7 +18,7 @@ GOOD_ALONE = {"cg_lateral_offset_m": (0.03, 0.1)}
 """Posterior over prior spread up to which a parameter is identified, and weak. m: the absolute spreads that stand in
 for it where a ratio says nothing (an offset that is known well anyway)."""
 
-LARGEST = {"mass_kg": 0.06, "sprung_mass_kg": 0.06, "cg_height_m": 0.06, "sprung_cg_height_m": 0.07,
+LARGEST = {"mass_kg": 0.035, "sprung_mass_kg": 0.035, "cg_height_m": 0.06, "sprung_cg_height_m": 0.07,
            "cg_to_front_axle_m": 0.05, "roll_stiffness_nmprad": 0.08, "roll_arm_m": 0.08}  # fmt: skip
 """Relative spread beyond which nothing is called identified, however little was known before."""
 

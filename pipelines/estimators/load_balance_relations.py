@@ -5,7 +5,8 @@ Sprung body, in body axes (specific force f, so that grade and bank drop out), S
     vertical  sum S = m_s f_z - jacking
     pitch     a S_f - b S_r = -m (h - h_links) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
     roll      sum y S = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w v r / R + I_xx p' + y_s m_s f_z
-    along     s_d T_d - s_b T_b = R (m (f_x + g pitch) + D + f_r m g) + 4 I_w v'/R
+
+The longitudinal balance is in `load_balance_along`.
 
 Tyre forces or axle loads in S's place see the whole vehicle: no links, no roll centre. m, h: whole vehicle.
 

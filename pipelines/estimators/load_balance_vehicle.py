@@ -138,7 +138,11 @@ def _empty(book: _Book) -> float:
     for axle in AXLES:
         book.quantity(f"unsprung_{axle}", f"unsprung_mass_{axle}_kg", 0.047 * kilos, 0.012 * kilos)
     book.quantity("empty_x", "cg_to_front_axle_m", 0.46 * length, 0.06 * length)
-    book.put("empty_y", 0.0, 0.01, "lateral place of the empty vehicle's CG, m", "cars are built nearly even")
+    # a body or chassis that is twisted a little stands harder on one diagonal
+    book.put("cross", 0.0, 0.005 * kilos)
+    book.put(
+        "empty_y", 0.0, 0.012, "lateral place of the empty vehicle's CG, m", "cars are built nearly even"
+    )
     stated = vehicle.get("cg_height_m")
     prior = measured_cg_height(vehicle.body, None if mass is None else mass.value)
     if stated is not None:
@@ -358,7 +362,8 @@ def before_the_log(vehicle: Vehicle) -> Known:
 def corner_loads(p: Values, sag: float | None) -> FloatArray:
     """(4,) mass over each wheel in kg, level and at rest; fl, fr, rl, rr.
 
-    The lateral moment is shared by the axles as the masses are; a twisted body or chassis (cross weight) is not known.
+    The lateral moment is shared by the axles as the masses are; what one diagonal carries more is an unknown that no
+    balance sees.
     """
     body = body_of(p, sag)
     rear = body.mass * body.whole_x / p["wheelbase"]
@@ -367,4 +372,5 @@ def corner_loads(p: Values, sag: float | None) -> FloatArray:
     moved = [
         load * body.whole_y / track for load, track in ((front, p["track_front"]), (rear, p["track_rear"]))
     ]
-    return np.array([half[0] + moved[0], half[0] - moved[0], half[1] + moved[1], half[1] - moved[1]])
+    level = np.array([half[0] + moved[0], half[0] - moved[0], half[1] + moved[1], half[1] - moved[1]])
+    return level + p["cross"] * np.array([1.0, -1.0, -1.0, 1.0])

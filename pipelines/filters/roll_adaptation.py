@@ -80,7 +80,7 @@ def _run(
     blend = 1.0 - np.exp(-synthesis * step)
     for segment in range(len(starts)):
         first = starts[segment]
-        angle = (signals[first, 0] - signals[first, 2]) / 9.80665
+        angle = (signals[first, 0] - signals[first, 2]) / GRAVITY
         roll = angle
         rate = signals[first, 1]
         quiet = 0
@@ -89,7 +89,7 @@ def _run(
             f, p, turning, m = signals[k, 0], signals[k, 1], signals[k, 2], signals[k, 3]
             quiet = quiet + 1 if abs(p) <= steady else 0
             if quiet >= steady_rows:
-                angle = (f - turning) / 9.80665
+                angle = (f - turning) / GRAVITY
             error = (p - rate) + gamma * (angle - roll)
             slope = adaptation * m * f / inertia * error
             if not active[k]:
@@ -182,8 +182,3 @@ def adapt_roll(
     signals = np.ascontiguousarray(np.stack(columns, axis=1))
     _run(signals, braking, active, starts, stops, _observer(gains, 1 / rate_hz), numbers, out)
     return Adapted(out[:, 0], out[:, 1], out[:, 2], out[:, 3], out[:, 4], out[:, 5])
-
-
-def steady_roll(accel_y: FloatArray, turning: FloatArray) -> FloatArray:
-    """φ_ss of (37) in rad: what the sensed lateral acceleration has more than yaw rate times speed is gravity's."""
-    return np.asarray((accel_y - turning) / GRAVITY)

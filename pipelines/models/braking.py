@@ -72,9 +72,3 @@ def lrls_terms(
     a = GRAVITY * car.rear_m - moment
     b = -(car.mass_kg * f_x + drag(speed, car.drag_area_m2))
     return np.asarray(y), np.stack([a, b, -f_x], axis=1)
-
-
-def static_height(share: FloatArray, f_x: FloatArray, speed: FloatArray, car: LongitudinalCar) -> FloatArray:
-    """CG height from one instant's front load share by (10a), with the nominal mass in the drag term."""
-    whole = f_x + drag(speed, car.drag_area_m2) / car.mass_kg
-    return np.asarray(GRAVITY * (car.rear_m - share * car.wheelbase_m) / whole)

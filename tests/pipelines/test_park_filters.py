@@ -9,7 +9,7 @@ import pytest
 
 from pipelines.filters.bilinear_rls import bilinear_rls
 from pipelines.filters.linear_response import linear_response
-from pipelines.filters.roll_adaptation import AdaptationGains, adapt_roll, gamma_of, steady_roll
+from pipelines.filters.roll_adaptation import AdaptationGains, adapt_roll, gamma_of
 from pipelines.models.roll import GRAVITY, RollCoefficients, discretise
 
 DEGREES = 180 / np.pi
@@ -197,10 +197,6 @@ def test_rows_that_are_not_active_leave_the_arm_alone():
             f, rate, turning, np.full(rows, MASS), np.zeros(rows), nobody, nobody,
             (np.array([0]), np.array([rows + 1])), GAINS, rate_hz=100.0, height_m=0.5,
         )  # fmt: skip
-
-
-def test_steady_roll_is_what_gravity_adds():
-    np.testing.assert_allclose(steady_roll(np.array([3.0 + GRAVITY * 0.05]), np.array([3.0])), [0.05])
 
 
 def test_the_linear_response_equals_the_exact_ramp():

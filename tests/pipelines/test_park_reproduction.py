@@ -14,7 +14,7 @@ from pipelines.reproduce.park_plant import ParkCar, drive_park
 
 @pytest.fixture(scope="module")
 def found():
-    return Park().reproduce(4, np.random.default_rng(0), lambda words, share: None)
+    return Park().reproduce(3, np.random.default_rng(0), lambda words, share: None)
 
 
 def test_table_two_follows_the_moved_cg(found):
@@ -54,7 +54,7 @@ def test_claims_have_a_remark_where_they_differ(found):
 
 
 def test_the_same_seed_gives_the_same_figures(found):
-    again = Park().reproduce(4, np.random.default_rng(0), lambda words, share: None)
+    again = Park().reproduce(3, np.random.default_rng(0), lambda words, share: None)
     assert [r.rmse for r in again.study] == [r.rmse for r in found.study]
     assert again.claims == found.claims
 
