@@ -36,9 +36,9 @@ WHEEL_DELAY_STD_S = 0.02
 RATIO_ERROR = 0.15
 """Of the quotient of the axles' slips: wear, pressure, toe, and what bends the slip curve otherwise."""
 
-ARM_SHARE = (0.4, 0.3)
-"""Share of a tyre's deflection by which a torque's arm is shorter than the rolling radius, and its spread: 2/3 where the
-belt keeps its length, 0 where one radius serves for both."""
+ARM_SHARE = (0.0, 0.3)
+"""Share of a tyre's deflection by which a torque's arm is shorter than the rolling radius, and its spread. It cannot be by
+much: a shorter arm would give more power than was put in. What a rolling radius in a vehicle file is good for is in it."""
 
 USUAL_GAIN = (1.06, 0.03)
 """What the accelerometer reads per m/s² of braking where it could not be told: the nose dives 5-7 %."""
@@ -195,7 +195,6 @@ def mass_part(
     relative = BRAKE_TORQUE_STD
     if data.by_pressure and known.gain is not None:
         relative = known.gain.std / known.gain.value
-    # a torque's arm is the loaded radius, which is below the rolling one by up to two thirds of the tyre's deflection
     tyre = vehicle.get("tire_vertical_rate_npm")
     squash = known.mass.value * GRAVITY / (4 * (TYRE_RATE if tyre is None else tyre.value))
     arm = known.radius.value - ARM_SHARE[0] * squash

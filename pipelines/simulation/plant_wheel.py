@@ -153,11 +153,15 @@ def tire_in_plane(
     sin_wheel = tan_wheel * cos_wheel
     forward, across = cos_wheel * hub_x + sin_wheel * contact_y, cos_wheel * contact_y - sin_wheel * hub_x
     # the wheel rolls on more than the height of its axle: a tyre's belt does not shorten as it is squashed
-    slipping = forward - y[at.SPIN + i] * (free - squash / 3.0)
+    rolling_radius = free - squash / 3.0
+    slipping = forward - y[at.SPIN + i] * rolling_radius
     lean = y[at.ROLL] + wheels[i, at.CAMBER_RATE] * d
     fx, fy = _contact(i, y, body, wheels, (slipping, across, forward), ground[2], load, lean, dy)
     scale = math.copysign(max(abs(forward), 2.0), forward)
-    brake, rolling = _spin(i, y, body, wheels, (slipping, scale), free - squash, load, fx, dy, aux)
+    brake, rolling = _spin(i, y, body, wheels, (slipping, scale), rolling_radius, load, fx, dy, aux)
+    # a driven tyre's patch runs ahead of the axle, a braked one's lags, by so much that no power comes from nowhere: torque
+    # becomes force on the radius on which the wheel rolls, and what the load's lever does acts on the vehicle as well
+    moment = -rolling - fx * (rolling_radius - (free - squash))
     spinning = wheels[i, at.WHEEL_INERTIA]
     # the moment that turns the wheel's own spin is taken from the body
     work[8, 1], work[8, 2] = spinning * y[at.SPIN + i] * r, -spinning * y[at.SPIN + i] * p
@@ -166,7 +170,7 @@ def tire_in_plane(
     aux[at.W_NORMAL + i], aux[at.W_LONG + i], aux[at.W_LAT + i] = load, fx, fy
     aux[at.W_ROAD + i] = ground[0]
     along_x, along_y = cos_wheel * fx - sin_wheel * fy, sin_wheel * fx + cos_wheel * fy
-    return along_x, along_y, load, squash, brake, -rolling, -spinning * dy[at.SPIN + i]
+    return along_x, along_y, load, squash, brake, moment, -spinning * dy[at.SPIN + i]
 
 
 @lean_kernel

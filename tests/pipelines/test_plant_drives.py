@@ -73,6 +73,9 @@ def test_braking_load_transfer_closes() -> None:
     moment = -float(long.sum()) * known["cg_height_m"]
     moment += drag * (known["sprung_cg_height_m"] - known["cg_height_m"])
     moment -= 4 * 1.5 / 0.352 * slowing
+    # braked tyres' patches lag behind the axles, and the loads with them
+    squash = normal / 250_000
+    moment -= float(np.sum(long * squash * 2 / 3))
     # the body pitches and heaves about the links: its CG goes forward and down
     arm, pitch = known["pitch_arm_m"], c["pitch_against_road_rad"]
     moment += known["sprung_mass_kg"] * (GRAVITY * arm * pitch + c["heave_m"] * -slowing)
@@ -297,3 +300,22 @@ def test_much_faster_than_real_time() -> None:
         simulate(SUV, drive, road)
         seconds.append(time.process_time() - start)
     assert 60.0 / min(seconds) > 200
+
+
+def test_no_power_comes_from_nowhere() -> None:
+    """What the driven wheels give the vehicle is what the torque puts in, less what slip eats and the wheels' spin holds."""
+    vehicle = replace(SUV, rolling_resistance=0.0)
+    t = clock(6.0)
+    drive = demand(6.0, speed=np.where(t < 1, 10.0, np.nan), torque=np.where(t < 1, 0.0, 1800.0))
+    run = simulate(vehicle, drive, FREE)
+    c = run.columns
+    steady = slice(200, 550)
+    put_in, taken, held = np.zeros(350), np.zeros(350), np.zeros(350)
+    for wheel in WHEELS:
+        spin = c[f"wheel_spin_{wheel}_radps"]
+        put_in += (c[f"drive_torque_{wheel}_nm"] * spin)[steady]
+        taken += (c[f"tire_longitudinal_force_{wheel}_n"] * c["velocity_x_mps"])[steady]
+        held += np.gradient(0.5 * 1.5 * spin**2, 1 / run.rate_hz)[steady]
+    lost = (put_in - held - taken) / put_in
+    assert np.all(lost > 0)
+    assert np.all(lost < 0.03)
