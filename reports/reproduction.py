@@ -71,7 +71,7 @@ def study_cells(row: StudyRow) -> tuple[str, ...]:
     )
 
 
-STUDY_HEADS = ("Method", "Parameter", "Truth", "Bias", "RMSE", "Bound", "RMSE / bound", "Coverage of 95 %")
+STUDY_HEADS = ("Method", "Parameter", "Truth", "Bias", "RMSE", "Bound", "RMSE/bound", "Coverage of 95 %")
 
 
 def met(row: StudyRow) -> bool | None:

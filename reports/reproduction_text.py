@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json
+import textwrap
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 
 from pipelines.reproduce.base import Reproduction
 from reports.files import make_folder, write_whole
-from reports.layout import printable, table, wrapped
+from reports.layout import printable, wrapped
 from reports.reproduction import (
     STUDY_HEADS,
     build_reproduction,
@@ -26,16 +27,50 @@ from reports.text import NARROW, NO_BREAK
 ENDINGS = {"html": "html", "pdf": "pdf", "json": "json"}
 
 
+WIDEST_CELL = 30
+"""Columns of a cell beyond which its words are broken over lines."""
+
+
 def _spaced(text: str) -> str:
     return text.replace(NARROW, " ").replace(NO_BREAK, " ")
 
 
+def _fitted(rows: Sequence[Sequence[str]], width: int) -> list[int]:
+    """Columns' widths: a figure stays on one line, headings and words are broken, the first column gives way first."""
+    words = [[max((len(word) for word in cell.split()), default=1) for cell in row] for row in rows]
+    least = [max(column) for column in zip(*words, strict=True)]
+    body = [max(len(cell) for cell in column) for column in zip(*rows[1:], strict=True)]
+    wide = [min(max(low, content), WIDEST_CELL) for low, content in zip(least, body, strict=True)]
+    over = sum(wide) + 2 * len(wide) - width
+    for i in sorted(range(len(wide)), key=lambda i: wide[i] - least[i], reverse=True):
+        less = max(0, min(over, wide[i] - least[i]))
+        wide[i] -= less
+        over -= less
+    return wide
+
+
 def _grid(rows: Sequence[Sequence[str]], width: int) -> list[str]:
-    """Rows as text, all but the first column flush right."""
-    cells = [[_spaced(cell) for cell in row] for row in rows]
-    # the last column of a text table wraps as a sentence would: an empty one keeps the figures in line
-    closed = [[*row, ""] for row in cells]
-    return [line.rstrip() for line in table(closed, width, right=range(1, len(rows[0])), names=(0,))]
+    """Rows as text, the first one the head; all but the first column flush right, cells broken where they must be."""
+    cells = [[printable(_spaced(cell)) for cell in row] for row in rows]
+    widths = _fitted(cells, width)
+    out = []
+    for number, row in enumerate(cells):
+        pieces = [
+            textwrap.wrap(cell, w, break_long_words=False, break_on_hyphens=False) or [""]
+            for cell, w in zip(row, widths, strict=True)
+        ]
+        height = max(map(len, pieces))
+        for i, piece in enumerate(pieces):
+            gap = [""] * (height - len(piece))
+            # a heading stands on its figures, a cell hangs from its line
+            pieces[i] = gap + piece if number == 0 else piece + gap
+        for line in zip(*pieces, strict=True):
+            fitted = [
+                part.ljust(w) if i == 0 else part.rjust(w)
+                for i, (part, w) in enumerate(zip(line, widths, strict=True))
+            ]
+            out.append(("  " + "  ".join(fitted)).rstrip())
+    return out
 
 
 def reproduction_text(reproduction: Reproduction, width: int) -> str:
