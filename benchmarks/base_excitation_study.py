@@ -18,10 +18,10 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
 
 from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
-from pipelines.estimators.base_excitation import BaseExcitation  # noqa: E402
-from pipelines.estimators.base_excitation_batch import BaseExcitationBatch  # noqa: E402
+from pipelines.estimators.base_excitation.companion import BaseExcitationBatch  # noqa: E402
+from pipelines.estimators.base_excitation.estimator import BaseExcitation  # noqa: E402
 from pipelines.simulation.loads import Load  # noqa: E402
-from pipelines.simulation.log_drive import Choice, SimulatedLog, preset, simulate_log  # noqa: E402
+from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log  # noqa: E402
 from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
 
 CARS = ("suv", "sedan", "van")

@@ -12,8 +12,8 @@ import time
 
 import numpy as np
 
-from pipelines.simulation.plant import simulate
-from pipelines.simulation.plant_vehicle import PRESETS
+from pipelines.simulation.plant.run import simulate
+from pipelines.simulation.plant.vehicle import PRESETS
 from pipelines.simulation.records import Demand, PlantRun, Road
 
 DURATION_S = 120.0

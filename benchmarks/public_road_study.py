@@ -24,20 +24,20 @@ sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
 
 from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
 from pipelines.estimators.base import Estimator  # noqa: E402
-from pipelines.estimators.load_balance import LoadBalance  # noqa: E402
+from pipelines.estimators.load_balance.estimator import LoadBalance  # noqa: E402
 from pipelines.estimators.registry import estimators  # noqa: E402
 from pipelines.needs import readiness  # noqa: E402
 from pipelines.results import Estimate, ParameterEstimate  # noqa: E402
 from pipelines.simulation.loads import Load, loaded, truth  # noqa: E402
-from pipelines.simulation.log_loads import PLACES  # noqa: E402
-from pipelines.simulation.log_vehicle import data_sheet, rolling_radii_m  # noqa: E402
+from pipelines.simulation.logs.loads import PLACES  # noqa: E402
+from pipelines.simulation.logs.vehicle import data_sheet, rolling_radii_m  # noqa: E402
 from pipelines.simulation.manoeuvres.base import Options, figures_of  # noqa: E402
 from pipelines.simulation.manoeuvres.registry import make_scenario  # noqa: E402
-from pipelines.simulation.plant import simulate  # noqa: E402
-from pipelines.simulation.plant_vehicle import PRESETS, PlantVehicle  # noqa: E402
-from pipelines.simulation.sensor_sets import DEFAULT_MOUNT, sensor_set  # noqa: E402
-from pipelines.simulation.sensor_truth import Fit  # noqa: E402
-from pipelines.simulation.sensors import SensorLog, apply  # noqa: E402
+from pipelines.simulation.plant.run import simulate  # noqa: E402
+from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle  # noqa: E402
+from pipelines.simulation.sensors.sets import DEFAULT_MOUNT, sensor_set  # noqa: E402
+from pipelines.simulation.sensors.truth import Fit  # noqa: E402
+from pipelines.simulation.sensors.units import SensorLog, apply  # noqa: E402
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle  # noqa: E402
 from pipelines.verdict.combine import combine  # noqa: E402
 

@@ -29,7 +29,7 @@ from roll_map_drives import MANOEUVRES, drive_car, random_car  # noqa: E402
 from roll_map_plant import Car, truths  # noqa: E402
 
 from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
-from pipelines.estimators.roll_map import RollMap  # noqa: E402
+from pipelines.estimators.roll_map.estimator import RollMap  # noqa: E402
 from pipelines.results import FloatArray  # noqa: E402
 from pipelines.vehicles.vehicle import Quantity, Vehicle  # noqa: E402
 

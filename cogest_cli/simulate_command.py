@@ -11,8 +11,8 @@ import typer
 from parsers.errors import SettingsError
 
 if TYPE_CHECKING:
-    from pipelines.simulation.log_drive import Choice, SimulatedLog
-    from pipelines.simulation.plant_vehicle import PlantVehicle
+    from pipelines.simulation.logs.drive import Choice, SimulatedLog
+    from pipelines.simulation.plant.vehicle import PlantVehicle
 
 HIGHEST_HZ, LOWEST_HZ = 1000.0, 1.0
 Side = Literal["left", "right", "both"]
@@ -81,9 +81,9 @@ def simulate(
     _check_ranges(
         rate, {"--sensor-errors": sensor_errors, "--vehicle-errors": vehicle_errors}, dropouts, outliers
     )
-    from pipelines.simulation.log_drive import Choice
-    from pipelines.simulation.log_loads import parse_load
-    from pipelines.simulation.log_write import check_file
+    from pipelines.simulation.logs.drive import Choice
+    from pipelines.simulation.logs.loads import parse_load
+    from pipelines.simulation.logs.write import check_file
     from pipelines.simulation.manoeuvres.base import Options
 
     check_file(out)
@@ -133,11 +133,11 @@ def _vehicle(text: str) -> PlantVehicle:
     """A preset, or what a vehicle file describes."""
     path = Path(text)
     if path.suffix.lower() == ".toml":
-        from pipelines.simulation.log_vehicle import plant_vehicle
+        from pipelines.simulation.logs.vehicle import plant_vehicle
         from pipelines.vehicles.vehicle import read_vehicle
 
         return plant_vehicle(read_vehicle(path))
-    from pipelines.simulation.log_drive import preset
+    from pipelines.simulation.logs.drive import preset
 
     return preset(text)
 
@@ -145,8 +145,8 @@ def _vehicle(text: str) -> PlantVehicle:
 def _write(choice: Choice, out: Path) -> None:
     from cogest_cli.output import show_line
     from cogest_cli.version import version
-    from pipelines.simulation.log_drive import simulate_log, truth_record
-    from pipelines.simulation.log_write import write_log, write_truth, write_vehicle
+    from pipelines.simulation.logs.drive import simulate_log, truth_record
+    from pipelines.simulation.logs.write import write_log, write_truth, write_vehicle
 
     simulated = simulate_log(choice)
     files = write_log(simulated.log, out)
@@ -163,7 +163,7 @@ def _write(choice: Choice, out: Path) -> None:
 
 
 def _summary(simulated: SimulatedLog) -> str:
-    from pipelines.simulation.log_drive import extremes
+    from pipelines.simulation.logs.drive import extremes
 
     peaks, known = extremes(simulated.run), simulated.run.truth
     return (
@@ -175,10 +175,10 @@ def _summary(simulated: SimulatedLog) -> str:
 def show_names() -> None:
     """Print what can be simulated, one line each."""
     from cogest_cli.output import show_line
-    from pipelines.simulation.log_loads import PLACES
+    from pipelines.simulation.logs.loads import PLACES
     from pipelines.simulation.manoeuvres.registry import MANOEUVRES, title_of
-    from pipelines.simulation.plant_vehicle import PRESETS
-    from pipelines.simulation.sensor_sets import SENSOR_SETS
+    from pipelines.simulation.plant.vehicle import PRESETS
+    from pipelines.simulation.sensors.sets import SENSOR_SETS
 
     lists = {
         "manoeuvres": {name: title_of(name) for name in MANOEUVRES},

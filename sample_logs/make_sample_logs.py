@@ -15,10 +15,10 @@ sys.path.insert(0, str(HERE.parent))
 
 from rosbags.rosbag2 import StoragePlugin  # noqa: E402
 
-from pipelines.simulation.log_drive import Choice, default_mount, preset, simulate_log, truth_record  # noqa: E402
-from pipelines.simulation.log_loads import parse_load  # noqa: E402
-from pipelines.simulation.log_write import write_truth  # noqa: E402
-from pipelines.simulation.plant_vehicle import PlantVehicle  # noqa: E402
+from pipelines.simulation.logs.drive import Choice, default_mount, preset, simulate_log, truth_record  # noqa: E402
+from pipelines.simulation.logs.loads import parse_load  # noqa: E402
+from pipelines.simulation.logs.write import write_truth  # noqa: E402
+from pipelines.simulation.plant.vehicle import PlantVehicle  # noqa: E402
 from sample_logs.writers import can, fleet, ros, text  # noqa: E402
 from sample_logs.writers.common import SampleDrive, on_one_clock, one_clock_sensors  # noqa: E402
 

@@ -12,8 +12,8 @@ import pytest
 
 from parsers.load import load_drive
 from pipelines.discover import databases_beside, nearest
-from pipelines.simulation.log_loads import parse_load
-from pipelines.simulation.plant_vehicle import PRESETS
+from pipelines.simulation.logs.loads import parse_load
+from pipelines.simulation.plant.vehicle import PRESETS
 from pipelines.vehicles.vehicle import read_vehicle
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))

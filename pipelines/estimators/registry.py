@@ -9,14 +9,14 @@ from typing import cast
 from pipelines.estimators.base import Estimator
 
 ESTIMATORS: tuple[str, ...] = (
-    "pipelines.estimators.roll_map:RollMap",
-    "pipelines.estimators.base_excitation_batch:BaseExcitationBatch",
-    "pipelines.estimators.base_excitation:BaseExcitation",
-    "pipelines.estimators.axle_load_gls:AxleLoadGls",
-    "pipelines.estimators.hekf_ekf:HekfEkf",
-    "pipelines.estimators.brake_roll_batch:BrakeRollBatch",
-    "pipelines.estimators.integrated_observer:IntegratedObserver",
-    "pipelines.estimators.load_balance:LoadBalance",
+    "pipelines.estimators.roll_map.estimator:RollMap",
+    "pipelines.estimators.base_excitation.companion:BaseExcitationBatch",
+    "pipelines.estimators.base_excitation.estimator:BaseExcitation",
+    "pipelines.estimators.axle_load_gls.estimator:AxleLoadGls",
+    "pipelines.estimators.hekf_ekf.estimator:HekfEkf",
+    "pipelines.estimators.brake_roll.estimator:BrakeRollBatch",
+    "pipelines.estimators.integrated_observer.estimator:IntegratedObserver",
+    "pipelines.estimators.load_balance.estimator:LoadBalance",
 )
 
 

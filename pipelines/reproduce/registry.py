@@ -11,9 +11,9 @@ from parsers.errors import SettingsError
 from pipelines.reproduce.base import Paper
 
 PAPERS: dict[str, str] = {
-    "pence": "pipelines.reproduce.pence:Pence",
-    "park": "pipelines.reproduce.park:Park",
-    "wu": "pipelines.reproduce.wu:Wu",
+    "pence": "pipelines.reproduce.pence.paper:Pence",
+    "park": "pipelines.reproduce.park.paper:Park",
+    "wu": "pipelines.reproduce.wu.paper:Wu",
 }
 """Name on the command line -> "module:Class"."""
 

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from parsers.signals import WHEELS
-from pipelines.simulation import plant_layout as at
-from pipelines.simulation.plant_body import PlantVehicle
-from pipelines.simulation.plant_linear import roll_frequency_hz, roll_gradient_degpg
-from pipelines.simulation.plant_static import Posture, posture, spring_rates
+from pipelines.simulation.plant import layout as at
+from pipelines.simulation.plant.body import PlantVehicle
+from pipelines.simulation.plant.linear import roll_frequency_hz, roll_gradient_degpg
+from pipelines.simulation.plant.static import Posture, posture, spring_rates
 from pipelines.simulation.records import GRAVITY
 
 
@@ -104,7 +104,7 @@ def truth(vehicle: PlantVehicle, loads: Sequence[Load], rest: Posture | None = N
 
     roll_center_height_m: height above ground of the roll axis under the sprung CG. pitch_arm_m: above the axis that the
     side-view paths make for braking. roll_gradient and roll_natural_frequency: tyres included, of the linearised plant
-    (`plant_linear`); beside m_s g arm they hold what else rolls the body, a few per cent: the hubs as far as they lean
+    (`plant.linear`); beside m_s g arm they hold what else rolls the body, a few per cent: the hubs as far as they lean
     with it, and the rolling wheels' gyroscopic moment. rest: the loaded vehicle's, where it is known already. Raises
     ValueError where the vehicle does not stand under its load.
     """

@@ -9,9 +9,9 @@ import numpy as np
 
 from parsers.signals import SIGNALS
 from pipelines.results import FloatArray
-from pipelines.simulation import sensor_parts as parts
-from pipelines.simulation.sensor_truth import Mount
-from pipelines.simulation.sensors import SensorLog, SensorSet
+from pipelines.simulation.sensors import parts as parts
+from pipelines.simulation.sensors.truth import Mount
+from pipelines.simulation.sensors.units import SensorLog, SensorSet
 
 START_NS = 1_760_000_000_000_000_000
 """2025-10-09T08:53:20Z."""

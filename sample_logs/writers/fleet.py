@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
-from pipelines.simulation.log_drive import Choice, default_mount, preset, simulate_log, truth_record
-from pipelines.simulation.log_loads import parse_load
-from pipelines.simulation.log_vehicle import data_sheet
-from pipelines.simulation.log_write import write_truth
+from pipelines.simulation.logs.drive import Choice, default_mount, preset, simulate_log, truth_record
+from pipelines.simulation.logs.loads import parse_load
+from pipelines.simulation.logs.vehicle import data_sheet
+from pipelines.simulation.logs.write import write_truth
 from pipelines.simulation.manoeuvres.base import Options
-from pipelines.simulation.plant_vehicle import PlantVehicle
+from pipelines.simulation.plant.vehicle import PlantVehicle
 from sample_logs.writers import can, ros, text
 from sample_logs.writers.common import SampleDrive, on_one_clock, one_clock_sensors
 

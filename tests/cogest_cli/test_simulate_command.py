@@ -12,8 +12,8 @@ import pytest
 
 from parsers.load import load_drive
 from parsers.signals import SIGNALS
-from pipelines.simulation.log_drive import Choice, SimulatedLog, preset, simulate_log
-from pipelines.simulation.log_vehicle import RELATIVE, sheet_values
+from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log
+from pipelines.simulation.logs.vehicle import RELATIVE, sheet_values
 from pipelines.simulation.manoeuvres.base import Options
 from pipelines.vehicles.vehicle import read_vehicle
 

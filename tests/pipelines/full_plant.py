@@ -8,10 +8,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.results import FloatArray
-from pipelines.simulation import plant_layout as at
-from pipelines.simulation.plant import Setup, prepare, run_from, standing
-from pipelines.simulation.plant_columns import columns, energy, turns
-from pipelines.simulation.plant_vehicle import PlantVehicle
+from pipelines.simulation.plant import layout as at
+from pipelines.simulation.plant.columns import columns, energy, turns
+from pipelines.simulation.plant.run import Setup, prepare, run_from, standing
+from pipelines.simulation.plant.vehicle import PlantVehicle
 from pipelines.simulation.records import GRAVITY, Demand, straight_road
 
 STEP_S = 0.01

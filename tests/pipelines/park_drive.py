@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.drive import Drive, ImportRecord, Signal
-from pipelines.reproduce.park_plant import ParkCar, ParkDemand, ParkRun, drive_park
+from pipelines.reproduce.park.plant import ParkCar, ParkDemand, ParkRun, drive_park
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 Array = NDArray[np.float64]

@@ -13,8 +13,8 @@ from pipelines.analyze import Request, analyze
 from pipelines.estimators.registry import estimators
 from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
-from pipelines.simulation.log_drive import Choice, preset, simulate_log
-from pipelines.simulation.log_write import write_log, write_vehicle
+from pipelines.simulation.logs.drive import Choice, preset, simulate_log
+from pipelines.simulation.logs.write import write_log, write_vehicle
 from pipelines.simulation.manoeuvres.base import Options
 
 MODULE = """

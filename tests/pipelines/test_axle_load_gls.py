@@ -6,8 +6,8 @@ import numpy as np
 import plant_axle_load as plant
 import pytest
 
-from pipelines.estimators.axle_load_gls import AxleLoadGls
-from pipelines.estimators.axle_load_gls_fit import Colour, fit
+from pipelines.estimators.axle_load_gls.estimator import AxleLoadGls
+from pipelines.estimators.axle_load_gls.fit import Colour, fit
 from pipelines.filters.whiten import deletion_residuals, whiten
 from pipelines.models.axle_load import Noise, axle_loads, bound
 from pipelines.needs import readiness

@@ -8,19 +8,19 @@ import numpy as np
 import pytest
 
 from parsers.drive import Drive, ImportRecord, Signal
-from pipelines.estimators.axle_load_gls import AxleLoadGls
+from pipelines.estimators.axle_load_gls.estimator import AxleLoadGls
 from pipelines.estimators.base import Estimator
-from pipelines.estimators.hekf_ekf import HekfEkf
+from pipelines.estimators.hekf_ekf.estimator import HekfEkf
 from pipelines.results import ParameterEstimate
-from pipelines.simulation.log_vehicle import data_sheet, rolling_radii_m
+from pipelines.simulation.logs.vehicle import data_sheet, rolling_radii_m
 from pipelines.simulation.manoeuvres.base import Options, figures_of
 from pipelines.simulation.manoeuvres.registry import make_scenario
-from pipelines.simulation.plant import simulate
-from pipelines.simulation.plant_vehicle import PRESETS
+from pipelines.simulation.plant.run import simulate
+from pipelines.simulation.plant.vehicle import PRESETS
 from pipelines.simulation.records import PlantRun
-from pipelines.simulation.sensor_sets import sensor_set
-from pipelines.simulation.sensor_truth import Fit, Mount
-from pipelines.simulation.sensors import apply
+from pipelines.simulation.sensors.sets import sensor_set
+from pipelines.simulation.sensors.truth import Fit, Mount
+from pipelines.simulation.sensors.units import apply
 from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
 
 TRUCK = PRESETS["truck"]

@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 from parsers.drive import Drive, Signal
-from pipelines.estimators.base_excitation import BaseExcitation
-from pipelines.estimators.base_excitation_batch import BaseExcitationBatch
-from pipelines.estimators.base_excitation_rls import other_directions
+from pipelines.estimators.base_excitation.companion import BaseExcitationBatch
+from pipelines.estimators.base_excitation.estimator import BaseExcitation
+from pipelines.estimators.base_excitation.rls import other_directions
 from pipelines.needs import readiness
 from pipelines.results import Estimate
 from pipelines.simulation.quarter_car import QuarterCar, drive_quarter_car, off_road_terrain, scaled_terrain

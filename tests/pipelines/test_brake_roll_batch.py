@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from park_drive import Errors, joined, park_drive, park_vehicle
 
-from pipelines.estimators.brake_roll_batch import BrakeRollBatch
-from pipelines.estimators.brake_roll_least import Samples, Unknown, fit_least
-from pipelines.estimators.brake_roll_mass import MassKnown, fit_mass
+from pipelines.estimators.brake_roll.estimator import BrakeRollBatch
+from pipelines.estimators.brake_roll.least import Samples, Unknown, fit_least
+from pipelines.estimators.brake_roll.mass import MassKnown, fit_mass
 from pipelines.models.braking import drag
-from pipelines.reproduce.park_drives import braking, slalom
-from pipelines.reproduce.park_methods import (
+from pipelines.reproduce.park.drives import braking, slalom
+from pipelines.reproduce.park.methods import (
     SILENT,
     Told,
     braking_bound,
@@ -22,9 +22,9 @@ from pipelines.reproduce.park_methods import (
     companion_roll,
     roll_bound,
 )
-from pipelines.reproduce.park_plant import ParkCar, drive_park
-from pipelines.reproduce.park_sensors import ParkSensors, sense
-from pipelines.reproduce.park_study import STUDY_SENSORS
+from pipelines.reproduce.park.plant import ParkCar, drive_park
+from pipelines.reproduce.park.sensors import ParkSensors, sense
+from pipelines.reproduce.park.study import STUDY_SENSORS
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 CAR = ParkCar()

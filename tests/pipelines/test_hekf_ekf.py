@@ -6,8 +6,8 @@ import numpy as np
 import plant_axle_load as plant
 import pytest
 
-from pipelines.estimators.hekf_ekf import HekfEkf
-from pipelines.estimators.hekf_ekf_answers import correlation_time
+from pipelines.estimators.hekf_ekf.answers import correlation_time
+from pipelines.estimators.hekf_ekf.estimator import HekfEkf
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Vehicle
 

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from park_drive import Errors, joined, park_drive, park_vehicle
 
-from pipelines.estimators.brake_roll_data import collect_data, prepare_drive, wheel_scales
-from pipelines.estimators.brake_roll_speed import alignment, equals_wheels
-from pipelines.estimators.brake_roll_vehicle import known_of
-from pipelines.estimators.integrated_observer import IntegratedObserver
-from pipelines.estimators.integrated_observer_core import Gates, robustness_bound, run_braking
+from pipelines.estimators.brake_roll.data import collect_data, prepare_drive, wheel_scales
+from pipelines.estimators.brake_roll.speed import alignment, equals_wheels
+from pipelines.estimators.brake_roll.vehicle import known_of
+from pipelines.estimators.integrated_observer.core import Gates, robustness_bound, run_braking
+from pipelines.estimators.integrated_observer.estimator import IntegratedObserver
 from pipelines.prepare.prepared import Segment
-from pipelines.reproduce.park_drives import braking, slalom
-from pipelines.reproduce.park_methods import SILENT, gains_of, published
-from pipelines.reproduce.park_plant import ParkCar, drive_park
-from pipelines.reproduce.park_sensors import ParkSensors, sense
+from pipelines.reproduce.park.drives import braking, slalom
+from pipelines.reproduce.park.methods import SILENT, gains_of, published
+from pipelines.reproduce.park.plant import ParkCar, drive_park
+from pipelines.reproduce.park.sensors import ParkSensors, sense
 from pipelines.vehicles.vehicle import Vehicle
 
 CAR = ParkCar()

@@ -9,12 +9,12 @@ import pytest
 from plant_balance import Car, demand, logged, simulate, vehicle_file
 
 from parsers.drive import Drive, ImportRecord, Signal
-from pipelines.estimators.load_balance import LoadBalance
-from pipelines.estimators.load_balance_along import along_relation
-from pipelines.estimators.load_balance_data import collect
-from pipelines.estimators.load_balance_relations import Relation, relations
-from pipelines.estimators.load_balance_solve import LEAST_SHARE, jacobian, solve
-from pipelines.estimators.load_balance_vehicle import before_the_log, body_of, corner_loads
+from pipelines.estimators.load_balance.along import along_relation
+from pipelines.estimators.load_balance.data import collect
+from pipelines.estimators.load_balance.estimator import LoadBalance
+from pipelines.estimators.load_balance.relations import Relation, relations
+from pipelines.estimators.load_balance.solve import LEAST_SHARE, jacobian, solve
+from pipelines.estimators.load_balance.vehicle import before_the_log, body_of, corner_loads
 from pipelines.needs import readiness
 from pipelines.results import Estimate, FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle

@@ -11,7 +11,7 @@ from pipelines.simulation.manoeuvres.path import STEP_M, curvature_of
 from pipelines.simulation.manoeuvres.registry import make_scenario
 from pipelines.simulation.manoeuvres.script import Script
 from pipelines.simulation.manoeuvres.sine_with_dwell import dwell_wave
-from pipelines.simulation.road_profile import altitude_m
+from pipelines.simulation.roads.profile import altitude_m
 
 CAR = VehicleFigures()
 G = 9.80665

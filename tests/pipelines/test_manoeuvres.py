@@ -15,7 +15,7 @@ import pipelines.simulation.manoeuvres.registry as registry
 from parsers.errors import SettingsError
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures, figures_of
 from pipelines.simulation.manoeuvres.registry import MANOEUVRES, make_scenario, title_of
-from pipelines.simulation.plant_vehicle import PRESETS
+from pipelines.simulation.plant.vehicle import PRESETS
 
 NAMES = sorted(MANOEUVRES)
 ROLLING = {"truck_flat", "truck_slope"}

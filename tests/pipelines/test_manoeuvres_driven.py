@@ -9,8 +9,8 @@ from pipelines.simulation.loads import Load, loaded
 from pipelines.simulation.manoeuvres.base import Options, figures_of
 from pipelines.simulation.manoeuvres.registry import make_scenario
 from pipelines.simulation.manoeuvres.steering_ramps import slow_ramp_angle_rad
-from pipelines.simulation.plant import simulate
-from pipelines.simulation.plant_vehicle import PRESETS
+from pipelines.simulation.plant.run import simulate
+from pipelines.simulation.plant.vehicle import PRESETS
 
 PEAKS = {
     # manoeuvre: vehicle, seconds (None: its own), lateral from-to, hardest braking from-to, steepest grade [deg]

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from pipelines.reproduce.park import Park
-from pipelines.reproduce.park_drives import braking, circle
-from pipelines.reproduce.park_plant import ParkCar, drive_park
+from pipelines.reproduce.park.drives import braking, circle
+from pipelines.reproduce.park.paper import Park
+from pipelines.reproduce.park.plant import ParkCar, drive_park
 
 
 @pytest.fixture(scope="module")

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.estimators.base_excitation_batch_corner import Nuisance
-from pipelines.reproduce.pence import Pence
-from pipelines.reproduce.pence_bound import cramer_rao_bound
-from pipelines.reproduce.pence_setup import Bench, bench, companion, noisy, published
-from pipelines.reproduce.pence_study import _late
+from pipelines.estimators.base_excitation.batch_corner import Nuisance
+from pipelines.reproduce.pence.bound import cramer_rao_bound
+from pipelines.reproduce.pence.paper import Pence
+from pipelines.reproduce.pence.setup import Bench, bench, companion, noisy, published
+from pipelines.reproduce.pence.study import _late
 
 
 @pytest.fixture(scope="module")

@@ -11,8 +11,8 @@ from full_plant import clock, demand, sine_with_dwell
 
 from parsers.signals import WHEELS
 from pipelines.simulation.loads import Load
-from pipelines.simulation.plant import simulate
-from pipelines.simulation.plant_vehicle import PRESETS
+from pipelines.simulation.plant.run import simulate
+from pipelines.simulation.plant.vehicle import PRESETS
 from pipelines.simulation.records import GRAVITY, RUN_COLUMNS, Demand, Road, straight_road
 
 SUV = PRESETS["suv"]

@@ -10,12 +10,12 @@ from full_plant import demand, free_motion, without_losses
 
 from parsers.signals import WHEELS
 from pipelines.parameters import PARAMETERS
-from pipelines.simulation import plant_layout as at
 from pipelines.simulation.loads import Load, loaded, truth
-from pipelines.simulation.plant import simulate
-from pipelines.simulation.plant_linear import modes, small_motion
-from pipelines.simulation.plant_static import posture, standing_stiffness
-from pipelines.simulation.plant_vehicle import PRESETS, PlantVehicle
+from pipelines.simulation.plant import layout as at
+from pipelines.simulation.plant.linear import modes, small_motion
+from pipelines.simulation.plant.run import simulate
+from pipelines.simulation.plant.static import posture, standing_stiffness
+from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle
 from pipelines.simulation.records import GRAVITY, straight_road
 
 ROOF = Load(120.0, 1.7, 0.0, 1.85)

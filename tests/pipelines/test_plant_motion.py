@@ -16,11 +16,12 @@ from full_plant import (
 )
 
 from parsers.signals import WHEELS
-from pipelines.simulation import plant_layout as at
-from pipelines.simulation import plant_motion, plant_wheel
 from pipelines.simulation.loads import Load, loaded
-from pipelines.simulation.plant import prepare, simulate, standing
-from pipelines.simulation.plant_vehicle import PRESETS
+from pipelines.simulation.plant import layout as at
+from pipelines.simulation.plant import motion as plant_motion
+from pipelines.simulation.plant import wheel as plant_wheel
+from pipelines.simulation.plant.run import prepare, simulate, standing
+from pipelines.simulation.plant.vehicle import PRESETS
 from pipelines.simulation.records import GRAVITY, straight_road
 
 ROOF = Load(150.0, 2.0, 0.35, 1.7)

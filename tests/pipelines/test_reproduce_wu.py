@@ -9,8 +9,8 @@ import pytest
 
 from pipelines.reproduce.base import Reproduction
 from pipelines.reproduce.registry import paper
-from pipelines.reproduce.wu_plant import Truck, drive, mixture, mixture_information, mixture_variance
-from pipelines.reproduce.wu_tables import baseline_noise_free
+from pipelines.reproduce.wu.plant import Truck, drive, mixture, mixture_information, mixture_variance
+from pipelines.reproduce.wu.tables import baseline_noise_free
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.simulation.road_course import STEP_M, Course, Driver, drive, planned_s
-from pipelines.simulation.speed_plan import (
+from pipelines.simulation.roads.course import STEP_M, Course, Driver, drive, planned_s
+from pipelines.simulation.roads.speed_plan import (
     Limits,
     Power,
     _fastest,

@@ -9,7 +9,7 @@ import pytest
 from scipy import signal
 
 from pipelines.simulation.records import straight_road
-from pipelines.simulation.road_profile import (
+from pipelines.simulation.roads.profile import (
     CLASS_ROUGHNESS,
     altitude_m,
     eased_in,

@@ -10,7 +10,7 @@ import plant_roll as plant
 import pytest
 
 from parsers.drive import Drive
-from pipelines.estimators.roll_map import RollMap
+from pipelines.estimators.roll_map.estimator import RollMap
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
 

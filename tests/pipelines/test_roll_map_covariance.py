@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.estimators.roll_map_fit import _long_run_covariance
+from pipelines.estimators.roll_map.fit import _long_run_covariance
 
 
 @pytest.mark.parametrize("lags", [0, 1, 40, 400])

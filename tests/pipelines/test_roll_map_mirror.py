@@ -8,8 +8,8 @@ import numpy as np
 import plant_roll as plant
 import pytest
 
-from pipelines.estimators.roll_map import RollMap
-from pipelines.estimators.roll_map_height import plain, two_peaks
+from pipelines.estimators.roll_map.estimator import RollMap
+from pipelines.estimators.roll_map.height import plain, two_peaks
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Vehicle
 

@@ -7,8 +7,8 @@ import plant_roll as plant
 import pytest
 
 from parsers.drive import Drive, Signal
-from pipelines.estimators.roll_map import RollMap
-from pipelines.estimators.roll_map_data import RollData
+from pipelines.estimators.roll_map.data import RollData
+from pipelines.estimators.roll_map.estimator import RollMap
 from pipelines.models.roll import dry_friction
 from pipelines.prepare.signals import prepare_signals
 from pipelines.simulation.roll_drive import RollVehicle

@@ -7,9 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from pipelines.estimators.roll_map_height import two_peaks
-from pipelines.estimators.roll_map_posterior import moments, pure_likelihood, quantiles
-from pipelines.estimators.roll_map_priors import damping_prior, draw_vehicle, stiffness_prior
+from pipelines.estimators.roll_map.height import two_peaks
+from pipelines.estimators.roll_map.posterior import moments, pure_likelihood, quantiles
+from pipelines.estimators.roll_map.priors import damping_prior, draw_vehicle, stiffness_prior
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 

@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
-from pipelines.estimators.roll_map_posterior import expected_rest, suspension_rates
-from pipelines.estimators.roll_map_priors import VehicleDraws
+from pipelines.estimators.roll_map.posterior import expected_rest, suspension_rates
+from pipelines.estimators.roll_map.priors import VehicleDraws
 from pipelines.models.roll import (
     GRAVITY,
     RollCoefficients,

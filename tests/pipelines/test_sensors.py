@@ -11,11 +11,11 @@ from parsers.errors import SettingsError
 from parsers.signals import SIGNALS
 from pipelines.results import FloatArray
 from pipelines.simulation.records import GRAVITY, RUN_COLUMNS, PlantRun
-from pipelines.simulation.sensor_errors import SensorModel
-from pipelines.simulation.sensor_filter import biquad, first_order, low_pass, wander
-from pipelines.simulation.sensor_sets import SENSOR_SETS, sensor_set
-from pipelines.simulation.sensor_truth import Fit, Mount, rotation
-from pipelines.simulation.sensors import SensorLog, SensorSet, SensorUnit, apply
+from pipelines.simulation.sensors.errors import SensorModel
+from pipelines.simulation.sensors.filter import biquad, first_order, low_pass, wander
+from pipelines.simulation.sensors.sets import SENSOR_SETS, sensor_set
+from pipelines.simulation.sensors.truth import Fit, Mount, rotation
+from pipelines.simulation.sensors.units import SensorLog, SensorSet, SensorUnit, apply
 
 RATE = 500.0
 CG = (1.3, 0.05, 0.7)

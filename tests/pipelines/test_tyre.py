@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.simulation.tyre import brush, load_factor
+from pipelines.simulation.plant.tyre import brush, load_factor
 
 
 def test_starts_linear_and_ends_at_the_friction() -> None:

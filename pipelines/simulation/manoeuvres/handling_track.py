@@ -9,7 +9,7 @@ import numpy as np
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
 from pipelines.simulation.manoeuvres.public_roads import paved, power_of
 from pipelines.simulation.manoeuvres.script import STEP_S
-from pipelines.simulation.road_course import Course, Driver, drive, planned_s
+from pipelines.simulation.roads.course import Course, Driver, drive, planned_s
 
 _FRICTION = 0.95
 _LAPS = 3

@@ -19,9 +19,9 @@ from pipelines.simulation.manoeuvres.road_blocks import (
 )
 from pipelines.simulation.manoeuvres.script import STEP_S
 from pipelines.simulation.records import Demand, Road
-from pipelines.simulation.road_course import Course, drawn_driver, drive, planned_s
-from pipelines.simulation.road_profile import iso_spectrum, roughness, with_roughness
-from pipelines.simulation.speed_plan import Power
+from pipelines.simulation.roads.course import Course, drawn_driver, drive, planned_s
+from pipelines.simulation.roads.profile import iso_spectrum, roughness, with_roughness
+from pipelines.simulation.roads.speed_plan import Power
 
 _ROUGH_STEP_M = 0.1
 _FRICTION = 0.85

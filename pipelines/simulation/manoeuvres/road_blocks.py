@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.simulation.road_course import Course
+from pipelines.simulation.roads.course import Course
 
 _KMH = 1 / 3.6
 

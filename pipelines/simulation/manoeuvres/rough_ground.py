@@ -7,7 +7,7 @@ import numpy as np
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
 from pipelines.simulation.manoeuvres.script import Script, fitted
 from pipelines.simulation.records import Road, straight_road
-from pipelines.simulation.road_profile import (
+from pipelines.simulation.roads.profile import (
     CLASS_ROUGHNESS,
     Spectrum,
     iso_spectrum,

@@ -9,7 +9,7 @@ import numpy as np
 from pipelines.results import FloatArray
 from pipelines.simulation.manoeuvres.base import Options, VehicleFigures
 from pipelines.simulation.records import Demand, Road, straight_road
-from pipelines.simulation.road_profile import iso_spectrum, roughness, with_roughness
+from pipelines.simulation.roads.profile import iso_spectrum, roughness, with_roughness
 
 STEP_S = 0.01
 """Time step of every demand."""

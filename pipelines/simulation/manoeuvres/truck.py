@@ -10,7 +10,7 @@ from pipelines.results import FloatArray
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
 from pipelines.simulation.manoeuvres.script import STEP_S, Script, proving_ground
 from pipelines.simulation.records import GRAVITY
-from pipelines.simulation.road_profile import altitude_m, eased_in, even_places
+from pipelines.simulation.roads.profile import altitude_m, eased_in, even_places
 
 _START_MPS = 15 / 3.6
 _FRICTION = 0.85

@@ -1,0 +1,1 @@
+"""CG height, position and mass from axle loads: the companion of Wu et al."""

@@ -1,0 +1,1 @@
+"""Sprung mass by base excitation: Pence, Fathy & Stein as published, and its companion."""

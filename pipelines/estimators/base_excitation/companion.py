@@ -1,0 +1,394 @@
+"""Sprung mass by base excitation over the whole drive at once: the companion of the published method.
+
+Four corners: heave of the rigid body, errors in all accelerometers allowed for (batch_heave.py).
+Fewer: each corner by output error with both damper slopes, the residual whitened, gain and delay of the accelerometers as
+nuisance parameters (batch_corner.py); both wheels of an axle as one, in which the anti-roll bar cancels.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from parsers.drive import Drive
+from pipelines.estimators.base import Need, Setting, Settings
+from pipelines.estimators.base_excitation.answers import (
+    CORNER_MASSES,
+    BodyFigures,
+    answer,
+    body_answers,
+    corner_answer,
+    figure,
+    nothing,
+)
+from pipelines.estimators.base_excitation.batch_corner import CornerFit, Nuisance, fit_corner
+from pipelines.estimators.base_excitation.batch_figures import (
+    corner_trace,
+    corner_track,
+    heave_trace,
+    heave_track,
+)
+from pipelines.estimators.base_excitation.batch_heave import HARDENING, NAMES, HeaveFit, fit_heave
+from pipelines.estimators.base_excitation.batch_parts import (
+    LEAST_EXPLAINED,
+    figures_of,
+    groups,
+    joined,
+    why_not,
+)
+from pipelines.estimators.base_excitation.data import (
+    AXLES,
+    SIGNAL_NEEDS,
+    VEHICLE_NEEDS,
+    RideData,
+    collect_ride,
+    prepare_ride,
+    setting,
+    spring_assumptions,
+    stiffer,
+)
+from pipelines.prepare.prepared import Prepared
+from pipelines.results import Assumption, Estimate, FloatArray, ParameterEstimate, Track
+from pipelines.vehicles.vehicle import Vehicle
+
+SETTINGS: tuple[Setting, ...] = (
+    Setting("cutoff_hz", 50.0, "Hz", "zero-phase low-pass of all signals", 10.0, 500.0),
+    Setting("band_low_hz", 0.4, "Hz", "lowest frequency that is fitted", 0.3, 2.0),
+    Setting("band_high_hz", 25.0, "Hz", "highest frequency that is fitted on single corners", 5.0, 100.0),
+    Setting("heave_high_hz", 3.0, "Hz", "the same for heave: above it guides and tyres have their say", 2.0, 100.0),
+    Setting("block_s", 10.0, "s", "length of the blocks that the drive is cut into", 4.0, 60.0),
+    Setting(
+        "least_excitation",
+        0.4,
+        "m/s²",
+        "hub acceleration (RMS over 4 s) from which a block is used",
+        0.0,
+        10.0,
+    ),
+    Setting(
+        "gain_std",
+        0.005,
+        "share",
+        "how far the accelerometers' scales may differ from one another",
+        0.0,
+        0.1,
+    ),
+    Setting("delay_std_s", 0.005, "s", "how late one kind of accelerometer may come against the other", 0.0, 0.1),
+    Setting("friction_std_n", 100.0, "N", "how large a wheel's suspension friction is usual", 0.0, 2000.0),
+    Setting(
+        "coupling",
+        0.15,
+        "share",
+        "what inertia and anti-roll bars may do to a wheel's apparent mass where not all four are seen (two thirds of it for a "
+        "whole axle); 0 on a bench",
+        0.0,
+        1.0,
+    ),
+)  # fmt: skip
+DEFAULTS = tuple((s.name, s.default) for s in SETTINGS)
+MODEL_ERROR = 0.015
+"""What is left of curved springs and dampers, links and tilt on a whole vehicle, as a share of the sprung mass."""
+
+PLACE_ERROR = 0.006
+"""The same for the CG's place, as a share of wheelbase and track."""
+
+BENCH_ERROR = 0.002
+DAMPING_ERROR = 0.05
+HEAVE_DAMPING_ERROR = 0.25
+USUAL_HARDENING, STOP_SHARE = 0.3, 0.6
+MOST_STIFFER = 0.25
+"""Stiffening in deep compression that progressive springs have; what of a further one may be there at rest already; the
+largest stiffness beyond the springs with which anything is said."""
+
+SQRT_12 = math.sqrt(12)
+LEAST_CLARITY = 0.5
+"""Share of the masses' information that must not be accelerometer noise."""
+
+
+class BaseExcitationBatch:
+    """The estimator "base_excitation_batch"."""
+
+    @property
+    def name(self) -> str:
+        """Short name."""
+        return "base_excitation_batch"
+
+    @property
+    def title(self) -> str:
+        """As a table's heading says it."""
+        return "Base excitation, whole drive at once"
+
+    @property
+    def source(self) -> str:
+        """The paper whose model it takes."""
+        return (
+            "model of Pence, Fathy, Stein, eqs. (1)-(2), with two damper slopes; output error on a corner, compensated least "
+            "squares on the heave of four, both in a frequency band with the residual's own spectrum as weight"
+        )
+
+    @property
+    def signal_needs(self) -> tuple[Need, ...]:
+        """Body and hub acceleration at a wheel."""
+        return SIGNAL_NEEDS
+
+    @property
+    def vehicle_needs(self) -> tuple[Need, ...]:
+        """Spring rates."""
+        return VEHICLE_NEEDS
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """What it can give."""
+        return (
+            "sprung_mass_kg", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", *CORNER_MASSES,
+            "suspension_damping_nspm",
+        )  # fmt: skip
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """Settings with defaults."""
+        return SETTINGS
+
+    def prepare(self, drive: Drive, settings: Settings) -> Prepared:
+        """The accelerations of all wheels that have both, on one clock."""
+        return prepare_ride(drive, setting(settings, DEFAULTS, "cutoff_hz"))
+
+    def estimate(
+        self, prepared: Prepared, vehicle: Vehicle, settings: Settings, rng: np.random.Generator
+    ) -> Estimate:
+        """Estimate. A drive that cannot tell ends with parameters "not_identifiable" and the reason."""
+
+        def value(name: str) -> float:
+            return setting(settings, DEFAULTS, name)
+
+        data = collect_ride(prepared, vehicle, value("least_excitation"))
+        if data.why_not:
+            return self._nothing(data, vehicle, data.why_not)
+        nuisance = Nuisance(value("gain_std"), value("delay_std_s"), value("friction_std_n"))
+        band = (value("band_low_hz"), min(value("band_high_hz"), 0.6 * prepared.cutoff_hz))
+        block_s = value("block_s")
+        if len(data.corners) == 4:
+            low = (band[0], min(value("heave_high_hz"), band[1]))
+            heave = fit_heave(data, nuisance, block_s=block_s, band_hz=low)
+            return self._whole(prepared, data, vehicle, heave, nuisance)
+        return self._parts(prepared, data, vehicle, nuisance, block_s, band, value("coupling"))
+
+    def _nothing(
+        self, data: RideData, vehicle: Vehicle, reason: str, figures: Mapping[str, float] | None = None
+    ) -> Estimate:
+        found = nothing(self.parameters, vehicle, reason)
+        figures = {"hub_rms_mps2": data.hub_rms, **(figures or {})}
+        return Estimate(
+            self.name, "ran", reason, found, assumptions=spring_assumptions(data), diagnostics=figures
+        )
+
+    def _whole(
+        self,
+        prepared: Prepared,
+        data: RideData,
+        vehicle: Vehicle,
+        fit: HeaveFit | None,
+        nuisance: Nuisance,
+    ) -> Estimate:
+        """Four corners."""
+        if fit is None:
+            return self._nothing(data, vehicle, "fewer than three blocks of lively motion without a gap")
+        figures = {
+            "explained_share": fit.explained,
+            "clear_share": fit.clarity,
+            "blocks": float(fit.blocks.count),
+            "accelerometer_noise_mps2": fit.noise_mps2,
+            "hub_rms_mps2": data.hub_rms,
+            **{name: float(v) for name, v in zip(NAMES, fit.values, strict=True)},
+        }
+        unclear = fit.clarity < LEAST_CLARITY
+        if unclear or fit.explained < LEAST_EXPLAINED or not fit.plausible:
+            why = (
+                "the body's acceleration is mostly sensor noise"
+                if unclear
+                else "body and hub accelerations do not follow from one another: check channels, signs and wheels"
+            )
+            return self._nothing(data, vehicle, f"{why}; drive over rough ground", figures)
+        more = self._stiffer(fit, vehicle)
+        if max(more) > MOST_STIFFER:
+            axle = "front" if more[0] > more[1] else "rear"
+            why = (
+                f"the {axle} suspension may be {max(more):.0%} stiffer than its springs (high roll centre, or resting on its "
+                "stops), and the mass comes in proportion to the stiffness"
+            )
+            return self._nothing(data, vehicle, why, figures)
+        covariance = fit.covariance.copy()
+        for number, pair in enumerate(AXLES.values()):
+            quantity = data.springs[pair[0]]
+            moved = fit.spring_slopes[number] * quantity.std / quantity.value
+            covariance += np.outer(moved, moved)
+        found, assumed = body_answers(self._body(fit, covariance, vehicle), vehicle, self.name)
+        damping = float(np.mean(fit.values[3:7]))
+        weights = np.zeros(len(NAMES))
+        weights[3:7] = 0.25
+        std = math.hypot(math.sqrt(float(weights @ covariance @ weights)), HEAVE_DAMPING_ERROR * damping)
+        found["suspension_damping_nspm"] = answer(
+            "suspension_damping_nspm",
+            figure(damping, std),
+            vehicle,
+            self.name,
+            "mean of all wheels and directions, at the speeds that the dampers met: blow-off lowers it",
+        )
+        spread = found["sprung_mass_kg"].std or math.inf
+        return Estimate(
+            estimator=self.name,
+            status="ran",
+            reason="the heave of four corners was fitted",
+            parameters=found,
+            tracks=heave_track(fit, prepared.time_s, found["sprung_mass_kg"].value or fit.sprung_kg, spread),
+            traces=heave_trace(fit, prepared.time_s),
+            assumptions=(*spring_assumptions(data), assumed, *self._assumed(nuisance)),
+            diagnostics=figures,
+            used_fraction=fit.blocks.count * fit.blocks.rows / max(len(prepared.time_s), 1),
+        )
+
+    @staticmethod
+    def _stiffer(fit: HeaveFit, vehicle: Vehicle) -> tuple[float, float]:
+        """How much stiffer than its springs each axle may be: guides and bushes, and stops that it seems to rest on."""
+        ahead, behind = stiffer(float(fit.values[0]), float(fit.values[1]), vehicle)
+        hard = [
+            STOP_SHARE * max(float(v) - USUAL_HARDENING, 0.0) for v in fit.values[HARDENING : HARDENING + 2]
+        ]
+        return ahead + hard[0], behind + hard[1]
+
+    def _body(self, fit: HeaveFit, covariance: FloatArray, vehicle: Vehicle) -> BodyFigures:
+        """Masses and place with their spreads; covariance with the springs' part."""
+        seen_front, seen_rear, lateral = (float(v) for v in fit.values[:3])
+        more = self._stiffer(fit, vehicle)
+        # bushes and guides add stiffness and never take any: the middle of what they may add
+        front, rear = seen_front * (1 + more[0] / 2), seen_rear * (1 + more[1] / 2)
+        sprung = front + rear
+        doubt = (more[0] * seen_front / SQRT_12, more[1] * seen_rear / SQRT_12)
+
+        def spread(slopes: tuple[float, float, float], floor: float) -> float:
+            w = np.array(slopes)
+            return math.hypot(math.sqrt(float(w @ covariance[:3, :3] @ w)), floor)
+
+        behind, left = rear / sprung, lateral / sprung
+        uneven = behind * (1 - behind) * max(more) / SQRT_12
+        return BodyFigures(
+            front_kg=front,
+            rear_kg=rear,
+            front_std=spread((1, 0, 0), math.hypot(MODEL_ERROR * front, doubt[0])),
+            rear_std=spread((0, 1, 0), math.hypot(MODEL_ERROR * rear, doubt[1])),
+            sum_std=spread((1, 1, 0), math.hypot(MODEL_ERROR * sprung, sum(doubt))),
+            upwards=0.0,
+            behind=(
+                behind,
+                spread((-behind / sprung, (1 - behind) / sprung, 0), math.hypot(PLACE_ERROR, uneven)),
+            ),
+            left=(left, spread((-left / sprung, -left / sprung, 1 / sprung), PLACE_ERROR)),
+            said=(
+                f"heave of four corners over {fit.blocks.count} blocks of {fit.blocks.rows / fit.blocks.rate_hz:g} s; bushes "
+                f"and guides may stiffen the suspension by up to {more[0]:.0%} in front and {more[1]:.0%} behind, half of "
+                "which is allowed for"
+            ),
+        )
+
+    def _parts(
+        self,
+        prepared: Prepared,
+        data: RideData,
+        vehicle: Vehicle,
+        nuisance: Nuisance,
+        block_s: float,
+        band: tuple[float, float],
+        coupling: float,
+    ) -> Estimate:
+        """Fewer than four corners: what each one carries, as it seems; both wheels of an axle as one."""
+        found = nothing(self.parameters, vehicle, "it needs body and hub accelerations at all four wheels")
+        figures: dict[str, float] = {"hub_rms_mps2": data.hub_rms}
+        assumptions = list(spring_assumptions(data))
+        dampings: list[tuple[float, float]] = []
+        best: tuple[str, CornerFit, float] | None = None
+        reasons = []
+        for wheels in groups(data.corners):
+            fit = fit_corner(joined(data, wheels), nuisance, block_s=block_s, band_hz=band)
+            why = why_not(fit)
+            label = "+".join(wheels)
+            if fit is None or why:
+                reasons.append(f"{label}: {why}")
+                continue
+            share = self._corner_share(fit, data, wheels, coupling)
+            for w in wheels:
+                answered, assumed = self._corner(w, fit, share, len(wheels), vehicle)
+                found[answered.name] = answered
+                assumptions.append(assumed)
+            damping = float(fit.values[1] + fit.values[2]) / 2
+            chance = (
+                math.sqrt(float(fit.covariance[1, 1] + fit.covariance[2, 2] + 2 * fit.covariance[1, 2])) / 2
+            )
+            dampings.append((damping, math.hypot(chance, math.hypot(share, DAMPING_ERROR) * damping)))
+            figures |= figures_of(fit, label)
+            if best is None:
+                best = (wheels[0], fit, share)
+        if best is None:
+            return self._nothing(data, vehicle, "; ".join(reasons) or "no wheel could be fitted")
+        damping = sum(d for d, _ in dampings) / len(dampings)
+        std = math.hypot(*(s for _, s in dampings)) / len(dampings)
+        found["suspension_damping_nspm"] = answer(
+            "suspension_damping_nspm", figure(damping, std), vehicle, self.name, "mean of both directions"
+        )
+        return self._parts_told(prepared, found, figures, best, tuple(dict.fromkeys(assumptions)), nuisance)
+
+    def _parts_told(
+        self,
+        prepared: Prepared,
+        found: dict[str, ParameterEstimate],
+        figures: dict[str, float],
+        best: tuple[str, CornerFit, float],
+        assumptions: tuple[Assumption, ...],
+        nuisance: Nuisance,
+    ) -> Estimate:
+        wheel, fit, share = best
+        name = f"corner_mass_{wheel}_kg"
+        hub = (found[name].value or fit.mass_kg) - fit.mass_kg
+        track: tuple[Track, ...] = corner_track(name, fit, prepared.time_s, hub, share)
+        return Estimate(
+            estimator=self.name,
+            status="ran",
+            reason="single corners were fitted",
+            parameters=found,
+            tracks=track,
+            traces=corner_trace(fit, prepared.time_s),
+            assumptions=(*assumptions, *self._assumed(nuisance)),
+            diagnostics=figures,
+            used_fraction=fit.blocks.count * fit.blocks.rows / max(len(prepared.time_s), 1),
+        )
+
+    @staticmethod
+    def _corner_share(fit: CornerFit, data: RideData, wheels: tuple[str, ...], coupling: float) -> float:
+        """Standard deviation of a corner's sprung mass as a share of it."""
+        quantity = data.springs[wheels[0]]
+        coupled = 2 * coupling / 3 if len(wheels) == 2 else coupling
+        return math.hypot(
+            math.hypot(fit.relative_std, quantity.std / quantity.value), math.hypot(coupled, BENCH_ERROR)
+        )
+
+    def _corner(
+        self, wheel: str, fit: CornerFit, share: float, wheels: int, vehicle: Vehicle
+    ) -> tuple[ParameterEstimate, Assumption]:
+        mass = fit.mass_kg
+        whole = "its axle as a whole" if wheels == 2 else "this wheel alone"
+        said = (
+            f"{whole}, {fit.blocks.count} blocks: pitch and roll inertia"
+            f"{'' if wheels == 2 else ' and the anti-roll bar'} may change what it seems to carry"
+        )
+        # left and right of an axle cannot be told apart by their mean
+        uneven = 0.05 if wheels == 2 else 0.0
+        return corner_answer(wheel, figure(mass, math.hypot(share, uneven) * mass), vehicle, self.name, said)
+
+    @staticmethod
+    def _assumed(nuisance: Nuisance) -> tuple[Assumption, ...]:
+        words = f"scales within {nuisance.gain_std:.2%}, delay within {1000 * nuisance.delay_std_s:g} ms, one standard deviation"
+        return (
+            Assumption("accelerometers of body and hubs against one another", words, "settings"),
+            Assumption("suspension friction", f"within {nuisance.friction_std_n:g} N a wheel", "settings"),
+        )

@@ -1,0 +1,129 @@
+"""Mass from the longitudinal balance: what brakes, engine and air give, over what the accelerometer reads.
+
+    (1 + s) m f_x = κ_d T_d / R - κ_b T_b / R - ρ C_d A v² / 2 - m g c_r,    s = 4 I_w / (m R²)
+
+with f_x the specific force in the road plane: it holds gravity's part, so that the grade drops out. The balance tells
+the mass as well as the torques are known: a common error of all torques is an error of the mass (Park & Choi's
+braking equations, divided by m, do not hold it at all).
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.channels import IntArray
+from pipelines.estimators.brake_roll.least import LeastFit, Samples, Unknown, blocks_of, fit_least
+from pipelines.models.braking import AIR_DENSITY
+from pipelines.models.roll import GRAVITY
+from pipelines.prepare.prepared import BoolArray
+from pipelines.results import FloatArray
+
+BAND_HZ = 1.0
+DRIVE_TORQUE_STD = 0.05
+BRAKE_TORQUE_STD = 0.05
+"""What a torque signal's scale is usually worth: both are models of the engine's and of the brakes' computer."""
+
+ROLLING = (0.012, 0.004)
+LEAST_FORCE = 0.5
+"""m/s², RMS of what the torques give per nominal mass, from which there is something to see."""
+
+
+@dataclass(frozen=True)
+class MassKnown:
+    """mass: nominal, where the fit starts. gain: relative standard deviation of the brake torque; drive: of the drive torque. pitch: relative
+    standard deviation of what the body's lean adds to f_x. drag_area, rolling: mean and standard deviation."""
+
+    mass: float
+    radius_m: float
+    radius_std: float
+    wheel_inertia: float
+    drag_area: tuple[float, float]
+    gain: float
+    drive: float = DRIVE_TORQUE_STD
+    pitch: float = 0.02
+    offset: float = 0.1
+    rolling: tuple[float, float] = ROLLING
+
+
+@dataclass(frozen=True)
+class MassFit:
+    """mass, std in kg. fit: all parameters. rows: (n,) fitted rows; predicted: (n,) specific force. braked, driven: which
+    torques were there."""
+
+    mass: float
+    std: float
+    fit: LeastFit
+    rows: IntArray
+    predicted: FloatArray
+    braked: bool
+    driven: bool
+
+
+def fit_mass(
+    f_x: FloatArray,
+    speed: FloatArray,
+    brake: FloatArray | None,
+    drive: FloatArray | None,
+    rows: BoolArray,
+    rate_hz: float,
+    known: MassKnown,
+) -> MassFit | None:
+    """Fit the mass; None where no torque is there or the torques hardly change.
+
+    f_x: (n,) in the road plane, in m/s². brake, drive: torques of all wheels in N·m, None where they are not measured:
+    without the drive torque only braked rows count. rows: moving, straight enough, inside segments.
+    """
+    use = rows & (speed > 2.0)
+    idle = None
+    if brake is not None:
+        idle = brake <= 0.0
+    if drive is None:
+        if idle is None:
+            return None
+        use = use & ~idle
+    if brake is None:
+        # an unmeasured brake: only rows in which the drive pulls can be without it
+        assert drive is not None
+        use = use & (drive > 0.02 * known.mass * known.radius_m)
+    every = max(1, round(rate_hz / (2 * BAND_HZ)))
+    chosen = np.flatnonzero(use)
+    chosen = chosen[chosen % every == 0]
+    if len(chosen) < 10:
+        return None
+    zero = np.zeros(len(chosen))
+    braking = zero if brake is None else brake[chosen] / known.radius_m
+    pulling = zero if drive is None else drive[chosen] / known.radius_m
+    if float(np.sqrt(np.mean((pulling - braking) ** 2))) / known.mass < LEAST_FORCE:
+        return None
+    air = 0.5 * AIR_DENSITY * speed[chosen] ** 2
+    spin = 4 * known.wheel_inertia / known.radius_m**2
+
+    def model(x: FloatArray) -> FloatArray:
+        mass, brakes, engine, area, rolling, offset = x[:6]
+        force = (1 + engine) * pulling - (1 + brakes) * braking - area * air - mass * GRAVITY * rolling
+        return np.asarray(force / (mass + spin) + offset)
+
+    mean = known.mass
+    unknowns = (
+        Unknown("mass", mean, math.inf, 0.1),
+        Unknown("brakes", 0.0, known.gain, 1e-4),
+        Unknown("engine", 0.0, known.drive, 1e-4),
+        Unknown("drag_area", known.drag_area[0], known.drag_area[1], 1e-3),
+        Unknown("rolling", known.rolling[0], known.rolling[1], 1e-5),
+        Unknown("offset", 0.0, known.offset, 1e-4),
+    )
+    samples = Samples(
+        f_x[chosen], np.zeros(len(chosen), dtype=np.int64), blocks_of(chosen, rate_hz, 2.0, 10.0),
+        np.array([0.1]), np.array([0.01]),
+    )  # fmt: skip
+    fit = fit_least(model, samples, unknowns)
+    mass = fit.value("mass")
+    if not 0.2 * mean < mass < 5 * mean:
+        return None
+    shared = math.hypot(known.pitch, known.radius_std / known.radius_m)
+    std = math.hypot(fit.std("mass"), shared * mass)
+    braked = brake is not None and bool((braking > 0).any())
+    return MassFit(mass, std, fit, chosen, model(fit.values), braked, drive is not None)

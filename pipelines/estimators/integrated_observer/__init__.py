@@ -1,0 +1,1 @@
+"""The integrated observer of Park & Choi, as published."""

@@ -1,0 +1,1 @@
+"""Mass, CG position and height from the balances of forces."""

@@ -1,0 +1,82 @@
+"""The longitudinal balance: drive and brake torque against the longitudinal specific force. It tells the mass.
+
+    s_d T_d - s_b T_b = R (m (f_x + g pitch) + D + f_r m g) + 4 I_w v'/R
+
+Grade drops out, as specific force and tyre forces both are along the road; the torques' scales stay unknowns.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipelines.estimators.load_balance.data import AIR, Columns
+from pipelines.estimators.load_balance.relations import Coefficients, Relation, Terms, add, make_relation
+from pipelines.estimators.load_balance.vehicle import Known, Values, body_of
+from pipelines.models.roll import GRAVITY
+
+
+def along_terms(
+    sag: float | None, drive: bool, brake: bool, by_pressure: bool, gain: float, guessed: bool
+) -> Coefficients:
+    """The longitudinal balance, over the radius: forces. Rows are split into braking and not braking.
+
+    guessed: the body's pitch follows from the acceleration and what is usual, not from deflections.
+    """
+
+    def coefficients(p: Values) -> Terms:
+        body, terms = body_of(p, sag), Terms()
+        # where pitch is guessed, its motion on the road is missing: simulated cars came out 2-5 % too light
+        grip = 1 + p["gain_long"] * (3.0 if guessed else 1.0)
+        scale = {"brake": p["brake_scale"], "drive": p["drive_scale"]}
+        if by_pressure:
+            scale["brake"] = p["brake_gain"] / gain
+        if brake:
+            add(terms, "brake", -1.0)
+        if drive:
+            add(terms, "drive", 1.0)
+        radius = p["radius"]
+        for mode, name in (("brake", "on"), ("drive", "off")):
+            mass = grip * radius * body.mass / scale[mode]
+            add(terms, f"fx_{mode}", -mass)
+            add(terms, f"fx_tilt_{mode}", -mass * (p["tilt"] if guessed else 1.0))
+            add(terms, f"fz_{name}", -mass * p["askew_pitch"])
+            add(terms, name, -mass * (p["offset_x"] + GRAVITY * p["rolling"]))
+            add(terms, f"v2_{name}", -radius * 0.5 * AIR * p["drag"] / scale[mode])
+        mean = scale["drive"] if drive else scale["brake"]
+        add(terms, "vdot", -4 * p["wheel_inertia"] / radius / mean)
+        add(terms, "fy2", -radius * p["corner_drag"])
+        # the steered wheels' side force points backwards: F_yf sin(steer), with steer = L r / v and F_yf = m b v r / L
+        add(terms, "yaw2", -radius * body.mass * (p["wheelbase"] - body.whole_x) / mean)
+        add(terms, "dfx", radius * body.mass * p["late_long"])
+        return terms
+
+    return coefficients
+
+
+def along_relation(data: Columns, known: Known) -> Relation | None:
+    """The balance of torques, or None where there are none or the longitudinal acceleration is missing."""
+    drive, brake = data.has_torque
+    if not (drive or brake) or not data.has("fx"):
+        return None
+    c = data.columns
+    on = c["on"]
+    off = 1 - on
+    extra = {
+        "off": off,
+        "fx_tilt_drive": c["fx_tilt"] - c["fx_tilt_brake"],
+        "v2_on": c["v2"] * on,
+        "v2_off": c["v2"] * off,
+    }
+    if "fz" in c:
+        extra |= {"fz_on": c["fz"] * on, "fz_off": c["fz"] * off}
+    where = (c["v"] > 3.0) & ~(np.abs(c.get("fy", np.zeros(len(on)))) > 3.0)
+    if not drive:
+        where = where & (on > 0.98)
+    if not brake:
+        where = where & (on < 0.02)
+    gain = float(known.mean[known.index("brake_gain")])
+    terms = along_terms(data.sag, drive, brake, "by_pressure" in c, gain, "deflection" not in data.kinds)
+    # the torques are the instruments: a rough road shakes the acceleration, and its shaking would lower the mass
+    names = ("on", "off", "brake", "drive", "v2_on", "v2_off", "dfx", "fy2")
+    return make_relation("along", "torque against longitudinal acceleration", data, extra, terms, names,
+                     where.astype(float), known)  # fmt: skip

@@ -1,0 +1,180 @@
+"""From the fit to parameters with intervals, a status, and words on which balance taught what."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from pipelines.estimators.load_balance.data import Columns
+from pipelines.estimators.load_balance.solve import Fit, without
+from pipelines.estimators.load_balance.vehicle import CORNERS, Known, Values, body_of, corner_loads
+from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
+
+SOURCE = ("load_balance",)
+GOOD, FAIR = 0.5, 0.9
+GOOD_ALONE = {"cg_lateral_offset_m": (0.03, 0.1)}
+"""Posterior over prior spread up to which a parameter is identified, and weak. m: the absolute spreads that stand in
+for it where a ratio says nothing (an offset that is known well anyway)."""
+
+LARGEST = {"mass_kg": 0.035, "sprung_mass_kg": 0.035, "cg_height_m": 0.06, "sprung_cg_height_m": 0.07,
+           "cg_to_front_axle_m": 0.05, "roll_stiffness_nmprad": 0.08, "roll_arm_m": 0.08}  # fmt: skip
+"""Relative spread beyond which nothing is called identified, however little was known before."""
+
+
+def outputs_of(p: Values, sag: float | None, springs: bool) -> dict[str, float]:
+    """The parameters that this estimator gives, from the unknowns."""
+    body = body_of(p, sag)
+    share = body.whole_x / p["wheelbase"]
+    axis = (1 - share) * p["roll_center_front"] + share * p["roll_center_rear"]
+    found = {
+        "mass_kg": body.mass,
+        "sprung_mass_kg": body.sprung,
+        "cg_to_front_axle_m": body.whole_x,
+        "cg_lateral_offset_m": body.whole_y,
+        "cg_height_m": body.whole_h,
+        "sprung_cg_height_m": body.h,
+        "roll_arm_m": body.h - axis,
+    }
+    found |= {
+        f"corner_mass_{w}_kg": load for w, load in zip(CORNERS, corner_loads(p, sag).tolist(), strict=True)
+    }
+    if springs:
+        found["roll_stiffness_nmprad"] = sum(
+            0.5 * p[f"spring_{a}"] * p[f"track_{a}"] ** 2 + p[f"bar_{a}"] for a in ("front", "rear")
+        )
+    return found
+
+
+def gradients(
+    known: Known, u: FloatArray, outputs: Callable[[Values], dict[str, float]]
+) -> dict[str, FloatArray]:
+    """Derivative (k,) of each output by u."""
+    rows: dict[str, list[float]] = {name: [] for name in outputs(known.at(u))}
+    for i in range(len(u)):
+        moved = u.copy()
+        moved[i] += 1e-3
+        up = outputs(known.at(moved))
+        moved[i] -= 2e-3
+        down = outputs(known.at(moved))
+        for name, row in rows.items():
+            row.append((up[name] - down[name]) / 2e-3)
+    return {name: np.array(row) for name, row in rows.items()}
+
+
+def prior_of(name: str, value: float, gradient: FloatArray) -> Prior:
+    """What was known before: the vehicle file (or measured vehicles) and an unknown load."""
+    return Prior(value, float(np.linalg.norm(gradient)), "vehicle file and what is known of the load")
+
+
+def _status(name: str, value: float, std: float, prior: Prior) -> Identification:
+    ratio = std / max(prior.std, 1e-12)
+    status: Identification = (
+        "identified" if ratio <= GOOD else "weak" if ratio <= FAIR else "not_identifiable"
+    )
+    if name in GOOD_ALONE:
+        close, near = GOOD_ALONE[name]
+        if std > near and status != "not_identifiable":
+            status = "not_identifiable"
+        elif std > close and status == "identified":
+            status = "weak"
+    if status == "identified" and std > LARGEST.get(name, math.inf) * abs(value):
+        status = "weak"
+    return status
+
+
+def _taught(fit: Fit, gradient: FloatArray, std: float, digits: int) -> list[str]:
+    """The balances without which the spread would be clearly larger, the first the most."""
+    found = []
+    for i, reduced in enumerate(fit.reduced):
+        alone = math.sqrt(float(gradient @ without(fit, i) @ gradient))
+        if alone > 1.03 * std:
+            found.append((alone, f"{reduced.relation.title} (± {alone:.{digits}f} without it)"))
+    return [words for _, words in sorted(found, reverse=True)]
+
+
+def _all_taught(fit: Fit) -> str:
+    return ", ".join(r.relation.title for r in fit.reduced)
+
+
+DIGITS = {"kg": 0, "m": 4, "d": 0}
+
+
+def _digits(name: str) -> int:
+    return 4 if name.endswith("_m") else 0
+
+
+MISSING = {
+    "mass": "it needs suspension deflections with spring rates, suspension or tyre forces, axle loads, or drive and brake "
+    "torque with the longitudinal acceleration",
+    "height": "it needs braking and accelerating, or cornering, seen by suspension deflections (with spring rates) or by "
+    "suspension, tyre or axle forces",
+    "place": "it needs suspension deflections with spring rates, or suspension, tyre or axle forces",
+}
+
+
+def _missing(name: str) -> str:
+    if "mass_kg" in name:
+        return MISSING["mass"]
+    return MISSING["height" if "height" in name or "arm" in name or "stiffness" in name else "place"]
+
+
+def answers(
+    fit: Fit, data: Columns, reference: Mapping[str, float], notes: str = ""
+) -> dict[str, ParameterEstimate]:
+    """All parameters of a fit."""
+    known = fit.known
+
+    def outputs(p: Values) -> dict[str, float]:
+        return outputs_of(p, data.sag, known.springs)
+
+    start = np.zeros_like(fit.u)
+    before, first = gradients(known, start, outputs), outputs(known.at(start))
+    after, last = gradients(known, fit.u, outputs), outputs(fit.values())
+    found: dict[str, ParameterEstimate] = {}
+    for name, value in last.items():
+        prior = prior_of(name, first[name], before[name])
+        std = math.sqrt(float(after[name] @ fit.covariance @ after[name]))
+        status = _status(name, value, std, prior)
+        taught = _taught(fit, after[name], std, _digits(name))
+        told = "from " + ", ".join(taught) if taught else f"from all balances alike: {_all_taught(fit)}"
+        if status == "not_identifiable":
+            reason = f"this drive adds little to what the vehicle file says: {_missing(name)}"
+        elif status == "weak":
+            reason = f"{told}; the interval is still wide: {_missing(name)}"
+        else:
+            reason = told
+        found[name] = ParameterEstimate(
+            name, value, std, value - 1.96 * std, value + 1.96 * std, status, reason + notes, prior,
+            reference.get(name), SOURCE if status != "not_identifiable" else ("prior",),
+        )  # fmt: skip
+    return found
+
+
+def unanswered(
+    known: Known, names: tuple[str, ...], reason: str, reference: Mapping[str, float]
+) -> dict[str, ParameterEstimate]:
+    """All parameters as they were known before: nothing was learned."""
+
+    def outputs(p: Values) -> dict[str, float]:
+        return outputs_of(p, None, known.springs)
+
+    start = np.zeros(len(known.names))
+    values, spread = outputs(known.at(start)), gradients(known, start, outputs)
+    found = {}
+    for name in names:
+        told = reference.get(name)
+        if not known.mass or name not in values:
+            found[name] = ParameterEstimate(
+                name, None, None, None, None, "not_identifiable", reason, None, told
+            )
+            continue
+        prior = prior_of(name, values[name], spread[name])
+        half = 1.96 * prior.std
+        words = f"{reason}; the figures are what was known before the log"
+        found[name] = ParameterEstimate(
+            name, prior.value, prior.std, prior.value - half, prior.value + half, "not_identifiable", words,
+            prior, told, ("prior",),
+        )  # fmt: skip
+    return found

@@ -1,0 +1,349 @@
+"""From prepared signals to the columns of the balances: low-passed alike, thinned, with their blocks of time.
+
+What is not linear (damper halves, friction, squares) is made at the full band and low-passed afterwards, so that a
+column holds the mean of the force and not the force of the mean.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parsers.jit import kernel
+from pipelines.estimators.load_balance.vehicle import CORNERS, TYRE_SHARE, Known
+from pipelines.models.roll import GRAVITY
+from pipelines.prepare.lowpass import lowpass
+from pipelines.prepare.prepared import Prepared
+from pipelines.results import FloatArray
+
+AIR = 1.225
+BLOCK_S = 12.0
+STICK_M = 0.001
+"""Travel within which dry friction turns round."""
+
+STICK_HZ = 8.0
+"""Low-pass of the deflection for friction: above it there is more noise than motion."""
+
+SOFTER = 7.0
+"""How much more a body leans than on its tyres alone, where no deflection tells it."""
+
+BRAKING = 0.7
+"""m/s² of deceleration from which the brakes are taken to be on where no brake signal is in the log."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The drive as the balances see it. columns: name -> (n,), NaN where a signal is missing. time_s, block: (n,).
+
+    block: number of the stretch of BLOCK_S that a row belongs to. rate_hz: of these rows. kinds: sources of vertical
+    forces that are there ("deflection", "suspension", "tyre", "axle"). sag: how much lower
+    the body stands than empty, m; None without deflections.
+    """
+
+    columns: Mapping[str, FloatArray]
+    time_s: FloatArray
+    block: NDArray[np.int64]
+    rate_hz: float
+    kinds: tuple[str, ...]
+    sag: float | None
+    rest_s: float
+    has_torque: tuple[bool, bool]
+
+    def has(self, *names: str) -> bool:
+        """Whether all of these columns hold something."""
+        return all(n in self.columns and bool(np.isfinite(self.columns[n]).any()) for n in names)
+
+
+@kernel
+def _stop(travel: FloatArray, limit: float, out: FloatArray) -> None:
+    """The stop operator (elastic up to `limit`, then sliding), between -1 and 1: dry friction with a memory.
+
+    Small noise moves it to and fro and does not make it forget. travel, out: (n,).
+    """
+    state = 0.0
+    for i in range(1, travel.size):
+        state = min(max(state + travel[i] - travel[i - 1], -limit), limit)
+        out[i] = state / limit
+
+
+class _Smoother:
+    """Low-passes, differentiates and thins columns segment by segment; missing stretches stay missing."""
+
+    def __init__(self, prepared: Prepared, band_hz: float) -> None:
+        self.prepared = prepared
+        self.band_hz = band_hz
+        self.step = max(1, int(prepared.rate_hz / (4 * band_hz)))
+        rows = [np.arange(s.start, s.stop, self.step) for s in prepared.segments]
+        self.rows = np.concatenate(rows) if rows else np.zeros(0, dtype=np.int64)
+
+    def whole(self, values: FloatArray, rate: int = 0) -> FloatArray:
+        """(n,) low-passed, and differentiated `rate` times, at the full number of rows."""
+        out = np.full(len(values), np.nan)
+        for s in self.prepared.segments:
+            part = values[s.start : s.stop]
+            there = np.isfinite(part)
+            if there.sum() < 4:
+                continue
+            if not there.all():
+                at = np.arange(len(part))
+                part = np.interp(at, at[there], part[there])
+            part = lowpass(part, self.prepared.rate_hz, self.band_hz)
+            for _ in range(rate):
+                part = np.gradient(part) * self.prepared.rate_hz
+            out[s.start : s.stop] = np.where(there, part, np.nan)
+        return out
+
+    def __call__(self, values: FloatArray, rate: int = 0) -> FloatArray:
+        """As `whole`, thinned."""
+        return np.asarray(self.whole(values, rate)[self.rows])
+
+
+def _levelled(prepared: Prepared, tilt: FloatArray) -> FloatArray:
+    """The vertical specific force with its mean set to gravity: a vehicle does not rise for ever.
+
+    Takes out offset and scale error of the accelerometer, which would else pass into the mass. tilt: (n,) what the
+    body's lean takes from the reading.
+    """
+    f = prepared.columns["accel_z"]
+    rows = np.zeros(len(f), dtype=bool)
+    for s in prepared.segments:
+        rows[s.start : s.stop] = True
+    normal = (f + tilt)[rows]
+    there = normal[np.isfinite(normal)]
+    if len(there) == 0:
+        return f
+    return np.asarray(f + (GRAVITY - float(np.mean(there))))
+
+
+def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
+    """Time derivative at the full band, segment by segment."""
+    out = np.full(len(values), np.nan)
+    for s in prepared.segments:
+        if s.stop - s.start >= 2:
+            out[s.start : s.stop] = np.gradient(values[s.start : s.stop]) * prepared.rate_hz
+    return out
+
+
+def _friction(calm: FloatArray, prepared: Prepared) -> FloatArray:
+    """The state of dry friction, segment by segment; it starts in the middle."""
+    out = np.full(len(calm), np.nan)
+    for s in prepared.segments:
+        part = np.ascontiguousarray(calm[s.start : s.stop])
+        if np.isfinite(part).all():
+            state = np.zeros(len(part))
+            _stop(part, STICK_M, state)
+            out[s.start : s.stop] = state
+    return out
+
+
+def _corner_columns(prepared: Prepared, smooth: _Smoother) -> dict[str, FloatArray]:
+    """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, friction."""
+    found: dict[str, FloatArray] = {}
+    calm = _Smoother(prepared, STICK_HZ)
+    for wheel in CORNERS:
+        d = prepared.columns[f"suspension_deflection_{wheel}"]
+        rate = _rate_of(d, prepared)
+        parts = {
+            "d": d, "d2": d * d, "d3": d**3, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
+            "stick": _friction(calm.whole(d), prepared),
+        }  # fmt: skip
+        for name, column in parts.items():
+            found[f"{name}_{wheel}"] = smooth(column)
+    return found
+
+
+def _angles(prepared: Prepared, known: Known, deflections: bool) -> tuple[FloatArray, FloatArray]:
+    """Pitch (nose down) and roll (right side down) of the body against the road, tyres' part included, (n,) rad.
+
+    From the deflections where they are there, else from the accelerations and what suspensions usually give.
+    """
+    p = known.at(np.zeros(len(known.names)))
+    c = prepared.columns
+    n = len(prepared.time_s)
+    fx = c.get("accel_x", np.zeros(n))
+    fy = c.get("accel_y", np.zeros(n))
+    moment = (p["empty_mass"] + p["load"]) * p["empty_h"]
+    length, track = p["wheelbase"], p["track_front"]
+    tyre = 230e3
+    pitch_tyre = -moment * np.nan_to_num(fx) / (tyre * length**2)
+    roll_tyre = moment * np.nan_to_num(fy) / (tyre * track**2)
+    if not deflections:
+        return SOFTER * pitch_tyre, SOFTER * roll_tyre
+    fl, fr, rl, rr = (c[f"suspension_deflection_{w}"] for w in CORNERS)
+    pitch = (fl + fr - rl - rr) / (2 * length)
+    roll = 0.5 * ((fr - fl) / track + (rr - rl) / p["track_rear"])
+    return np.asarray(pitch + pitch_tyre), np.asarray(roll + roll_tyre)
+
+
+def _sum_of(prepared: Prepared, name: str) -> FloatArray | None:
+    """A torque over all wheels: the sum as logged, or of the wheels that are logged."""
+    c = prepared.columns
+    if f"{name}" in c and np.isfinite(c[name]).any():
+        return c[name]
+    wheels = [c[f"{name}_{w}"] for w in CORNERS if f"{name}_{w}" in c]
+    if not wheels or (name == "brake_torque" and len(wheels) < 4):
+        return None
+    # a driven axle is logged whole, or the sum would say nothing
+    return np.asarray(np.sum(wheels, axis=0)) if len(wheels) in (2, 4) else None
+
+
+def _speed(prepared: Prepared) -> FloatArray | None:
+    c = prepared.columns
+    wheels = [c[f"wheel_speed_{w}"] for w in CORNERS if f"wheel_speed_{w}" in c]
+    for column in (
+        c.get("speed"),
+        np.median(wheels, axis=0) if len(wheels) == 4 else None,
+        c.get("gps_speed_2d"),
+    ):
+        if column is not None and np.isfinite(column).mean() > 0.5:
+            return np.asarray(column)
+    return None
+
+
+def _tilted(prepared: Prepared, angles: tuple[FloatArray, FloatArray]) -> FloatArray:
+    """What has to be added to f_z in body axes for that along the road's normal, (n,)."""
+    nothing = np.zeros(len(prepared.time_s))
+    side, ahead = (prepared.columns.get(f"accel_{axis}", nothing) for axis in "yx")
+    return np.asarray(side * angles[1] - ahead * angles[0])
+
+
+def _inertial(
+    prepared: Prepared, smooth: _Smoother, angles: tuple[FloatArray, FloatArray]
+) -> dict[str, FloatArray]:
+    """Accelerations, their rates, and angular accelerations (gyros, or the deflections' where there are none)."""
+    c, n = prepared.columns, len(prepared.time_s)
+    tilt = _tilted(prepared, angles)
+    found: dict[str, FloatArray] = {}
+    level = {"z": _levelled(prepared, tilt)} if "accel_z" in c else {}
+    for axis in "xyz":
+        if f"accel_{axis}" in c:
+            column = level.get(axis, c[f"accel_{axis}"])
+            found[f"f{axis}"] = smooth(column)
+            found[f"df{axis}"] = smooth(column, 1)
+            found[f"ddf{axis}"] = smooth(column, 2)
+    rates = {}
+    for name, angle in (("pitch", angles[0]), ("roll", angles[1]), ("yaw", None)):
+        gyro = c.get(f"{name}_rate")
+        if gyro is not None and np.isfinite(gyro).mean() > 0.9:
+            rates[name] = gyro
+        else:
+            rates[name] = np.zeros(n) if angle is None else _rate_of(angle, prepared)
+        found[f"{name}_acc"] = smooth(rates[name], 1)
+    found["yaw2"] = smooth(rates["yaw"] ** 2)
+    found["yaw"] = smooth(rates["yaw"])
+    return found
+
+
+def _pedals(
+    prepared: Prepared, known: Known, v: FloatArray | None
+) -> tuple[dict[str, FloatArray], tuple[bool, bool]]:
+    """Brake and drive torque at the full band, and where the brakes are on."""
+    c, n = prepared.columns, len(prepared.time_s)
+    brake, drive = _sum_of(prepared, "brake_torque"), _sum_of(prepared, "drive_torque")
+    found: dict[str, FloatArray] = {}
+    gain = known.mean[known.index("brake_gain")]
+    pressure = c.get("brake_pressure")
+    if brake is None and pressure is not None and gain > 2e-6 and gain != 1.0:
+        brake = gain * np.maximum(pressure, 0.0)
+        found["by_pressure"] = np.ones(n)
+    if brake is not None:
+        found["brake"] = np.abs(brake)
+        on = found["brake"] > 0.02 * max(float(np.nanmax(found["brake"], initial=0.0)), 1.0)
+    elif pressure is not None:
+        on = pressure > 1e5
+    else:
+        on = c.get("accel_x", np.zeros(n)) < -BRAKING
+    if drive is not None:
+        found["drive"] = drive
+    found["on"] = np.where(on, 1.0, 0.0)
+    return found, (drive is not None, brake is not None)
+
+
+def _kinds(prepared: Prepared) -> tuple[str, ...]:
+    """Sources of vertical forces that are there at every wheel (or axle)."""
+    c = prepared.columns
+
+    def there(names: list[str]) -> bool:
+        return all(n in c and bool(np.isfinite(c[n]).any()) for n in names)
+
+    found = []
+    for kind, name in (
+        ("deflection", "suspension_deflection"),
+        ("suspension", "suspension_force"),
+        ("tyre", "tire_normal_force"),
+    ):
+        if there([f"{name}_{w}" for w in CORNERS]):
+            found.append(kind)
+    if there(["axle_load_front", "axle_load_rear"]):
+        found.append("axle")
+    return tuple(found)
+
+
+def _at_rest(prepared: Prepared, smooth: _Smoother) -> FloatArray:
+    """(n,) 1 at rest, 0 moving, NaN near the change of one into the other."""
+    still = prepared.standstill
+    if len(still) == 0:
+        return np.zeros(len(smooth.rows))
+    # the low-pass mixes both within this time
+    width = max(1, round(0.7 * prepared.rate_hz / smooth.band_hz))
+    box = np.ones(2 * width + 1)
+    share = np.convolve(still.astype(float), box, mode="same") / np.convolve(
+        np.ones(len(still)), box, mode="same"
+    )
+    state = np.where(share > 0.999, 1.0, np.where(share < 0.001, 0.0, np.nan))
+    return np.asarray(state[smooth.rows])
+
+
+def collect(prepared: Prepared, known: Known, band_hz: float) -> Columns:
+    """All columns of the balances from a prepared drive; empty where it has no segments."""
+    smooth = _Smoother(prepared, band_hz)
+    kinds = _kinds(prepared) if prepared.segments else ()
+    c = prepared.columns
+    angles = _angles(prepared, known, "deflection" in kinds)
+    found = _inertial(prepared, smooth, angles)
+    v = _speed(prepared)
+    pedals, has_torque = _pedals(prepared, known, v)
+    rest = _at_rest(prepared, smooth)
+    found |= {"rest": rest, "move": 1.0 - rest, "one": np.ones(len(rest))}
+    if "accel_x" in c:
+        found["fx_brake"] = smooth(c["accel_x"] * pedals["on"])
+        found["fx_drive"] = found["fx"] - found["fx_brake"]
+        found["fx_tilt"] = smooth(GRAVITY * angles[0])
+        found["fx_tilt_brake"] = smooth(GRAVITY * angles[0] * pedals["on"])
+    if "accel_y" in c:
+        found["fy2"] = smooth(c["accel_y"] ** 2)
+        found["fy3"] = smooth(c["accel_y"] ** 3)
+        found["fy_tilt"] = smooth(-GRAVITY * angles[1])
+    found["fz_tilt"] = smooth(_tilted(prepared, angles))
+    speed = np.zeros(len(prepared.time_s)) if v is None else v
+    found["v"], found["v2"] = smooth(speed), smooth(speed * speed)
+    found["vdot"] = smooth(speed, 1) if v is not None else found.get("fx", found["v"])
+    found["vyaw"] = found["v"] * found["yaw"]
+    found |= {n: smooth(pedals[n]) for n in ("brake", "drive", "on") if n in pedals}
+    if "by_pressure" in pedals:
+        found["by_pressure"] = np.ones(len(rest))
+    sag = None
+    if "deflection" in kinds:
+        found |= _corner_columns(prepared, smooth)
+        sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
+    for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):
+        if kind in kinds:
+            found |= {f"{kind}_{w}": smooth(c[f"{name}_{w}"]) for w in CORNERS}
+    if "axle" in kinds:
+        found |= {f"axle_{a}": smooth(c[f"axle_load_{a}"]) for a in ("front", "rear")}
+    time_s = prepared.time_s[smooth.rows]
+    block = np.floor((time_s - (time_s[0] if len(time_s) else 0.0)) / BLOCK_S).astype(np.int64)
+    rest_s = float(np.nansum(rest)) * smooth.step / prepared.rate_hz if prepared.rate_hz else 0.0
+    return Columns(
+        found,
+        time_s,
+        block,
+        prepared.rate_hz / smooth.step if prepared.rate_hz else 0.0,
+        kinds,
+        sag,
+        rest_s,
+        has_torque,
+    )

@@ -1,0 +1,353 @@
+"""The balances: each a sum of columns times coefficients of the unknowns that should be zero, and its instruments.
+
+Sprung body, in body axes (specific force f, so that grade and bank drop out), S the suspension's vertical forces:
+
+    vertical  sum S = m_s f_z - jacking
+    pitch     a S_f - b S_r = -m (h - h_links) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
+    roll      sum y S = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w v r / R + I_xx p' + y_s m_s f_z
+
+The longitudinal balance is in `along`.
+
+Tyre forces or axle loads in S's place see the whole vehicle: no links, no roll centre. m, h: whole vehicle.
+
+A balance is divided by what its S scales with, so that nothing is won by letting stiffness and mass shrink together.
+Its mean products with instruments (accelerations, speed: signals without the deflection sensors' noise and without
+friction) are what must vanish, so that noise in the deflections biases nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from pipelines.estimators.load_balance.data import AIR, Columns
+from pipelines.estimators.load_balance.vehicle import AXLES, CORNERS, Body, Known, Values, body_of
+from pipelines.models.roll import GRAVITY
+from pipelines.results import FloatArray
+
+IntArray = NDArray[np.int64]
+Terms = dict[str, float]
+Coefficients = Callable[[Values], Terms]
+
+
+@dataclass(frozen=True)
+class Relation:
+    """One balance. columns: names; table (n, k) and instruments (n, z) on the used rows `rows` of the drive.
+
+    unknowns: rows of those that the coefficients depend on.
+    """
+
+    name: str
+    title: str
+    columns: tuple[str, ...]
+    table: FloatArray
+    instruments: FloatArray
+    instrument_names: tuple[str, ...]
+    rows: IntArray
+    block: IntArray
+    coefficients: Coefficients
+    unknowns: tuple[int, ...]
+
+    def vector(self, p: Values) -> FloatArray:
+        """(k,) coefficients of the columns."""
+        terms = self.coefficients(p)
+        return np.array([terms[name] for name in self.columns])
+
+
+def add(terms: Terms, name: str, value: float) -> None:
+    """Add to a coefficient."""
+    terms[name] = terms.get(name, 0.0) + value
+
+
+def _axle(wheel: str) -> str:
+    return "front" if wheel[0] == "f" else "rear"
+
+
+def _empty_corner(p: Values, axle: str) -> float:
+    """The suspension's force at a wheel of the empty vehicle at rest, N."""
+    share = p["empty_x"] / p["wheelbase"]
+    part = 1 - share if axle == "front" else share
+    return 0.5 * GRAVITY * (p["empty_mass"] * part - p[f"unsprung_{axle}"])
+
+
+def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
+    """Adds lever * S of the four wheels, S from the deflections."""
+    for i, wheel in enumerate(CORNERS):
+        axle, arm = _axle(wheel), lever[i]
+        side = 1.0 if wheel[1] == "l" else -1.0
+        bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
+        other = wheel[0] + ("r" if wheel[1] == "l" else "l")
+        add(terms, f"d_{wheel}", arm * p[f"scale_{wheel}"] * (p[f"spring_{axle}"] + bar))
+        add(terms, f"d_{other}", -arm * p[f"scale_{other}"] * bar)
+        add(terms, f"d2_{wheel}", arm * p[f"square_{axle}"])
+        add(terms, f"d3_{wheel}", arm * p[f"cube_{axle}"])
+        add(terms, f"bump_{wheel}", arm * p[f"bump_{axle}"])
+        add(terms, f"rebound_{wheel}", arm * p[f"rebound_{axle}"])
+        add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"])
+        cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
+        add(terms, "one", arm * (_empty_corner(p, axle) + cross + p[f"zero_{wheel}"]))
+        add(terms, "rest", arm * p[f"stuck_{wheel}"])
+
+
+def _by_sensor(kind: str) -> Callable[[Values, Sequence[float], Terms], None]:
+    def add_all(p: Values, lever: Sequence[float], terms: Terms) -> None:
+        for i, wheel in enumerate(CORNERS):
+            add(terms, f"{kind}_{wheel}", lever[i] * p[f"{kind}_scale_{_axle(wheel)}"])
+            add(terms, "one", lever[i] * p[f"{kind}_zero_{wheel}"])
+
+    return add_all
+
+
+def _by_axle(p: Values, lever: Sequence[float], terms: Terms) -> None:
+    for axle, arm in zip(AXLES, (lever[0], lever[2]), strict=True):
+        add(terms, f"axle_{axle}", arm * p[f"axle_scale_{axle}"])
+        add(terms, "one", 2 * arm * p[f"axle_zero_{axle[0]}l"])
+
+
+FORCES: dict[str, Callable[[Values, Sequence[float], Terms], None]] = {
+    "deflection": _by_deflection,
+    "suspension": _by_sensor("suspension"),
+    "tyre": _by_sensor("tyre"),
+    "axle": _by_axle,
+}
+
+
+def _place(p: Values, body: Body) -> tuple[float, float, float]:
+    """The inertial unit from the sprung CG: ahead, left, above."""
+    return body.x - p["imu_x"], p["imu_y"] - body.y, p["imu_h"] - body.h
+
+
+def _forward(
+    p: Values, body: Body, amount: float, terms: Terms, split: tuple[float, float] | None = None
+) -> None:
+    """Adds amount * f_x at the CG. split: other amounts while braking and while driving (offsets take the mean)."""
+    rx, ry, rz = _place(p, body)
+    for name, part in zip(("fx_brake", "fx_drive"), split or (amount, amount), strict=True):
+        add(terms, name, part)
+    add(terms, "one", amount * p["offset_x"])
+    add(terms, "fy", -amount * p["askew_yaw"])
+    add(terms, "fz", amount * p["askew_pitch"])
+    add(terms, "pitch_acc", -amount * rz)
+    add(terms, "yaw_acc", amount * ry)
+    add(terms, "yaw2", amount * rx)
+
+
+def _sideways(p: Values, body: Body, amount: float, terms: Terms) -> None:
+    """Adds amount * f_y at the CG."""
+    rx, ry, rz = _place(p, body)
+    add(terms, "fy", amount)
+    add(terms, "one", amount * p["offset_y"])
+    add(terms, "fx", amount * p["askew_yaw"])
+    add(terms, "fz", -amount * p["askew_roll"])
+    add(terms, "yaw_acc", -amount * rx)
+    add(terms, "roll_acc", amount * rz)
+    add(terms, "yaw2", amount * ry)
+
+
+def _upward(p: Values, body: Body, amount: float, terms: Terms) -> None:
+    """Adds amount * f along the road's normal at the CG."""
+    rx, ry, _ = _place(p, body)
+    add(terms, "fz", amount)
+    add(terms, "fz_tilt", amount)
+    add(terms, "one", amount * p["offset_z"])
+    add(terms, "fx", -amount * p["askew_pitch"])
+    add(terms, "fy", amount * p["askew_roll"])
+    add(terms, "roll_acc", -amount * ry)
+    add(terms, "pitch_acc", amount * rx)
+
+
+def _scaled(terms: Terms, by: float) -> Terms:
+    return {name: value / by for name, value in terms.items()}
+
+
+def _stiffness(kind: str, p: Values, lever: Sequence[float], bars: bool) -> float:
+    """What the forces of a balance scale with."""
+    if kind != "deflection":
+        return 0.5 * (p[f"{kind}_scale_front"] + p[f"{kind}_scale_rear"])
+    total = 0.0
+    for i, wheel in enumerate(CORNERS):
+        axle = _axle(wheel)
+        bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
+        total += lever[i] ** 2 * p[f"scale_{wheel}"] * (p[f"spring_{axle}"] + (2 * bar if bars else 0.0))
+    return total
+
+
+def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
+    """The pitch balance."""
+    first = known.at(np.zeros(len(known.names)))
+    whole = kind in ("tyre", "axle")
+
+    def levers(p: Values, body: Body) -> list[float]:
+        a = body.whole_x if whole else body.x
+        return [a, a, a - p["wheelbase"], a - p["wheelbase"]]
+
+    nominal = _stiffness(kind, first, levers(first, body_of(first, sag)), bars=False)
+
+    def coefficients(p: Values) -> Terms:
+        body = body_of(p, sag)
+        lever, terms = levers(p, body), Terms()
+        FORCES[kind](p, lever, terms)
+        gain = 1 + p[f"gain_pitch_{kind}"]
+        links = (0.0, 0.0) if whole else (p["pitch_center_brake"], p["pitch_center_drive"])
+        brake, drive = (gain * (body.moment - body.mass * link) for link in links)
+        mean = 0.5 * (brake + drive)
+        _forward(p, body, mean, terms, (brake, drive))
+        add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])
+        path = p["unsprung_front"] + p["unsprung_rear"]
+        add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
+        add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
+        lift = lever[0] * p["lift_front"] + lever[2] * p["lift_rear"]
+        add(terms, "v2", 0.5 * AIR * (p["drag"] * p["drag_height"] + (0.0 if whole else lift)))
+        add(terms, "pitch_acc", p["pitch_inertia"])
+        add(terms, "yaw2", p["product"])
+        if not whole:
+            add(terms, "one", p["pitch_bias"])
+        add(terms, "move", p["rolling_shift"] * body.mass * GRAVITY * p["rolling"] * p["radius"])
+        return _scaled(terms, _stiffness(kind, p, lever, bars=False) / nominal)
+
+    return coefficients
+
+
+def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
+    """The roll balance."""
+    first = known.at(np.zeros(len(known.names)))
+    whole = kind == "tyre"
+
+    def levers(p: Values) -> list[float]:
+        front, rear = p["track_front"] / 2, p["track_rear"] / 2
+        return [front, -front, rear, -rear]
+
+    nominal = _stiffness(kind, first, levers(first), bars=True)
+
+    def coefficients(p: Values) -> Terms:
+        body = body_of(p, sag)
+        lever, terms = levers(p), Terms()
+        FORCES[kind](p, lever, terms)
+        share = body.whole_x / p["wheelbase"]
+        axis = (1 - share) * p["roll_center_front"] + share * p["roll_center_rear"]
+        gain = 1 + p[f"gain_roll_{kind}"]
+        # the hubs' own inertia goes into the springs as far as the wheels lean with the body
+        hubs = body.unsprung * p["radius"] * (1 - p["camber"])
+        arm = gain * (body.moment if whole else body.sprung * (body.h - axis) + hubs)
+        _sideways(p, body, arm, terms)
+        add(terms, "dfy", -arm * p[f"late_roll_{kind}"])
+        if whole:
+            add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * axis)
+        add(terms, "vyaw", 4 * p["gyroscope"] * p["wheel_inertia"] / p["radius"])
+        add(terms, "roll_acc", -p["roll_inertia"])
+        mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
+        add(terms, "fz", -mass * left)
+        return _scaled(terms, _stiffness(kind, p, lever, bars=True) / nominal)
+
+    return coefficients
+
+
+def vertical_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
+    """The vertical balance."""
+    first = known.at(np.zeros(len(known.names)))
+    whole = kind in ("tyre", "axle")
+    lever = [1.0] * 4
+    nominal = _stiffness(kind, first, lever, bars=False)
+
+    def coefficients(p: Values) -> Terms:
+        body, terms = body_of(p, sag), Terms()
+        FORCES[kind](p, lever, terms)
+        mass = body.mass if whole else body.sprung
+        _upward(p, body, -mass, terms)
+        # at rest weight is weight: only what moves can be wrong in the model
+        add(terms, "fz_dynamic", -mass * p[f"gain_vertical_{kind}"])
+        add(terms, "dfz", mass * p[f"late_vertical_{kind}"])
+        if not whole:
+            add(terms, "fx_brake", body.sprung * p["jack_brake"])
+            add(terms, "fx_drive", body.sprung * p["jack_drive"])
+            add(terms, "fy2", body.sprung * p["jack_side"])
+        add(terms, "v2", 0.5 * AIR * (p["lift_front"] + p["lift_rear"]))
+        return _scaled(terms, _stiffness(kind, p, lever, bars=False) / nominal)
+
+    return coefficients
+
+
+def _unknowns(terms: Coefficients, known: Known) -> tuple[int, ...]:
+    """Rows of the unknowns that change any coefficient, tried away from the mean, where products are not zero."""
+    u = np.full(len(known.names), 0.37)
+    base = terms(known.at(u))
+    found = []
+    for i in range(len(u)):
+        moved = u.copy()
+        moved[i] += 0.1
+        if terms(known.at(moved)) != base:
+            found.append(i)
+    return tuple(found)
+
+
+def make_relation(
+    name: str,
+    title: str,
+    data: Columns,
+    extra: dict[str, FloatArray],
+    terms: Coefficients,
+    instruments: Sequence[str],
+    where: FloatArray,
+    known: Known,
+) -> Relation | None:
+    """Table and instruments on the rows where all of them are there; None where nearly nothing is."""
+    at = known.at(np.zeros(len(known.names)))
+    pool = {**data.columns, **extra}
+    used = tuple(n for n in terms(at) if n in pool and np.isfinite(pool[n]).any())
+    named = [n for n in instruments if n in pool and np.isfinite(pool[n]).any()]
+    z = np.column_stack([pool[n] for n in named])
+    table = np.column_stack([pool[n] for n in used])
+    good = np.isfinite(table).all(axis=1) & np.isfinite(z).all(axis=1) & (where > 0)
+    if good.sum() < 20 * data.rate_hz:
+        return None
+    z = z[good]
+    size = np.sqrt(np.mean(z * z, axis=0))
+    keep = size > 1e-9
+    return Relation(
+        name, title, used, table[good], z[:, keep] / size[keep],
+        tuple(n for n, k in zip(named, keep, strict=True) if k), np.flatnonzero(good).astype(np.int64), data.block[good], terms,
+        _unknowns(terms, known),
+    )  # fmt: skip
+
+
+TITLES = {
+    "deflection": "spring deflections",
+    "suspension": "suspension forces",
+    "tyre": "tyre normal forces",
+    "axle": "axle loads",
+}
+
+
+def relations(data: Columns, known: Known) -> tuple[Relation, ...]:
+    """Every balance that the drive's signals and the vehicle file allow."""
+    found: list[Relation | None] = []
+    everywhere = np.ones(len(data.time_s))
+    c = data.columns
+    extra: dict[str, FloatArray] = {}
+    if data.has("fx"):
+        extra["fx_square"] = c["fx"] * np.abs(c["fx"])
+    if data.has("fz"):
+        extra["fz_dynamic"] = c["fz"] - GRAVITY
+    else:
+        # without a vertical accelerometer: gravity, on rows that are not shaken much in the mean
+        data = Columns({**c, "fz": np.full(len(everywhere), GRAVITY)}, data.time_s, data.block, data.rate_hz,
+                       data.kinds, data.sag, data.rest_s, data.has_torque)  # fmt: skip
+    names: tuple[str, ...]
+    for kind in data.kinds:
+        if kind == "deflection" and not known.springs:
+            continue
+        if data.has("fx"):
+            names = ("rest", "move", "fx_brake", "fx_drive", "dfx", "ddfx", "fx_square", "v2", "fy2")
+            found.append(make_relation(f"pitch by {TITLES[kind]}", f"pitch balance by {TITLES[kind]}", data, extra,
+                                   pitch_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
+        if data.has("fy") and kind != "axle":
+            names = ("rest", "move", "fy", "dfy", "ddfy", "fy3", "fx", "yaw_acc")
+            found.append(make_relation(f"roll by {TITLES[kind]}", f"roll balance by {TITLES[kind]}", data, extra,
+                                   roll_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
+        names = ("rest", "move", "fz_dynamic", "dfz", "ddfz", "fx_brake", "fx_drive", "fy2", "v2")
+        found.append(make_relation(f"vertical by {TITLES[kind]}", f"vertical balance by {TITLES[kind]}", data, extra,
+                               vertical_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
+    return tuple(r for r in found if r is not None)

@@ -1,0 +1,338 @@
+"""Roll dynamics by batch maximum a posteriori, on the model of Berntorp et al.
+
+First stage: the coefficients a = K/(m h), b = D/(m h), c = I/(m h) + h - z of the roll motion, with offsets, delays
+and noises as parameters, from the likelihood of the Kalman innovations. Second stage: the vehicle, by weighted draws
+from what is known of it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from parsers.drive import Drive
+from parsers.signals import SUSPENSION_DEFLECTIONS
+from pipelines.estimators.base import Need, Setting, Settings
+from pipelines.estimators.roll_map.answers import coefficients_of
+from pipelines.estimators.roll_map.data import RollData, collect
+from pipelines.estimators.roll_map.figures import fit_traces, gradient_track, height_track, roll_scatter
+from pipelines.estimators.roll_map.fit import RollFit, fit_roll
+from pipelines.estimators.roll_map.model import known_parameters
+from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle
+from pipelines.estimators.roll_map.words import (
+    assumptions_of_fit,
+    conflicts,
+    like_tilting_ground,
+    not_following,
+    said_of_drive,
+)
+from pipelines.models.roll import DEGREES
+from pipelines.prepare.prepared import Prepared
+from pipelines.prepare.roll_angle import RollSource, rank_roll
+from pipelines.prepare.signals import prepare_signals
+from pipelines.results import Estimate, FloatArray, Scatter, Track
+from pipelines.vehicles.vehicle import Vehicle
+
+DEFLECTION_PAIRS = (SUSPENSION_DEFLECTIONS[:2], SUSPENSION_DEFLECTIONS[2:])
+TRACK_POINTS = 120
+LEAST_EXPLAINED = 0.2
+"""Share of the roll signal's variance that must follow from the lateral acceleration."""
+
+LEAST_STIFFNESS = 2 * 9.80665
+"""a = K/(m h) in (m/s²)/rad below which the answer is refused: tilting ground gives a = g whatever the springs are, and
+a sprung vehicle with less than twice that leans over 28 degrees a g, which none does (lorries reach about 10)."""
+
+SETTINGS: tuple[Setting, ...] = (
+    Setting(
+        "cutoff_hz",
+        8.0,
+        "Hz",
+        "zero-phase low-pass of all signals; they are then taken at twice this rate",
+        2.0,
+        40.0,
+    ),
+    Setting(
+        "least_excitation",
+        0.3,
+        "m/s²",
+        "lateral acceleration (RMS over 6 s) from which a stretch is used",
+        0.0,
+        5.0,
+    ),
+    Setting(
+        "least_spread",
+        0.3,
+        "m/s²",
+        "spread of lateral acceleration below which nothing is estimated",
+        0.0,
+        5.0,
+    ),
+    Setting("max_delay_s", 0.2, "s", "largest delay of the roll channel", 0.0, 1.0),
+    Setting("delay_std_s", 0.05, "s", "how large a delay of the roll channel is usual", 0.001, 1.0),
+    Setting(
+        "max_rows",
+        40000,
+        "samples",
+        "most samples that are fitted; the liveliest stretches are taken",
+        1000,
+        1e6,
+    ),
+    Setting("draws", 100000, "draws", "draws of the vehicle in the second stage", 1000, 2e6),
+)
+
+
+def _value(settings: Settings, name: str) -> float:
+    default = next(s.default for s in SETTINGS if s.name == name)
+    return float(settings.get(name, default))
+
+
+class RollMap:
+    """The estimator "roll_map"."""
+
+    @property
+    def name(self) -> str:
+        """Short name."""
+        return "roll_map"
+
+    @property
+    def title(self) -> str:
+        """As a table's heading says it."""
+        return "Roll dynamics, batch maximum a posteriori"
+
+    @property
+    def source(self) -> str:
+        """The paper."""
+        return (
+            "Berntorp, Chakrabarty, Di Cairano: Vehicle center-of-gravity height and dynamics estimation with uncertainty "
+            "quantification by marginalized particle filter, eqs. (1)-(4); offline, by the Kalman innovations' likelihood"
+        )
+
+    @property
+    def signal_needs(self) -> tuple[Need, ...]:
+        """Lateral acceleration and something that sees roll."""
+        angle = ("roll", "roll_rate", "suspension_deflection_fl", "suspension_deflection_rl")
+        return (
+            Need(("accel_y",), "lateral acceleration is what makes the body roll"),
+            Need(angle, "the roll motion: an angle, a rate, or deflections of both wheels of an axle"),
+        )
+
+    @property
+    def vehicle_needs(self) -> tuple[Need, ...]:
+        """None: without a vehicle file the roll gradient, natural frequency and damping ratio remain."""
+        return ()
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """What it can give."""
+        return (
+            "cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_gradient_degpg", "roll_natural_frequency_hz",
+            "roll_damping_ratio", "roll_stiffness_nmprad", "roll_damping_nmsprad", "roll_inertia_kgm2", "mass_kg",
+            "sprung_mass_kg",
+        )  # fmt: skip
+
+    @property
+    def settings(self) -> tuple[Setting, ...]:
+        """Settings with defaults."""
+        return SETTINGS
+
+    def prepare(self, drive: Drive, settings: Settings) -> Prepared:
+        """Lateral acceleration and the best roll channel on one clock; the other roll channels where they are there."""
+        signals = drive.signals
+        pairs = [name for pair in DEFLECTION_PAIRS if all(w in signals for w in pair) for name in pair]
+        if "roll" in signals:
+            angle: list[str] = ["roll"]
+        elif pairs:
+            angle = pairs
+        else:
+            angle = ["roll_rate"]
+        optional = ["roll_rate", "yaw_rate", "speed", *pairs]
+        cutoff = _value(settings, "cutoff_hz")
+        # at twice the cutoff the low-passed noise is nearly white again, which the likelihood takes it for
+        first = prepare_signals(
+            drive, ["accel_y", *angle], rate_hz=2 * cutoff, cutoff_hz=cutoff, optional=optional
+        )
+        if first.cutoff_hz >= cutoff or not first.segments:
+            return first
+        cutoff = first.cutoff_hz
+        again = prepare_signals(
+            drive, ["accel_y", *angle], rate_hz=2 * cutoff, cutoff_hz=cutoff, optional=optional
+        )
+        return replace(again, notes=tuple(dict.fromkeys((*first.notes, *again.notes))))
+
+    def estimate(
+        self, prepared: Prepared, vehicle: Vehicle, settings: Settings, rng: np.random.Generator
+    ) -> Estimate:
+        """Fit and explain. A drive that cannot tell ends with parameters "not_identifiable" and the reason."""
+        ranked = rank_roll(prepared, vehicle) if prepared.segments else ()
+        roll = ranked[0] if ranked else None
+        data = None
+        if prepared.segments and (roll is not None or "roll_rate" in prepared.columns):
+            least = _value(settings, "least_excitation")
+            data = collect(prepared, roll, least, round(_value(settings, "max_rows")))
+        before = before_the_log(vehicle, rng, round(_value(settings, "draws")))
+        spread = 0.0 if data is None else float(np.std(data.accel))
+        seen = data is not None and (data.has_roll or data.has_rate)
+        if data is None or not seen or spread < _value(settings, "least_spread"):
+            return self._nothing(prepared, before, vehicle, spread, data)
+        edges = np.unique(np.linspace(0, data.size, TRACK_POINTS + 1).round().astype(np.int64))[1:]
+        known = known_parameters(
+            data,
+            self._rate_offset(prepared),
+            _value(settings, "max_delay_s"),
+            _value(settings, "delay_std_s"),
+            self._lever(vehicle),
+        )
+        fit = fit_roll(data, known, edges)
+        if fit.explained < LEAST_EXPLAINED:
+            return self._nothing(prepared, before, vehicle, spread, data, not_following(fit))
+        if fit.values["a"] < LEAST_STIFFNESS:
+            return self._nothing(prepared, before, vehicle, spread, data, like_tilting_ground(fit))
+        return self._explain(prepared, data, fit, roll, ranked, vehicle, before, rng)
+
+    @staticmethod
+    def _rate_offset(prepared: Prepared) -> tuple[float, float] | None:
+        """The roll rate's offset from standstill, with what it may drift by (0.1 deg/s)."""
+        found = prepared.standstill_offset.get("roll_rate")
+        return None if found is None else (found[0], math.hypot(found[1], math.radians(0.1)))
+
+    @staticmethod
+    def _lever(vehicle: Vehicle) -> tuple[float, float] | None:
+        """How far the accelerometer sits ahead of the CG in m, and how well that is known; None where it is not."""
+        behind, axle = vehicle.sensors.get("imu_behind_front_axle_m"), vehicle.get("cg_to_front_axle_m")
+        if behind is None:
+            return None
+        if axle is None:
+            wheelbase = vehicle.get("wheelbase_m")
+            middle = 2.7 if wheelbase is None else wheelbase.value
+            return 0.45 * middle - behind.value, math.hypot(behind.std, 0.07 * middle)
+        return axle.value - behind.value, math.hypot(behind.std, axle.std)
+
+    def _nothing(
+        self,
+        prepared: Prepared,
+        before: VehiclePart,
+        vehicle: Vehicle,
+        spread: float,
+        data: RollData | None,
+        why: str | None = None,
+    ) -> Estimate:
+        """The answer of a drive that cannot tell."""
+        reason = why or said_of_drive(prepared, data, spread)
+        parameters = before.unknown(self.parameters, reason, vehicle.reference)
+        used = 0.0 if data is None else data.size / max(data.drive_rows, 1)
+        figures = {"lateral_acceleration_spread_mps2": spread}
+        return Estimate(
+            self.name,
+            "ran",
+            reason,
+            parameters,
+            assumptions=before.assumptions,
+            diagnostics=figures,
+            used_fraction=used,
+        )
+
+    def _explain(
+        self,
+        prepared: Prepared,
+        data: RollData,
+        fit: RollFit,
+        roll: RollSource | None,
+        ranked: tuple[RollSource, ...],
+        vehicle: Vehicle,
+        before: VehiclePart,
+        rng: np.random.Generator,
+    ) -> Estimate:
+        """Parameters, figures and words of a fit."""
+        scale_std = 0.005 if roll is None or not data.has_roll else max(roll.scale_std, 0.003)
+        coefficients = coefficients_of(fit, scale_std, data.against_axles)
+        parameters, figures, sentences = explain_vehicle(before, coefficients, data, vehicle, rng)
+        parameters = {
+            **before.unknown(self.parameters, "see the roll gradient", vehicle.reference),
+            **parameters,
+        }
+        seen_s = prepared.time_s[data.rows[fit.edges - 1]]
+        gradient = parameters["roll_gradient_degpg"]
+        tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles, gradient.value)]
+        if before.draws is not None and "cg_height_m" in parameters:
+            few = before.fewer(6000)
+            tracks.append(height_track(fit, seen_s, scale_std, few, before.rates, data.against_axles, rng))
+        relative = math.sqrt(coefficients.covariance[0, 0]) / coefficients.mean[0]
+        scatter = self._scatter(data, fit, ranked, relative, gradient.status != "not_identifiable")
+        figures |= self._figures(data, fit)
+        sentences = (*conflicts(data, fit), *sentences)
+        reason = (
+            " ".join(("the roll motion was fitted.", *sentences))
+            if sentences
+            else "the roll motion was fitted"
+        )
+        return Estimate(
+            estimator=self.name,
+            status="ran",
+            reason=reason,
+            parameters=parameters,
+            tracks=tuple(tracks),
+            traces=fit_traces(data, fit, prepared),
+            scatters=() if scatter is None else (scatter,),
+            assumptions=(*assumptions_of_fit(data, fit, roll, prepared), *before.assumptions),
+            diagnostics=figures,
+            used_fraction=data.size / max(data.drive_rows, 1),
+        )
+
+    @staticmethod
+    def _scatter(
+        data: RollData, fit: RollFit, ranked: tuple[RollSource, ...], relative: float, told: bool
+    ) -> Scatter | None:
+        if not ranked:
+            return None
+        angle: FloatArray = ranked[0].angle[data.rows]
+        return roll_scatter(data, fit, angle, ranked[0].how, relative, not data.has_roll, told)
+
+    @staticmethod
+    def _figures(data: RollData, fit: RollFit) -> dict[str, float]:
+        i = fit.index("a")
+        found = {
+            "log_likelihood": -fit.cost,
+            "explained_share": fit.explained,
+            "quickness_radps": fit.quickness,
+            "samples": float(data.size),
+            "band_hz": data.band_hz,
+            "scoring_steps": float(fit.steps),
+            "converged": float(fit.converged),
+            "correlation_factor_a": float(fit.covariance[i, i] / fit.white_covariance[i, i]),
+            "roll_delay_s": fit.values["delay"],
+            "roll_delay_std_s": fit.std("delay"),
+            "frequency_at_sensor_hz": math.sqrt(fit.values["a"] / fit.values["c"]) / (2 * math.pi),
+            **{name: fit.values[name] for name in ("a", "b", "c", "stiffening", "friction")},
+            **{f"{name}_std": fit.std(name) for name in ("a", "b", "c", "stiffening", "friction")},
+        }
+        for name, scale in (
+            ("roll_offset", DEGREES),
+            ("rate_offset", DEGREES),
+            ("rate_lag", 1.0),
+            ("yaw_leak", 1.0),
+            ("lever", 1.0),
+        ):
+            if name in fit.values:
+                unit = {
+                    "roll_offset": "deg",
+                    "rate_offset": "degps",
+                    "rate_lag": "s",
+                    "yaw_leak": "share",
+                    "lever": "m",
+                }[name]
+                found[f"{name}_{unit}"] = fit.values[name] * scale
+        for name in ("log_roll_noise", "log_rate_noise", "log_push", "log_bank"):
+            if name in fit.values:
+                found[name.removeprefix("log_") + "_std"] = math.exp(fit.values[name])
+        for column, name in enumerate(
+            (["roll"] if data.has_roll else []) + (["rate"] if data.has_rate else [])
+        ):
+            e = fit.normalised[:, column]
+            good = np.isfinite(e[1:]) & np.isfinite(e[:-1])
+            if good.sum() > 2:
+                found[f"{name}_innovation_autocorrelation"] = float(
+                    np.corrcoef(e[1:][good], e[:-1][good])[0, 1]
+                )
+        return found

@@ -1,0 +1,309 @@
+"""What is known of the vehicle before the log, as many draws: masses, heights, inertia, load, tyres, springs.
+
+Everything that the vehicle file states comes in with its spread; everything it is silent about comes from the
+measured vehicles or from a stated assumption. The draws keep what belongs together: a load changes the mass, the
+height and the inertia at once.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from pipelines.prepare.roll_angle import TYPICAL_TRACK
+from pipelines.results import Assumption, FloatArray, Prior
+from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+DRIVER = (75.0, 15.0)
+FURTHER_LOAD_MEAN = 130.0
+FURTHER_LOAD_MOST = 400.0
+LOAD_HEIGHT_RATIO = (1.1, 0.3)
+ROOF_SHARE = 0.3
+ROOF_RATIO = (2.0, 2.9)
+UNSPRUNG_SHARE = (0.09, 0.025)
+HUB_HEIGHT = (0.32, 0.03)
+ROLL_AXIS = (0.08, 0.07)
+IMU_HEIGHT = (0.5, 0.2)
+TYRE_RATIO = (0.83, 0.04)
+ANY_HEIGHT = (0.9, 0.4)
+GYRATION_SHARE = (0.38, 0.06)
+TAIL = 5.0
+"""Where the vehicle file is silent: mean and standard deviation (kg, m; shares of mass, of height, of
+track). TAIL: degrees of freedom of the measured heights about their mean."""
+
+
+def _figure(value: float) -> str:
+    """A figure for prose: four digits, never with an exponent."""
+    return f"{value:.0f}" if abs(value) >= 1000 else f"{value:.4g}"
+
+
+@dataclass(frozen=True)
+class VehicleDraws:
+    """Draws of the loaded vehicle, each (n,): SI. height: of the whole vehicle; arm: sprung CG above the roll axis.
+
+    body_inertia: of the sprung mass about its own CG. imu: accelerometer above the roll axis. tyre_roll: roll
+    stiffness of the tyres in N·m/rad, or None where `tyre_ratio` (road stiffness over suspension stiffness) is drawn.
+    """
+
+    mass: FloatArray
+    sprung: FloatArray
+    unsprung: FloatArray
+    hub: FloatArray
+    height: FloatArray
+    sprung_height: FloatArray
+    roll_axis: FloatArray
+    arm: FloatArray
+    inertia: FloatArray
+    body_inertia: FloatArray
+    imu: FloatArray
+    tyre_roll: FloatArray | None
+    tyre_ratio: FloatArray
+    possible: np.ndarray
+
+
+@dataclass
+class _Book:
+    """Draws quantities and writes down what was assumed."""
+
+    rng: np.random.Generator
+    count: int
+    assumptions: list[Assumption] = field(default_factory=list)
+
+    def normal(self, mean: float, std: float) -> FloatArray:
+        return np.asarray(mean + std * self.rng.standard_normal(self.count))
+
+    def tailed(self) -> FloatArray:
+        """Student's draws of unit spread, for measured heights: 1 % of the vehicles sit beyond three standard
+        deviations (electric ones with the battery in the floor, 4-5 below), where a normal law has 0.3 %."""
+        scale = math.sqrt((TAIL - 2) / TAIL)
+        return np.asarray(scale * self.rng.standard_t(TAIL, self.count))
+
+    def known(self, name: str, quantity: Quantity, unit: str) -> FloatArray:
+        self.assumptions.append(
+            Assumption(
+                name, f"{_figure(quantity.value)} ± {_figure(quantity.std)} {unit}".rstrip(), quantity.source
+            )
+        )
+        return self.normal(quantity.value, quantity.std)
+
+    def assumed(self, name: str, pair: tuple[float, float], unit: str, source: str) -> FloatArray:
+        self.assumptions.append(
+            Assumption(name, f"{_figure(pair[0])} ± {_figure(pair[1])} {unit}".rstrip(), source)
+        )
+        return self.normal(*pair)
+
+
+SILENT = "the vehicle file is silent: usual for road vehicles"
+
+
+def _empty_height(book: _Book, vehicle: Vehicle, mass: float) -> tuple[FloatArray, str | None]:
+    stated = vehicle.get("cg_height_m")
+    if stated is not None:
+        return book.known("cg_height_m (empty)", stated, "m"), stated.source
+    prior = measured_cg_height(vehicle.body, mass)
+    if prior is not None:
+        book.assumptions.append(
+            Assumption("cg_height_m (empty)", f"{prior.value:.4g} ± {prior.std:.3g} m", prior.source)
+        )
+        return prior.value + prior.std * book.tailed(), prior.source
+    book.assumptions.append(
+        Assumption("cg_height_m (empty)", "anything from 0.3 to 2.5 m", "no measured vehicle is like it")
+    )
+    ratio = ANY_HEIGHT[1] / ANY_HEIGHT[0]
+    return np.asarray(ANY_HEIGHT[0] * np.exp(book.normal(0.0, ratio))), None
+
+
+def _load(book: _Book, vehicle: Vehicle, empty_height: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Mass and height of the load."""
+    stated = vehicle.load.get("mass_kg")
+    if stated is not None:
+        mass = np.maximum(book.known("load mass", stated, "kg"), 0.0)
+    else:
+        driver = np.maximum(book.normal(*DRIVER), 40.0)
+        further = np.minimum(book.rng.exponential(FURTHER_LOAD_MEAN, book.count), FURTHER_LOAD_MOST)
+        mass = np.asarray(driver + further)
+        text = f"a driver of {DRIVER[0]:g} ± {DRIVER[1]:g} kg and 0-{FURTHER_LOAD_MOST:g} kg more ({FURTHER_LOAD_MEAN:g} kg in the mean)"
+        book.assumptions.append(Assumption("load mass", text, "the vehicle file has no [load]"))
+    height = vehicle.load.get("height_m")
+    if height is not None:
+        return mass, np.maximum(book.known("load height", height, "m"), 0.1)
+    if stated is None or stated.value > 0:
+        text = (
+            f"{LOAD_HEIGHT_RATIO[0]:g} ± {LOAD_HEIGHT_RATIO[1]:g} of the empty vehicle's CG height; what is beside the driver "
+            f"is on the roof ({ROOF_RATIO[0]:g}-{ROOF_RATIO[1]:g} of it) with a chance of {ROOF_SHARE:g}"
+        )
+        book.assumptions.append(
+            Assumption("load height", text, "the vehicle file states none: seats, boot or roof")
+        )
+    inside = np.maximum(book.normal(*LOAD_HEIGHT_RATIO), 0.3)
+    above = np.where(book.rng.random(book.count) < ROOF_SHARE, book.rng.uniform(*ROOF_RATIO, book.count), inside)
+    person = np.minimum(mass, DRIVER[0]) / np.maximum(mass, 1.0)
+    return mass, empty_height * (person * inside + (1 - person) * above)
+
+
+def _unsprung(book: _Book, vehicle: Vehicle, mass: FloatArray) -> FloatArray:
+    front, rear = vehicle.get("unsprung_mass_front_kg"), vehicle.get("unsprung_mass_rear_kg")
+    if front is not None and rear is not None:
+        return book.known("unsprung mass, front", front, "kg") + book.known("unsprung mass, rear", rear, "kg")
+    share = book.assumed("unsprung mass", UNSPRUNG_SHARE, "of the empty mass", SILENT)
+    return mass * np.clip(share, 0.03, 0.25)
+
+
+def _roll_axis(book: _Book, vehicle: Vehicle) -> FloatArray:
+    front, rear = vehicle.get("roll_center_height_front_m"), vehicle.get("roll_center_height_rear_m")
+    if front is None or rear is None:
+        known = front or rear
+        if known is None:
+            return book.assumed("roll axis height below the CG", ROLL_AXIS, "m", SILENT)
+        wide = Quantity(known.value, math.hypot(known.std, 0.05), "vehicle file, one axle only")
+        return book.known("roll axis height below the CG", wide, "m")
+    a, wheelbase = vehicle.get("cg_to_front_axle_m"), vehicle.get("wheelbase_m")
+    share = 0.5 if a is None or wheelbase is None else a.value / wheelbase.value
+    ahead = book.known("roll centre height, front", front, "m")
+    behind = book.known("roll centre height, rear", rear, "m")
+    return np.asarray((1 - share) * ahead + share * behind)
+
+
+def _track(vehicle: Vehicle) -> Quantity | None:
+    tracks = [q for key in ("track_front_m", "track_rear_m") if (q := vehicle.get(key)) is not None]
+    if not tracks:
+        return None
+    return Quantity(sum(q.value for q in tracks) / len(tracks), max(q.std for q in tracks), "vehicle file")
+
+
+INERTIA_NAMES = ("roll_inertia_kgm2 (empty)", "roll radius of gyration")
+"""How the assumption on the roll inertia is called: of the whole vehicle about its CG, as on data sheets and in the
+measured table."""
+
+
+def _inertia(book: _Book, vehicle: Vehicle, mass: FloatArray, track: Quantity | None) -> FloatArray:
+    stated = vehicle.get("roll_inertia_kgm2")
+    if stated is not None:
+        return book.known(INERTIA_NAMES[0], stated, "kg·m²")
+    prior = measured_roll_inertia(float(np.mean(mass)), None if track is None else track.value)
+    if prior is not None:
+        return book.assumed(INERTIA_NAMES[0], (prior.value, prior.std), "kg·m²", prior.source)
+    width = TYPICAL_TRACK[0] if track is None else track.value
+    share = book.assumed(INERTIA_NAMES[1], GYRATION_SHARE, "of the track", SILENT)
+    return mass * (np.maximum(share, 0.2) * width) ** 2
+
+
+def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> tuple[FloatArray | None, FloatArray]:
+    rate = vehicle.get("tire_vertical_rate_npm")
+    if rate is not None:
+        width = track or Quantity(*TYPICAL_TRACK, "usual track")
+        each = book.known("tire_vertical_rate_npm (a tyre, four in all)", rate, "N/m")
+        stiffness = np.maximum(each, 0.2 * rate.value) * book.normal(width.value, width.std) ** 2
+        return stiffness, np.ones(book.count)
+    pair = TYRE_RATIO
+    ratio = book.assumed(
+        "roll stiffness at the road over that of the suspension", pair, "", f"{SILENT} (tyres in series)"
+    )
+    return None, np.clip(ratio, 0.6, 0.99)
+
+
+def draw_vehicle(
+    vehicle: Vehicle, rng: np.random.Generator, count: int
+) -> tuple[VehicleDraws, tuple[Assumption, ...], str | None]:
+    """Draws of the loaded vehicle, what was assumed, and where the CG height's prior is from (None: from nowhere).
+
+    Needs `mass_kg` in the vehicle file.
+    """
+    book = _Book(rng, count)
+    stated_mass = vehicle.quantities["mass_kg"]
+    empty = np.maximum(book.known("mass_kg (empty)", stated_mass, "kg"), 0.3 * stated_mass.value)
+    empty_height, height_source = _empty_height(book, vehicle, stated_mass.value)
+    load, load_height = _load(book, vehicle, empty_height)
+    unsprung = _unsprung(book, vehicle, empty)
+    radius = vehicle.get("wheel_radius_m")
+    hub = (
+        book.known("hub height", radius, "m")
+        if radius
+        else book.assumed("hub height", HUB_HEIGHT, "m", SILENT)
+    )
+    track = _track(vehicle)
+    if track is None:
+        book.assumptions.append(Assumption("track", f"{TYPICAL_TRACK[0]:g} ± {TYPICAL_TRACK[1]:g} m", SILENT))
+    empty_inertia = _inertia(book, vehicle, empty, track)
+    roll_axis = _roll_axis(book, vehicle)
+    above_ground = vehicle.sensors.get("imu_above_ground_m")
+    imu = (
+        book.known("accelerometer above ground", above_ground, "m")
+        if above_ground
+        else book.assumed(
+            "accelerometer above ground", IMU_HEIGHT, "m", "the vehicle file has no imu_above_ground_m"
+        )
+    )
+    tyre_roll, tyre_ratio = _tyres(book, vehicle, track)
+    mass = empty + load
+    height = (empty * empty_height + load * load_height) / mass
+    sprung = mass - unsprung
+    sprung_height = (mass * height - unsprung * hub) / sprung
+    shared = empty * load / mass * (load_height - empty_height) ** 2
+    inertia = empty_inertia + shared + 0.12 * load
+    half_track = (track.value if track else TYPICAL_TRACK[0]) / 2
+    hubs = unsprung * (half_track**2 + (hub - height) ** 2)
+    body_inertia = inertia - hubs - sprung * (sprung_height - height) ** 2
+    arm = sprung_height - roll_axis
+    possible = (
+        (arm > 0.05)
+        & (sprung > 0.4 * mass)
+        & (body_inertia > 0.2 * inertia)
+        & (height > 0.15)
+        & (height < 3.0)
+    )
+    draws = VehicleDraws(
+        mass, sprung, unsprung, hub, height, sprung_height, roll_axis, arm, inertia, body_inertia,
+        imu - roll_axis, tyre_roll, tyre_ratio, possible,
+    )  # fmt: skip
+    return draws, tuple(book.assumptions), height_source
+
+
+def _per_axle(vehicle: Vehicle, rate: str, bar: str | None) -> Quantity | None:
+    """Roll stiffness (or damping) of both axles from a wheel's rate and the track, plus bars; None if incomplete."""
+    value = square = 0.0
+    for axle in ("front", "rear"):
+        spring = vehicle.get(f"{rate}_{axle}_{'npm' if rate == 'spring_rate' else 'nspm'}")
+        track = vehicle.get(f"track_{axle}_m")
+        if spring is None or track is None:
+            return None
+        part = 0.5 * spring.value * track.value**2
+        value += part
+        square += part**2 * ((spring.std / spring.value) ** 2 + (2 * track.std / track.value) ** 2)
+        anti = vehicle.get(f"{bar}_{axle}_nmprad") if bar else None
+        if anti is not None:
+            value += anti.value
+            square += anti.std**2
+    return Quantity(value, math.sqrt(square), "vehicle file")
+
+
+def stiffness_prior(vehicle: Vehicle) -> Prior | None:
+    """Roll stiffness of the suspension (body against axles): stated, or from springs, track and bars."""
+    stated = vehicle.get("roll_stiffness_nmprad")
+    if stated is not None:
+        return Prior(stated.value, stated.std, "vehicle file")
+    springs = _per_axle(vehicle, "spring_rate", "anti_roll_stiffness")
+    if springs is None:
+        return None
+    bars = any(vehicle.get(f"anti_roll_stiffness_{axle}_nmprad") for axle in ("front", "rear"))
+    return Prior(
+        springs.value,
+        springs.std,
+        "vehicle file: springs and track" + (", anti-roll bars" if bars else ", no anti-roll bars"),
+    )
+
+
+def damping_prior(vehicle: Vehicle) -> Prior | None:
+    """Roll damping of the suspension: stated, or from damper rates and track."""
+    stated = vehicle.get("roll_damping_nmsprad")
+    if stated is not None:
+        return Prior(stated.value, stated.std, "vehicle file")
+    dampers = _per_axle(vehicle, "damper_rate", None)
+    if dampers is None:
+        return None
+    # a damper's rate is that of one speed and knows nothing of friction, which the estimate holds as well
+    std = math.hypot(dampers.std, 0.2 * dampers.value)
+    return Prior(dampers.value, std, "vehicle file: damper rates and track")

@@ -1,0 +1,128 @@
+"""What is said about a roll fit: why a drive cannot tell, what looks wrong, and what was taken as given."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from pipelines.estimators.roll_map.answers import (
+    DISCREPANCY,
+    DISCREPANCY_AXLES,
+    LEFT_OVER,
+    LEFT_OVER_AXLES,
+)
+from pipelines.estimators.roll_map.data import RollData
+from pipelines.estimators.roll_map.fit import RollFit
+from pipelines.estimators.roll_map.model import BANK_TIME_S
+from pipelines.models.roll import DEGREES, GRAVITY
+from pipelines.prepare.prepared import Prepared
+from pipelines.prepare.roll_angle import RollSource
+from pipelines.results import Assumption
+
+
+def said_of_drive(prepared: Prepared, data: RollData | None, spread: float) -> str:
+    """Why this drive cannot tell."""
+    if not prepared.segments:
+        return "; ".join(prepared.notes) or "no stretch of the drive holds the signals that are needed"
+    if data is None:
+        return "the drive has no lateral acceleration to speak of: drive a slalom, lane changes or a circle at 0.3 g or more"
+    if not (data.has_roll or data.has_rate):
+        return "no roll signal is there while the vehicle corners"
+    return f"the lateral acceleration hardly changes (spread {spread:.2f} m/s²): drive a slalom or lane changes at 0.3 g or more"
+
+
+def not_following(fit: RollFit) -> str:
+    """Why a roll signal that does not follow the lateral acceleration tells nothing."""
+    share = max(0.0, 100 * fit.explained)
+    return (
+        f"the roll signal does not follow the lateral acceleration ({share:.0f} % of it does): check its channel, sign "
+        f"and mounting"
+    )
+
+
+def like_tilting_ground(fit: RollFit) -> str:
+    """Why an angle that goes with the sensed acceleration as on tilting ground tells nothing of the springs."""
+    gradient = math.degrees(9.80665 / fit.values["a"]) if fit.values["a"] > 0 else math.inf
+    return (
+        f"the roll angle goes with the sensed lateral acceleration as it does where the ground itself tilts "
+        f"({gradient:.0f} deg/g; tilting ground gives 57, springs at most about 10): it shows the ground and not the suspension"
+    )
+
+
+def conflicts(data: RollData, fit: RollFit) -> tuple[str, ...]:
+    """Sentences on what looks wrong in the data."""
+    found: list[str] = []
+    delay, std = fit.values["delay"], fit.std("delay")
+    # where b is hardly known, a delay and damping look alike: nothing is said then
+    told = fit.std("b") < 0.2 * fit.values["b"] and fit.std("c") < 0.2
+    if told and abs(delay) > 0.01 and abs(delay) > 2.5 * std:
+        later = "after" if delay > 0 else "before"
+        found.append(
+            f"The roll channel comes {abs(delay) * 1000:.0f} ms {later} the lateral acceleration; this is allowed for."
+        )
+    if "rate_lag" in fit.values and abs(fit.values["rate_lag"]) > 0.005:
+        lag = fit.values["rate_lag"]
+        later = "after" if lag > 0 else "before"
+        found.append(
+            f"The roll rate comes {abs(lag) * 1000:.0f} ms {later} the angle's rate; this is allowed for."
+        )
+    if "log_bank" in fit.values:
+        bank = math.exp(fit.values["log_bank"]) * DEGREES
+        if bank > 0.4:
+            found.append(
+                f"The angle wanders by {bank:.1f} deg without lateral acceleration (banked road or drifting sensor); this widens the intervals."
+            )
+    worst = float(np.nanmean(np.abs(fit.normalised) > 4))
+    if worst > 0.002:
+        found.append(f"{100 * worst:.1f} % of the samples are outliers and were held back.")
+    if not fit.converged:
+        found.append("The fit did not settle; read its figures with care.")
+    gradient = GRAVITY * DEGREES / fit.values["a"]
+    if not 1.5 < gradient < 20:
+        found.append(f"A roll gradient of {gradient:.1f} deg/g is not a road vehicle's: check the units.")
+    if fit.values["a"] > 900 or fit.values["a"] < 10.5:
+        found.append("The fit ran into its bounds: the roll channel may have the wrong sign or unit.")
+    return tuple(found)
+
+
+def assumptions_of_fit(
+    data: RollData, fit: RollFit, roll: RollSource | None, prepared: Prepared
+) -> tuple[Assumption, ...]:
+    """The choices of the first stage."""
+    table, share = (DISCREPANCY_AXLES, LEFT_OVER_AXLES) if data.against_axles else (DISCREPANCY, LEFT_OVER)
+    model = ", ".join(
+        f"{n.replace('_', ' ')} {100 * error:g} %" for n, error in table.items() if n in fit.values
+    )
+    if data.has_roll and roll is not None:
+        made = roll.how
+    else:
+        made = f"roll rate alone ({prepared.sources.get('roll_rate', 'measured')})"
+    found = [
+        Assumption("roll signal", made, "the best of what the log holds"),
+        Assumption(
+            "error of the roll model itself",
+            f"{model}; {100 * share:g} % of the springs' moment, which looks like stiffness, damping or inertia",
+            "simulated cars with tyres, friction, curved springs and dampers with a knee",
+        ),
+        Assumption(
+            "filter", f"zero-phase low-pass at {prepared.cutoff_hz:.3g} Hz on all signals", "settings"
+        ),
+    ]
+    if data.has_roll:
+        found.append(
+            Assumption(
+                "bank and drift of the angle",
+                f"wander within {BANK_TIME_S:g} s, spread estimated",
+                "part of the model",
+            )
+        )
+    if data.against_axles:
+        found.append(
+            Assumption(
+                "roll angle",
+                "of the body against its axles, without the tyres' part",
+                "suspension deflections",
+            )
+        )
+    return tuple(found)

@@ -1,0 +1,1 @@
+"""Park & Choi beside ours."""

@@ -1,0 +1,1 @@
+"""Pence, Fathy & Stein beside ours."""

@@ -1,0 +1,1 @@
+"""Simulated drives as logs, with their truth and vehicle file."""

@@ -1,8 +1,0 @@
-"""The vehicles of the full plant: the record and the presets."""
-
-from __future__ import annotations
-
-from pipelines.simulation.plant_body import Corners, PlantVehicle
-from pipelines.simulation.plant_presets import PRESETS
-
-__all__ = ["PRESETS", "Corners", "PlantVehicle"]

@@ -1,0 +1,1 @@
+"""Roads: roughness, courses, and the speeds driven on them."""

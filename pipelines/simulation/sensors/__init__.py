@@ -1,0 +1,1 @@
+"""Simulated sensors: from true motion to a log with errors."""
