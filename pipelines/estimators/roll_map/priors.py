@@ -139,7 +139,9 @@ def _load(book: _Book, vehicle: Vehicle, empty_height: FloatArray) -> tuple[Floa
             Assumption("load height", text, "the vehicle file states none: seats, boot or roof")
         )
     inside = np.maximum(book.normal(*LOAD_HEIGHT_RATIO), 0.3)
-    above = np.where(book.rng.random(book.count) < ROOF_SHARE, book.rng.uniform(*ROOF_RATIO, book.count), inside)
+    above = np.where(
+        book.rng.random(book.count) < ROOF_SHARE, book.rng.uniform(*ROOF_RATIO, book.count), inside
+    )
     person = np.minimum(mass, DRIVER[0]) / np.maximum(mass, 1.0)
     return mass, empty_height * (person * inside + (1 - person) * above)
 
