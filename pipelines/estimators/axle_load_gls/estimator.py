@@ -97,46 +97,22 @@ class _Solved:
 class AxleLoadGls:
     """The estimator "axle_load_gls"."""
 
-    @property
-    def name(self) -> str:
-        """Short name."""
-        return "axle_load_gls"
+    name: str = "axle_load_gls"
+    title: str = "Axle loads, generalised least squares"
 
-    @property
-    def title(self) -> str:
-        """As a table's heading says it."""
-        return "Axle loads, generalised least squares"
+    source: str = (
+        "companion to Wu, Sun, Li, Zheng: Real-time center of gravity estimation for intelligent connected vehicle "
+        "based on HEKF-EKF, eqs. (1)-(4), over the whole drive, with wheel spin, drag and pitch"
+    )
+    signal_needs: tuple[Need, ...] = (
+        Need(LOADS, "the load of at least one axle, whole or of both its wheels"),
+        Need(FORCES, "the force along the road: an accelerometer, or a speed with the road's grade"),
+    )
 
-    @property
-    def source(self) -> str:
-        """The paper."""
-        return (
-            "companion to Wu, Sun, Li, Zheng: Real-time center of gravity estimation for intelligent connected vehicle "
-            "based on HEKF-EKF, eqs. (1)-(4), over the whole drive, with wheel spin, drag and pitch"
-        )
+    vehicle_needs: tuple[Need, ...] = (Need(("wheelbase_m",), "load transfer is m h a / L"),)
+    parameters: tuple[str, ...] = ("cg_height_m", "cg_to_front_axle_m", "mass_kg")
 
-    @property
-    def signal_needs(self) -> tuple[Need, ...]:
-        """An axle's load and something that sees the force along the road."""
-        return (
-            Need(LOADS, "the load of at least one axle, whole or of both its wheels"),
-            Need(FORCES, "the force along the road: an accelerometer, or a speed with the road's grade"),
-        )
-
-    @property
-    def vehicle_needs(self) -> tuple[Need, ...]:
-        """The lever of the load transfer."""
-        return (Need(("wheelbase_m",), "load transfer is m h a / L"),)
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """What it can give."""
-        return ("cg_height_m", "cg_to_front_axle_m", "mass_kg")
-
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """Settings with defaults."""
-        return SETTINGS
+    settings: tuple[Setting, ...] = SETTINGS
 
     def prepare(self, drive: Drive, settings: Settings) -> Prepared:
         """Axle loads with the accelerometer where there is one, else with the speed."""

@@ -110,46 +110,22 @@ LEAST_CLARITY = 0.5
 class BaseExcitationBatch:
     """The estimator "base_excitation_batch"."""
 
-    @property
-    def name(self) -> str:
-        """Short name."""
-        return "base_excitation_batch"
+    name: str = "base_excitation_batch"
+    title: str = "Base excitation, whole drive at once"
 
-    @property
-    def title(self) -> str:
-        """As a table's heading says it."""
-        return "Base excitation, whole drive at once"
+    source: str = (
+        "model of Pence, Fathy, Stein, eqs. (1)-(2), with two damper slopes; output error on a corner, compensated least "
+        "squares on the heave of four, both in a frequency band with the residual's own spectrum as weight"
+    )
+    signal_needs: tuple[Need, ...] = SIGNAL_NEEDS
 
-    @property
-    def source(self) -> str:
-        """The paper whose model it takes."""
-        return (
-            "model of Pence, Fathy, Stein, eqs. (1)-(2), with two damper slopes; output error on a corner, compensated least "
-            "squares on the heave of four, both in a frequency band with the residual's own spectrum as weight"
-        )
+    vehicle_needs: tuple[Need, ...] = VEHICLE_NEEDS
+    parameters: tuple[str, ...] = (
+        "sprung_mass_kg", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", *CORNER_MASSES,
+        "suspension_damping_nspm",
+    )  # fmt: skip
 
-    @property
-    def signal_needs(self) -> tuple[Need, ...]:
-        """Body and hub acceleration at a wheel."""
-        return SIGNAL_NEEDS
-
-    @property
-    def vehicle_needs(self) -> tuple[Need, ...]:
-        """Spring rates."""
-        return VEHICLE_NEEDS
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """What it can give."""
-        return (
-            "sprung_mass_kg", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", *CORNER_MASSES,
-            "suspension_damping_nspm",
-        )  # fmt: skip
-
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """Settings with defaults."""
-        return SETTINGS
+    settings: tuple[Setting, ...] = SETTINGS
 
     def prepare(self, drive: Drive, settings: Settings) -> Prepared:
         """The accelerations of all wheels that have both, on one clock."""

@@ -70,43 +70,25 @@ MOST_STIFFER = 0.25
 class BaseExcitation:
     """The estimator "base_excitation"."""
 
-    @property
-    def name(self) -> str:
-        """Short name."""
-        return "base_excitation"
+    name: str = "base_excitation"
+    title: str = "Base excitation, recursive least squares"
 
-    @property
-    def title(self) -> str:
-        """As a table's heading says it."""
-        return "Base excitation, recursive least squares"
+    source: str = (
+        "Pence, Fathy, Stein: Sprung mass estimation for off-road vehicles via base-excitation suspension dynamics and "
+        "recursive least squares, eqs. (1)-(7); on four corners their sum, which is heave"
+    )
+    signal_needs: tuple[Need, ...] = SIGNAL_NEEDS
 
-    @property
-    def source(self) -> str:
-        """The paper."""
-        return (
-            "Pence, Fathy, Stein: Sprung mass estimation for off-road vehicles via base-excitation suspension dynamics and "
-            "recursive least squares, eqs. (1)-(7); on four corners their sum, which is heave"
-        )
+    vehicle_needs: tuple[Need, ...] = VEHICLE_NEEDS
+    parameters: tuple[str, ...] = (
+        "sprung_mass_kg",
+        "mass_kg",
+        "cg_to_front_axle_m",
+        *CORNER_MASSES,
+        "suspension_damping_nspm",
+    )
 
-    @property
-    def signal_needs(self) -> tuple[Need, ...]:
-        """Body and hub acceleration at a wheel."""
-        return SIGNAL_NEEDS
-
-    @property
-    def vehicle_needs(self) -> tuple[Need, ...]:
-        """Spring rates."""
-        return VEHICLE_NEEDS
-
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """What it can give."""
-        return ("sprung_mass_kg", "mass_kg", "cg_to_front_axle_m", *CORNER_MASSES, "suspension_damping_nspm")
-
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """Settings with defaults."""
-        return SETTINGS
+    settings: tuple[Setting, ...] = SETTINGS
 
     def prepare(self, drive: Drive, settings: Settings) -> Prepared:
         """The accelerations of all wheels that have both, on one clock."""

@@ -51,23 +51,13 @@ def value(settings: Settings, name: str) -> float:
 class HekfEkf:
     """The estimator "hekf_ekf"."""
 
-    @property
-    def name(self) -> str:
-        """Short name."""
-        return "hekf_ekf"
+    name: str = "hekf_ekf"
+    title: str = "HEKF-EKF on speed and axle load (Wu et al.)"
 
-    @property
-    def title(self) -> str:
-        """As a table's heading says it."""
-        return "HEKF-EKF on speed and axle load (Wu et al.)"
-
-    @property
-    def source(self) -> str:
-        """The paper."""
-        return (
-            "Wu, Sun, Li, Zheng: Real-time center of gravity estimation for intelligent connected vehicle based on HEKF-EKF, "
-            "Electronics 12 (2023) 386, eqs. (2)-(18)"
-        )
+    source: str = (
+        "Wu, Sun, Li, Zheng: Real-time center of gravity estimation for intelligent connected vehicle based on HEKF-EKF, "
+        "Electronics 12 (2023) 386, eqs. (2)-(18)"
+    )
 
     @property
     def signal_needs(self) -> tuple[Need, ...]:
@@ -78,23 +68,13 @@ class HekfEkf:
             Need(speeds, "the speed, which is what the filter observes"),
         )
 
-    @property
-    def vehicle_needs(self) -> tuple[Need, ...]:
-        """Lever and mass: the method takes both as known."""
-        return (
-            Need(("wheelbase_m",), "load transfer is m h a / L"),
-            Need(("mass_kg",), "only m h and m a are identifiable, the mass must be given"),
-        )
+    vehicle_needs: tuple[Need, ...] = (
+        Need(("wheelbase_m",), "load transfer is m h a / L"),
+        Need(("mass_kg",), "only m h and m a are identifiable, the mass must be given"),
+    )
+    parameters: tuple[str, ...] = ("cg_height_m", "cg_to_front_axle_m")
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """What it can give."""
-        return ("cg_height_m", "cg_to_front_axle_m")
-
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """Settings with defaults."""
-        return SETTINGS
+    settings: tuple[Setting, ...] = SETTINGS
 
     def prepare(self, drive: Drive, settings: Settings) -> Prepared:
         """Load and speed at the filter's rate, little smoothed: the filter is made for noise."""

@@ -64,23 +64,13 @@ def _value(settings: Settings, name: str) -> float:
 class LoadBalance:
     """The estimator "load_balance"."""
 
-    @property
-    def name(self) -> str:
-        """Short name."""
-        return "load_balance"
+    name: str = "load_balance"
+    title: str = "Force and moment balances of the whole drive"
 
-    @property
-    def title(self) -> str:
-        """As a table's heading says it."""
-        return "Force and moment balances of the whole drive"
-
-    @property
-    def source(self) -> str:
-        """Where the equations are from."""
-        return (
-            "Newton's and Euler's equations of the body on its suspension (vertical, pitch, roll, longitudinal), jointly with "
-            "the vehicle's unknowns: maximum a posteriori on instruments"
-        )
+    source: str = (
+        "Newton's and Euler's equations of the body on its suspension (vertical, pitch, roll, longitudinal), jointly with "
+        "the vehicle's unknowns: maximum a posteriori on instruments"
+    )
 
     @property
     def signal_needs(self) -> tuple[Need, ...]:
@@ -92,23 +82,13 @@ class LoadBalance:
             Need(("accel_x", "accel_y", *carried), "the accelerations that these forces make"),
         )
 
-    @property
-    def vehicle_needs(self) -> tuple[Need, ...]:
-        """Nothing works without the wheelbase."""
-        return (Need(("wheelbase_m",), "the lever of pitch"),)
+    vehicle_needs: tuple[Need, ...] = (Need(("wheelbase_m",), "the lever of pitch"),)
+    parameters: tuple[str, ...] = (
+        "mass_kg", "sprung_mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "cg_height_m", "sprung_cg_height_m",
+        "roll_arm_m", "roll_stiffness_nmprad", *(f"corner_mass_{w}_kg" for w in WHEELS),
+    )  # fmt: skip
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """What it can give."""
-        return (
-            "mass_kg", "sprung_mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "cg_height_m", "sprung_cg_height_m",
-            "roll_arm_m", "roll_stiffness_nmprad", *(f"corner_mass_{w}_kg" for w in WHEELS),
-        )  # fmt: skip
-
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """Settings with defaults."""
-        return SETTINGS
+    settings: tuple[Setting, ...] = SETTINGS
 
     def prepare(self, drive: Drive, settings: Settings) -> Prepared:
         """The accelerations and the first complete set of vertical forces (else torques) on one clock; the rest as there."""

@@ -91,23 +91,13 @@ def _value(settings: Settings, name: str) -> float:
 class RollMap:
     """The estimator "roll_map"."""
 
-    @property
-    def name(self) -> str:
-        """Short name."""
-        return "roll_map"
+    name: str = "roll_map"
+    title: str = "Roll dynamics, batch maximum a posteriori"
 
-    @property
-    def title(self) -> str:
-        """As a table's heading says it."""
-        return "Roll dynamics, batch maximum a posteriori"
-
-    @property
-    def source(self) -> str:
-        """The paper."""
-        return (
-            "Berntorp, Chakrabarty, Di Cairano: Vehicle center-of-gravity height and dynamics estimation with uncertainty "
-            "quantification by marginalized particle filter, eqs. (1)-(4); offline, by the Kalman innovations' likelihood"
-        )
+    source: str = (
+        "Berntorp, Chakrabarty, Di Cairano: Vehicle center-of-gravity height and dynamics estimation with uncertainty "
+        "quantification by marginalized particle filter, eqs. (1)-(4); offline, by the Kalman innovations' likelihood"
+    )
 
     @property
     def signal_needs(self) -> tuple[Need, ...]:
@@ -118,24 +108,14 @@ class RollMap:
             Need(angle, "the roll motion: an angle, a rate, or deflections of both wheels of an axle"),
         )
 
-    @property
-    def vehicle_needs(self) -> tuple[Need, ...]:
-        """None: without a vehicle file the roll gradient, natural frequency and damping ratio remain."""
-        return ()
+    vehicle_needs: tuple[Need, ...] = ()
+    parameters: tuple[str, ...] = (
+        "cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_gradient_degpg", "roll_natural_frequency_hz",
+        "roll_damping_ratio", "roll_stiffness_nmprad", "roll_damping_nmsprad", "roll_inertia_kgm2", "mass_kg",
+        "sprung_mass_kg",
+    )  # fmt: skip
 
-    @property
-    def parameters(self) -> tuple[str, ...]:
-        """What it can give."""
-        return (
-            "cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_gradient_degpg", "roll_natural_frequency_hz",
-            "roll_damping_ratio", "roll_stiffness_nmprad", "roll_damping_nmsprad", "roll_inertia_kgm2", "mass_kg",
-            "sprung_mass_kg",
-        )  # fmt: skip
-
-    @property
-    def settings(self) -> tuple[Setting, ...]:
-        """Settings with defaults."""
-        return SETTINGS
+    settings: tuple[Setting, ...] = SETTINGS
 
     def prepare(self, drive: Drive, settings: Settings) -> Prepared:
         """Lateral acceleration and the best roll channel on one clock; the other roll channels where they are there."""

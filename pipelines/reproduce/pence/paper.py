@@ -20,15 +20,8 @@ from pipelines.simulation.quarter_car import TERRAIN_STEP_M
 class Pence:
     """The paper "pence"."""
 
-    @property
-    def name(self) -> str:
-        """As on the command line."""
-        return "pence"
-
-    @property
-    def title(self) -> str:
-        """As a heading says it."""
-        return "Sprung mass by base excitation (Pence, Fathy & Stein)"
+    name: str = "pence"
+    title: str = "Sprung mass by base excitation (Pence, Fathy & Stein)"
 
     def reproduce(self, runs: int, rng: np.random.Generator, progress: Progress) -> Reproduction:
         """Tables III to VII, the claims, and a study of `runs` noise seeds. Deterministic for a given generator."""

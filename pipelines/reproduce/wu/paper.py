@@ -26,15 +26,8 @@ would be uncertain by a tenth with 50."""
 class Wu:
     """The paper "wu"."""
 
-    @property
-    def name(self) -> str:
-        """As on the command line."""
-        return "wu"
-
-    @property
-    def title(self) -> str:
-        """What it is about."""
-        return "CG height and position from rear axle load and speed by HEKF-EKF"
+    name: str = "wu"
+    title: str = "CG height and position from rear axle load and speed by HEKF-EKF"
 
     def reproduce(self, runs: int, rng: np.random.Generator, progress: Progress) -> Reproduction:
         """All of it; deterministic for a given generator."""
