@@ -120,15 +120,14 @@ def matrices(car: Car, damping: tuple[float, float]) -> tuple[FloatArray, FloatA
     return mass, damp, stiff, load
 
 
-def truths(car: Car, damping: tuple[float, float], *, against_axles: bool) -> dict[str, float]:
+def truths(car: Car, damping: tuple[float, float]) -> dict[str, float]:
     """The truth of every parameter that the estimator gives; `damping`: equivalent linear ones of the axles.
 
     Gradient: static roll per sensed acceleration of small motions about rest. Natural frequency: lowest undamped mode,
-    without gravity. Damping ratio: of that mode with the equivalent damping. Against axles: tyres rigid.
+    without gravity. Damping ratio: of that mode with the equivalent damping. Tyres included, whatever
+    was measured.
     """
     mass, damp, stiff, load = matrices(car, damping)
-    if against_axles:
-        mass, damp, stiff, load = mass[:1, :1], damp[:1, :1], stiff[:1, :1], load[:1]
     weight = np.zeros_like(stiff)
     weight[0, 0] = car.sprung_kg * car.arm
     for i in range(1, len(load)):

@@ -169,7 +169,7 @@ def one_drive(job: tuple[int, str, bool, tuple[str, ...]]) -> list[Answer]:
     car = random_car(rng)
     motion, damping = drive_car(car, kind, rng)
     drive = record(car, motion, rng, deflections)
-    truth = truths(car, damping, against_axles=deflections)
+    truth = truths(car, damping)
     estimator = RollMap()
     answers = []
     for level in levels:

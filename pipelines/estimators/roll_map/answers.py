@@ -201,7 +201,7 @@ def log_answers(
     if possible.sum() < 100:
         return {gradient.name: gradient}
     return {gradient.name: gradient} | _dynamics(
-        coefficients, drawn[:, possible], length[possible], imu_known, what, reference
+        coefficients, drawn[:, possible], length[possible], factor[possible], imu_known, what, reference
     )
 
 
@@ -219,11 +219,16 @@ def _dynamics(
     coefficients: Coefficients,
     drawn: FloatArray,
     length: FloatArray,
+    share: FloatArray,
     imu_known: bool,
     what: str,
     reference: Mapping[str, float],
 ) -> dict[str, ParameterEstimate]:
-    """Natural frequency and damping ratio. length: (m,) draws of J / (m h), J about the roll axis."""
+    """Natural frequency and damping ratio. length: (m,) draws of J / (m h), J about the roll axis.
+
+    share: (m,) the suspension's share of the roll, by which tyres in series soften the mode, and by whose square they
+    take from what the dampers see of it; 1 where the angle held the tyres' part.
+    """
     a, b, _ = drawn
     flat = np.full(len(a), 1 / len(a))
     told_b, told_c = quick_enough(coefficients)
@@ -235,8 +240,18 @@ def _dynamics(
     )
     found: dict[str, ParameterEstimate] = {}
     for name, values, told, formula in (
-        ("roll_natural_frequency_hz", undamped_frequency_hz(a, length, 0.0), told_c, "sqrt(K/J)/2π"),
-        ("roll_damping_ratio", damping_ratio(a, b, length, 0.0), told_c and told_b, "D/(2 sqrt(K J))"),
+        (
+            "roll_natural_frequency_hz",
+            undamped_frequency_hz(a, length, 0.0) * np.sqrt(share),
+            told_c,
+            "sqrt(K/J)/2π",
+        ),
+        (
+            "roll_damping_ratio",
+            damping_ratio(a, b, length, 0.0) * share**1.5,
+            told_c and told_b,
+            "D/(2 sqrt(K J))",
+        ),
     ):
         text = f"from the log: {formula}, J about the roll axis, of roll {what}"
         words = _alone(text, weak, weak if told else slow)
