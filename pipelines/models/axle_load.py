@@ -88,3 +88,20 @@ def bound(
     white, _ = whiten(columns, starts, 1.0, walk, np.full(len(load), noise.speed**2))
     covariance = np.linalg.inv(white.T @ white)
     return math.sqrt(covariance[0, 0]), math.sqrt(covariance[1, 1])
+
+
+USUAL_SQUASH_M = 0.018
+"""How far a tyre is pressed in at rest, where its rate is not known."""
+
+
+def patch_shift(mass_kg: float | None, tire_rate_npm: float | None) -> tuple[float, float]:
+    """What tyre loads show beside the CG height in m, mean and standard deviation.
+
+    Torque becomes force on the rolling radius, but the axle stands lower: by up to two thirds of the tyre's deflection. Where no
+    power comes from nowhere, a braked tyre's patch lags behind its axle by that share of force over load, which reads as
+    height. How much of it a tyre shows is not known: half of it, give or take.
+    """
+    squash = USUAL_SQUASH_M
+    if mass_kg is not None and tire_rate_npm is not None:
+        squash = min(mass_kg * GRAVITY / (4 * tire_rate_npm), 0.05)
+    return squash / 3, squash / 3

@@ -19,6 +19,8 @@ import polars as pl
 from pipelines.results import FloatArray, Prior, Standing
 
 RANGE_MARGIN = 1.15
+BEYOND = 0.6
+"""Relative spread of a height for each 100 % by which a mass lies outside those of the measured vehicles of its style."""
 """How far beyond the lightest and heaviest measured vehicle a prior is still given (a loaded vehicle is heavier)."""
 
 MIN_GROUP = 10
@@ -144,7 +146,9 @@ def measured_cg_height(body: str | None, mass_kg: float | None) -> Prior | None:
     centre = mass.mean()
     design = np.column_stack([np.ones_like(mass), mass - centre])
     value, std = _predict(design, height, np.array([1.0, mass_kg - centre]))
-    return Prior(value, std, f"{who}, at {mass_kg:.0f} kg")
+    # a line through passenger cars says little of a vehicle heavier or lighter than all of them
+    beyond = max(mass_kg / float(mass.max()), float(mass.min()) / mass_kg, 1.0) - 1
+    return Prior(value, math.hypot(std, BEYOND * beyond * value), f"{who}, at {mass_kg:.0f} kg")
 
 
 def _inertia(target: FloatArray, mass_kg: float | None, track_m: float | None, name: str) -> Prior | None:

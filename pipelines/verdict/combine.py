@@ -26,6 +26,15 @@ WEAK_RATIO = 0.5
 """CONFLICT: distance in joint standard deviations from which two answers contradict each other. WEAK_RATIO: share of the
 prior's spread above which an answer widened by a conflict is no longer called identified."""
 
+LOADED: dict[str, tuple[float, float]] = {
+    "mass_kg": (0.1, 0.07),
+    "roll_inertia_kgm2": (0.08, 0.12),
+    "pitch_inertia_kgm2": (0.05, 0.08),
+    "cg_to_front_axle_m": (0.0, 0.04),
+    "cg_height_m": (0.0, 0.06),
+}
+"""What an unknown load does to the empty vehicle's figure: by what share it changes it in the mean, and the spread of that."""
+
 MISSING: dict[str, str] = {
     "cg_height_m": "it needs roll motion with a known roll stiffness, or braking with known axle loads",
     "mass_kg": "it needs axle loads, suspension forces, or drive and brake torques",
@@ -61,6 +70,11 @@ class _Given:
 def _prior(name: str, vehicle: Vehicle) -> Prior | None:
     """What is known of a parameter without any log."""
     stated = vehicle.get(name)
+    if stated is not None and name in LOADED and not vehicle.load_stated:
+        more, spread = (x * stated.value for x in LOADED[name])
+        return Prior(
+            stated.value + more, math.hypot(stated.std, spread), f"{stated.source}, with an unknown load"
+        )
     if stated is not None:
         return Prior(stated.value, stated.std, f"{stated.source} (empty vehicle)")
     mass = vehicle.get("mass_kg")

@@ -18,7 +18,7 @@ from pipelines.estimators.axle_load_gls.known import (
     rolling_arm,
     spin_moment,
 )
-from pipelines.models.axle_load import GRAVITY
+from pipelines.models.axle_load import GRAVITY, patch_shift
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.vehicle import Quantity, Vehicle
@@ -130,6 +130,10 @@ def draw_answers(
     own = effective - _normal(rng, count, spin[0], spin[1]) + heavy * axis * gain
     arm_over_height = _normal(rng, count, 1.0, PITCH_ARM_STD)
     height = own / (heavy * (1 + arm_over_height * gain)) * _normal(rng, count, 1.0, errors.model)
+    if data.sprung_share == 0.0:
+        empty, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
+        patch = patch_shift(empty.value if empty else None, rate.value if rate else None)
+        height = height - _normal(rng, count, *patch)
     arm = rolling_arm(vehicle, wheelbase.value)
     axle_at = m_c / heavy + data.share_front * lever - _normal(rng, count, arm[0], arm[1])
     axle_at = axle_at + _normal(rng, count, 0.0, errors.model * 0.3 * wheelbase.value)

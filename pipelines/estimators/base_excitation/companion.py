@@ -61,7 +61,7 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("block_s", 10.0, "s", "length of the blocks that the drive is cut into", 4.0, 60.0),
     Setting(
         "least_excitation",
-        0.4,
+        1.5,
         "m/s²",
         "hub acceleration (RMS over 4 s) from which a block is used",
         0.0,

@@ -151,6 +151,9 @@ def _said(found: Found, known: BrakeRollVehicle, widen: float) -> str:
     return text
 
 
+GRADIENT_DOUBT = 0.04
+
+
 def _gradient(found: Found, vehicle: Vehicle) -> ParameterEstimate:
     name = "roll_gradient_degpg"
     reference = vehicle.reference.get(name)
@@ -158,10 +161,9 @@ def _gradient(found: Found, vehicle: Vehicle) -> ParameterEstimate:
         return unknown(name, found.why_lateral, None, reference)
     scale = GRAVITY * DEGREES
     value = found.lateral.gain * scale
-    std = value * gain_spread(found.lateral)
-    status: Identification = (
-        "identified" if std < 0.08 * value else "weak" if std < 0.2 * value else "not_identifiable"
-    )
+    # friction and banked bends, of which the fit's residual knows little
+    std = value * math.hypot(gain_spread(found.lateral), GRADIENT_DOUBT)
+    status: Identification = "identified" if std < 0.08 * value else "not_identifiable"
     reason = "from the log alone: roll against the road per g of sensed lateral acceleration"
     if status != "identified":
         reason += "; little cornering in relation to noise, offsets and scale errors"

@@ -27,6 +27,9 @@ BRAKE_TORQUE_STD = 0.05
 """What a torque signal's scale is usually worth: both are models of the engine's and of the brakes' computer."""
 
 ROLLING = (0.012, 0.004)
+CORNERING = (0.012, 0.006)
+"""Slip angle for a unit of lateral acceleration, rad per m/s²: what tyres drag in bends, per mass, over its square."""
+
 LEAST_FORCE = 0.5
 """m/s², RMS of what the torques give per nominal mass, from which there is something to see."""
 
@@ -70,11 +73,13 @@ def fit_mass(
     rows: BoolArray,
     rate_hz: float,
     known: MassKnown,
+    side: FloatArray | None = None,
 ) -> MassFit | None:
     """Fit the mass; None where no torque is there or the torques hardly change.
 
     f_x: (n,) in the road plane, in m/s². brake, drive: torques of all wheels in N·m, None where they are not measured:
-    without the drive torque only braked rows count. rows: moving, straight enough, inside segments.
+    without the drive torque only braked rows count. side: (n,) lateral specific force, m/s²: tyres that corner drag by its
+    square (force times slip angle). rows: moving, straight enough, inside segments.
     """
     use = rows & (speed > 2.0)
     idle = None
@@ -100,10 +105,12 @@ def fit_mass(
         return None
     air = 0.5 * AIR_DENSITY * speed[chosen] ** 2
     spin = 4 * known.wheel_inertia / known.radius_m**2
+    cornering = zero if side is None else side[chosen] ** 2
 
     def model(x: FloatArray) -> FloatArray:
-        mass, brakes, engine, area, rolling, offset = x[:6]
-        force = (1 + engine) * pulling - (1 + brakes) * braking - area * air - mass * GRAVITY * rolling
+        mass, brakes, engine, area, rolling, offset, slip = x[:7]
+        force = (1 + engine) * pulling - (1 + brakes) * braking - area * air
+        force -= mass * (GRAVITY * rolling + slip * cornering)
         return np.asarray(force / (mass + spin) + offset)
 
     mean = known.mass
@@ -114,6 +121,7 @@ def fit_mass(
         Unknown("drag_area", known.drag_area[0], known.drag_area[1], 1e-3),
         Unknown("rolling", known.rolling[0], known.rolling[1], 1e-5),
         Unknown("offset", 0.0, known.offset, 1e-4),
+        Unknown("cornering", *CORNERING, 1e-5),
     )
     samples = Samples(
         f_x[chosen], np.zeros(len(chosen), dtype=np.int64), blocks_of(chosen, rate_hz, 2.0, 10.0),

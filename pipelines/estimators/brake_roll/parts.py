@@ -207,7 +207,7 @@ def mass_part(
         (known.drag_area.value, known.drag_area.std), relative,
         drive=_settings(settings, "drive_torque_std", 0.05), pitch=gain_std,
     )  # fmt: skip
-    fit = fit_mass(data.f_x / gain, data.true.speed, brake, data.drive, rows, data.rate_hz, mass_known)
+    fit = fit_mass(data.f_x / gain, data.true.speed, brake, data.drive, rows, data.rate_hz, mass_known, side)
     if fit is None:
         return None, "mass: too little braking or pulling with a known torque"
     return fit, ""

@@ -282,7 +282,8 @@ def fit_slip(
             unknowns,
         )
     predicted = np.stack(_wheels(fit.values, gathered, known), axis=1)
-    slopes = np.exp(fit.values[11] + fit.values[12:-1])
+    # a slope that nothing holds may have run off: it is drawn, and no number follows from it
+    slopes = np.exp(np.clip(fit.values[11] + fit.values[12:-1], -50.0, 50.0))
     strongest = float(-min(data.f_x[a:b].min() for a, b in stops))
     height = fit.value("height")
     std = math.hypot(fit.std("height"), known.ratio_error * _lever(fit, known, strongest))

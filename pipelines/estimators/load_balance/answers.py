@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.solve import Fit, without
 from pipelines.estimators.load_balance.vehicle import CORNERS, Known, Values, body_of, corner_loads
+from pipelines.models.axle_load import patch_shift
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
+from pipelines.vehicles.vehicle import Vehicle
 
 SOURCE = ("load_balance",)
 GOOD, FAIR = 0.5, 0.9
@@ -150,6 +153,22 @@ def answers(
             reference.get(name), SOURCE if status != "not_identifiable" else ("prior",),
         )  # fmt: skip
     return found
+
+
+def behind_the_axles(
+    parameters: Mapping[str, ParameterEstimate], vehicle: Vehicle
+) -> dict[str, ParameterEstimate]:
+    """Heights as tyre loads give them, less what the tyres' patches may shift: see `patch_shift`."""
+    mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
+    shift, spread = patch_shift(mass.value if mass else None, rate.value if rate else None)
+    moved = dict(parameters)
+    for name in ("cg_height_m", "sprung_cg_height_m"):
+        p = moved.get(name)
+        if p is None or p.value is None or p.std is None or p.status == "not_identifiable":
+            continue
+        value, std = p.value - shift, math.hypot(p.std, spread)
+        moved[name] = replace(p, value=value, std=std, low=value - 1.96 * std, high=value + 1.96 * std)
+    return moved
 
 
 def unanswered(

@@ -14,7 +14,7 @@ from parsers.drive import Drive
 from parsers.signals import WHEELS
 from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.load_balance.along import along_relation
-from pipelines.estimators.load_balance.answers import answers, unanswered
+from pipelines.estimators.load_balance.answers import answers, behind_the_axles, unanswered
 from pipelines.estimators.load_balance.data import Columns, collect
 from pipelines.estimators.load_balance.figures import traces, tracks
 from pipelines.estimators.load_balance.relations import relations
@@ -22,7 +22,7 @@ from pipelines.estimators.load_balance.solve import Fit, solve
 from pipelines.estimators.load_balance.vehicle import Known, before_the_log
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
-from pipelines.results import Assumption, Estimate
+from pipelines.results import Assumption, Estimate, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
 SOURCES: tuple[tuple[str, ...], ...] = (
@@ -53,6 +53,14 @@ CONTRADICTION = (
     "the balances contradict each other or the vehicle file: check the signals' signs, units and mounting, and the vehicle "
     "file's masses, springs and lengths"
 )
+HEAVY_KG = 3700.0
+HEIGHTS = ("cg_height_m", "sprung_cg_height_m", "roll_arm_m")
+HEAVY = (
+    "deflections do not tell it of a vehicle of this weight: the dry friction and progressive springs of such axles are as large "
+    "as what load transfer moves (axle or tyre loads would tell it)"
+)
+"""Empty mass beyond which spring deflections are not taken for forces in load transfer, and what is said then."""
+
 UNSEEN = "it needs suspension deflections with spring_rate_front_npm and spring_rate_rear_npm, or suspension, tyre or axle forces"
 
 
@@ -132,8 +140,16 @@ class LoadBalance:
                 traces=traces(fit, data),
                 diagnostics=self._figures(fit, data),
             )
-        left = tuple(n for n in self.parameters if n not in parameters)
-        rest = unanswered(known, left, UNSEEN, vehicle.reference)
+        rest: dict[str, ParameterEstimate] = {}
+        empty = vehicle.get("mass_kg")
+        if "tyre" in data.kinds or "axle" in data.kinds:
+            parameters = behind_the_axles(parameters, vehicle)
+        if empty is not None and empty.value > HEAVY_KG:
+            lost = HEIGHTS if data.kinds == ("deflection",) else ("roll_arm_m",)
+            parameters = {n: p for n, p in parameters.items() if n not in lost}
+            rest = dict(unanswered(known, lost, HEAVY, vehicle.reference))
+        left = tuple(n for n in self.parameters if n not in parameters and n not in rest)
+        rest |= unanswered(known, left, UNSEEN, vehicle.reference)
         used = max(len(r.relation.rows) for r in fit.reduced) / max(len(data.time_s), 1)
         return Estimate(
             self.name, "ran", self._reason(fit, known), {**parameters, **rest},

@@ -77,6 +77,7 @@ def coefficients_of(
     own = np.array([table.get(name, 0.0) for name in names]) * x
     share = LEFT_OVER_AXLES if against_axles else LEFT_OVER
     own[:3] = np.hypot(own[:3], share * x[0] / max(fit.quickness, 0.1) ** np.arange(3))
+    own[0] = np.hypot(own[0], fit.doubt * x[0])
     scaled = np.where(np.array(names) == "rate_gain", -x, x) * scale_std
     total = pick @ spread @ pick.T + np.diag(own**2) + np.outer(scaled, scaled)
     known = [fit.known[i] for i in index]
@@ -182,7 +183,7 @@ def log_answers(
     if count < 100:
         return {}
     a, _, c = drawn
-    weak = "little lateral acceleration in relation to the noise"
+    weak = "little lateral acceleration in relation to the noise, to dry friction, or to how the road banks into its bends"
     gradient = from_draws(
         "roll_gradient_degpg",
         np.asarray(roll_gradient_degpg(a)) / sensor[1][:count],

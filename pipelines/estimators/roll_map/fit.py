@@ -27,13 +27,20 @@ SETTLED = 0.01
 START_STEPS = 10
 
 
+FRICTION_MPS2 = 0.08
+BANKED = 0.3
+"""FRICTION_MPS2: lateral acceleration that friction may be worth beyond what is fitted. BANKED: how closely the road's bank
+goes with the lateral acceleration on roads that bank into their bends."""
+
+
 @dataclass(frozen=True)
 class RollFit:
     """The fit. values: by name. covariance: (p, p) in the order of `known`, with the white-noise one beside it.
 
     scores: (n, p) the log-likelihood's gradient, row by row. normalised: (n, m) innovations in standard deviations.
     explained: share of the roll signal's variance that the simulation gives (negative where it does worse than none).
-    quickness: rad/s, of the input (RMS of its rate over its RMS). friction_damping:
+    quickness: rad/s, of the input (RMS of its rate over its RMS). doubt: of a, relative: what friction and banked bends leave
+    open (`_doubt`). friction_damping:
     linear damping (of b) that a unit of friction is worth over the drive. edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
     """
 
@@ -49,6 +56,7 @@ class RollFit:
     normalised: FloatArray
     explained: float
     quickness: float
+    doubt: float
     friction_damping: float
     steps: int
     converged: bool
@@ -243,6 +251,21 @@ def _few_banks(data: RollData) -> float:
     return 1 + data.slow_share * (grown - 1)
 
 
+def _doubt(data: RollData, values: Mapping[str, float]) -> float:
+    """Relative spread of a that the likelihood does not know of.
+
+    Dry friction holds part of a small motion back, in phase with it, and one amplitude cannot tell how much. Roads bank
+    into their bends: an angle against the horizon holds a bank that goes with the lateral acceleration, which looks like
+    softer or stiffer springs by its share of the roll.
+    """
+    spread = max(float(np.std(data.accel)), 1e-6)
+    friction = FRICTION_MPS2 / spread
+    if data.against_axles or "log_bank" not in values:
+        return friction
+    roll = spread / max(values["a"], 1e-6)
+    return math.hypot(friction, BANKED * math.exp(values["log_bank"]) / roll)
+
+
 def _explained(data: RollData, values: Mapping[str, float]) -> float:
     """How much of the first channel's variance the model makes of the acceleration alone; 0 for a dead channel."""
     miss = run(data, values)[2][:, 0]
@@ -279,6 +302,7 @@ def fit_roll(data: RollData, known: tuple[Known, ...], edges: IntArray) -> RollF
         normalised=normalised,
         explained=_explained(data, _named(known, x)),
         quickness=data.quickness,
+        doubt=_doubt(data, _named(known, x)),
         friction_damping=friction_damping(data, _named(known, x)),
         steps=steps,
         converged=converged,
