@@ -104,7 +104,8 @@ largest stiffness beyond the springs with which anything is said."""
 
 SQRT_12 = math.sqrt(12)
 LEAST_CLARITY = 0.5
-"""Share of the masses' information that must not be accelerometer noise."""
+LEAST_ROUGH = 0.6
+"""Share of the masses' information that must not be accelerometer noise; share of the drive that must be rough."""
 
 
 class BaseExcitationBatch:
@@ -179,6 +180,14 @@ class BaseExcitationBatch:
             "hub_rms_mps2": data.hub_rms,
             **{name: float(v) for name, v in zip(NAMES, fit.values, strict=True)},
         }
+        rough = sum(int(data.lively[i:j].sum()) for i, j in data.stretches)
+        share = rough / max(sum(j - i for i, j in data.stretches), 1)
+        if share < LEAST_ROUGH:
+            why = (
+                f"only {share:.0%} of the drive is rough: bends, brakes and single bumps move the body by more than springs and "
+                "dampers; drive straight over rough ground"
+            )
+            return self._nothing(data, vehicle, why, figures)
         unclear = fit.clarity < LEAST_CLARITY
         if unclear or fit.explained < LEAST_EXPLAINED or not fit.plausible:
             why = (

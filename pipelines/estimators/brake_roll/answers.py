@@ -11,7 +11,13 @@ from pipelines.estimators.brake_roll.lateral import LateralFit
 from pipelines.estimators.brake_roll.mass import MassFit
 from pipelines.estimators.brake_roll.slip import SlipFit
 from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle
-from pipelines.estimators.roll_map.answers import Coefficients, from_draws, likelihood_of, unknown
+from pipelines.estimators.roll_map.answers import (
+    Coefficients,
+    from_draws,
+    likelihood_of,
+    status_against,
+    unknown,
+)
 from pipelines.estimators.roll_map.posterior import Posterior, sample_posterior
 from pipelines.estimators.roll_map.vehicle import VehiclePart
 from pipelines.models.roll import DEGREES, GRAVITY
@@ -152,6 +158,10 @@ def _said(found: Found, known: BrakeRollVehicle, widen: float) -> str:
 
 
 GRADIENT_DOUBT = 0.04
+MASS_DOUBT = 0.022
+"""Relative model errors of the roll gradient and of the mass that the fits' residuals do not show."""
+
+ORDER: tuple[Identification, ...] = ("identified", "weak", "not_identifiable")
 
 
 def _gradient(found: Found, vehicle: Vehicle) -> ParameterEstimate:
@@ -231,7 +241,15 @@ def _mass(found: Found, before: VehiclePart, posterior: Posterior, vehicle: Vehi
         "not_identifiable": f"{text}; {limit}",
     }
     made = from_draws("mass_kg", posterior.values["mass_kg"], posterior.weight, prior, reasons, reference)
-    return replace(made, sources=SOURCE)
+    if made.value is None or made.std is None or made.status == "not_identifiable":
+        return replace(made, sources=SOURCE)
+    # a torque's scale moves with temperature and load within a drive, and bends cost torque that no signal tells
+    std = math.hypot(made.std, MASS_DOUBT * made.value)
+    status = max(made.status, status_against(std, made.value, prior), key=ORDER.index)
+    return replace(
+        made, std=std, low=made.value - 1.96 * std, high=made.value + 1.96 * std, status=status, sources=SOURCE,
+        reason=reasons[status],
+    )  # fmt: skip
 
 
 def _stiffness(
