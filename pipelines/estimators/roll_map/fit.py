@@ -28,7 +28,7 @@ START_STEPS = 10
 
 
 FRICTION_MPS2 = 0.08
-BANKED = 0.3
+BANKED = 0.12
 """FRICTION_MPS2: lateral acceleration that friction may be worth beyond what is fitted. BANKED: how closely the road's bank
 goes with the lateral acceleration on roads that bank into their bends."""
 
