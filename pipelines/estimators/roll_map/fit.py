@@ -263,7 +263,9 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     if data.against_axles or "log_bank" not in values:
         return friction
     roll = spread / max(values["a"], 1e-6)
-    return math.hypot(friction, BANKED * math.exp(values["log_bank"]) / roll)
+    # bends last: a bank that goes with them is as slow as they are, and a slalom's are too quick for it
+    slow = math.sqrt(min(max(data.slow_share, 0.0), 1.0))
+    return math.hypot(friction, BANKED * slow * math.exp(values["log_bank"]) / roll)
 
 
 def _explained(data: RollData, values: Mapping[str, float]) -> float:
