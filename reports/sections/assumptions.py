@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
+from itertools import chain
+
 from pipelines.results import Assumption, DriveResults
 from reports.blocks import Block, Cell, Column, Paragraph, Table
 from reports.sections.contract import Plots
@@ -13,23 +17,39 @@ INTRO = "A result is no better than these. Put better figures in the vehicle fil
 MOST = 150
 
 
-def _rows(found: tuple[Assumption, ...], who: str) -> list[tuple[Cell, ...]]:
-    return [
-        (
-            Cell(clean(a.name, 120)),
-            Cell(clean(a.value, 200)),
-            Cell(clean(a.source, 240)),
-            Cell(clean(who, 60), tone="quiet"),
-        )
-        for a in found
-    ]
+_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+
+
+def _same(assumption: Assumption) -> tuple[str, str, str]:
+    """What makes two entries one: name, source, and the figures to two digits, whatever unit is written behind them."""
+    figures = _NUMBER.findall(assumption.value)[:2]
+    told = " ".join(f"{float(figure):.1e}" for figure in figures) if figures else assumption.value
+    return assumption.name, assumption.source, told
+
+
+def _merged(found: Iterable[tuple[Assumption, str]]) -> list[tuple[Assumption, list[str]]]:
+    """Each entry once, in the order of first use, with everyone who used it."""
+    merged: dict[tuple[str, str, str], tuple[Assumption, list[str]]] = {}
+    for assumption, who in found:
+        _, users = merged.setdefault(_same(assumption), (assumption, []))
+        if who and who not in users:
+            users.append(who)
+    return list(merged.values())
+
+
+def _row(assumption: Assumption, users: list[str]) -> tuple[Cell, ...]:
+    return (
+        Cell(clean(assumption.name, 120)),
+        Cell(clean(assumption.value, 200)),
+        Cell(clean(assumption.source, 240)),
+        Cell(clean(", ".join(users) or "all", 200), tone="quiet"),
+    )
 
 
 def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
-    """The drive's assumptions, each estimator's, and every prior."""
-    rows = _rows(results.assumptions, "all")
-    for estimate in results.estimates:
-        rows += _rows(estimate.assumptions, estimate.estimator)
+    """The estimators' assumptions, each once with its users, those of the drive as a whole, and every prior."""
+    of_estimators = ((a, e.estimator) for e in results.estimates for a in e.assumptions)
+    rows = [_row(*entry) for entry in _merged(chain(of_estimators, ((a, "") for a in results.assumptions)))]
     for parameter in ordered(results.verdict.values()):
         if parameter.prior is not None:
             rows.append(
@@ -45,8 +65,8 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     columns = (
         Column("What", weight=2),
         Column("Value", weight=2),
-        Column("Where from", weight=3),
-        Column("Used by", weight=1),
+        Column("Where from", weight=2.6),
+        Column("Used by", weight=1.8),
     )
     note = f"{len(rows) - MOST} more are in results.json." if len(rows) > MOST else ""
     return (Table(columns, tuple(rows[:MOST]), note=note),)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pipelines.results import DriveResults, Estimate
-from reports.blocks import Block, Cell, Column, Fact, Facts, Heading, Paragraph, Table, Tone
+from reports.blocks import Block, Cell, Column, Heading, Paragraph, Table, Tone
 from reports.sections.contract import Plots
 from reports.sections.values import deviation_text, interval_cell, status_cell, value_text
 from reports.sections.verdict import ordered
@@ -15,6 +15,8 @@ INTRO = (
 )
 TONES: dict[str, Tone] = {"ran": "good", "skipped": "quiet", "failed": "bad"}
 MOST_DIAGNOSTICS = 24
+PAIRS = 3
+"""Diagnostics stand in so many pairs of name and value a row."""
 
 
 def _runs(results: DriveResults) -> Table:
@@ -68,11 +70,21 @@ def _witnesses(results: DriveResults) -> Table | None:
 
 
 def _diagnostics(estimate: Estimate) -> list[Block]:
-    facts = [
-        Fact(clean(name.replace("_", " "), 80), significant(float(value), 4))
-        for name, value in list(estimate.diagnostics.items())[:MOST_DIAGNOSTICS]
+    """Named figures, several pairs a row: they are for the one who digs."""
+    named = list(estimate.diagnostics.items())[:MOST_DIAGNOSTICS]
+    if not named:
+        return []
+    cells = [
+        (Cell(clean(name.replace("_", " "), 80), tone="quiet"), Cell(significant(float(value), 4)))
+        for name, value in named
     ]
-    return [Heading(f"Diagnostics: {clean(estimate.estimator, 60)}"), Facts(tuple(facts))] if facts else []
+    cells += [(Cell(""), Cell(""))] * (-len(cells) % PAIRS)
+    rows = tuple(
+        tuple(cell for pair in cells[first : first + PAIRS] for cell in pair)
+        for first in range(0, len(cells), PAIRS)
+    )
+    columns = (Column("Figure", weight=2), Column("Value", "right", 1)) * PAIRS
+    return [Heading(f"Diagnostics: {clean(estimate.estimator, 60)}"), Table(columns, rows)]
 
 
 def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
