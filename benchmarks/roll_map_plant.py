@@ -166,6 +166,21 @@ def _suspension(
 
 
 @kernel
+def _solve(m: FloatArray, x: FloatArray) -> None:
+    """Solve the four equations m (4, 5), the last column on their right, by elimination; m is used up. x: (4 or more,)."""
+    for i in range(4):
+        for j in range(i + 1, 4):
+            part = m[j, i] / m[i, i]
+            for k in range(i, 5):
+                m[j, k] -= part * m[i, k]
+    for i in range(3, -1, -1):
+        total = m[i, 4]
+        for k in range(i + 1, 4):
+            total -= m[i, k] * x[k]
+        x[i] = total / m[i, i]
+
+
+@kernel
 def _slopes(
     y: FloatArray, at: FloatArray, q: FloatArray, m: FloatArray, out: FloatArray, extra: FloatArray
 ) -> None:
@@ -190,9 +205,7 @@ def _slopes(
     load_f = y[2] - weight_f * G * at[2]
     load_r = y[3] - weight_r * G * at[3]
     # unknowns: lateral acceleration of the road point, body, front axle, rear axle
-    for i in range(4):
-        for j in range(5):
-            m[i, j] = 0.0
+    m[:] = 0.0
     m[0, 0] = ms + q[f] + q[r]
     m[0, 1] = -ms * arm
     m[0, 2] = -ms * front_share * centre_f - q[f] * hub_f
@@ -219,16 +232,7 @@ def _slopes(
         + (q[r] * hub_r + ms * rear_share * centre_r) * G * sr
         - tyre_r * (sr - at[3]) - 0.004 * tyre_r * (y[9] - at[5])
     )  # fmt: skip
-    for i in range(4):
-        for j in range(i + 1, 4):
-            part = m[j, i] / m[i, i]
-            for k in range(i, 5):
-                m[j, k] -= part * m[i, k]
-    for i in range(3, -1, -1):
-        total = m[i, 4]
-        for k in range(i + 1, 4):
-            total -= m[i, k] * extra[k]
-        extra[i] = total / m[i, i]
+    _solve(m, extra)
     out[0] = extra[0] - at[0] * y[1]
     out[1] = yaw
     for i in range(3):

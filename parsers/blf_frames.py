@@ -28,14 +28,17 @@ class BlfFrames:
 
     @property
     def clock(self) -> str:
+        """The recorder's own."""
         return "object time stamps of the BLF file"
 
     @property
     def absolute(self) -> bool:
+        """Whether the file says when it began."""
         return self.header.start_ns is not None
 
     @property
     def start_utc_ns(self) -> int | None:
+        """None: absolute stamps say it themselves, and of others the file does not know it."""
         return None
 
     def frames(self, *, counting: bool) -> Iterator[CanFrames]:

@@ -80,16 +80,24 @@ class LogReader(Protocol):
     """
 
     @property
-    def channels(self) -> tuple[ChannelInfo, ...]: ...
+    def channels(self) -> tuple[ChannelInfo, ...]:
+        """Everything in the log, numbers and text, in the log's order."""
+        ...
 
     @property
-    def clock(self) -> str: ...
+    def clock(self) -> str:
+        """Which clock the stamps are from, in words."""
+        ...
 
     @property
-    def absolute(self) -> bool: ...
+    def absolute(self) -> bool:
+        """Whether stamps count from 1970."""
+        ...
 
     @property
-    def start_utc_ns(self) -> int | None: ...
+    def start_utc_ns(self) -> int | None:
+        """Wall clock of stamp 0; None where the stamps say it themselves or nothing is known."""
+        ...
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield chunks with the wanted channels only (names of `channels`); others cost nothing that can be saved.

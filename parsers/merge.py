@@ -31,10 +31,14 @@ class Piece(Protocol):
         ...
 
     @property
-    def samples(self) -> int: ...
+    def samples(self) -> int:
+        """How many samples it has."""
+        ...
 
     @property
-    def source(self) -> str: ...
+    def source(self) -> str:
+        """Where it is from, as a record says it."""
+        ...
 
     def outside(self, spans: Sequence[Span]) -> Self | None:
         """The samples that lie in none of the spans (their ends are inside); None where there are none."""

@@ -15,6 +15,7 @@ from parsers.parallel import in_order
 from parsers.ros.bag1_index import BagIndex, IndexState, read_index, search
 from parsers.ros.bag1_read import ChunkReader, Lost, Wanted, jobs
 from parsers.ros.bag1_records import MAGIC, OP_BAG_HEADER, read_record
+from parsers.ros.clock import BagClock
 from parsers.ros.decoder import LayoutDecoder
 from parsers.ros.grammar import short_name
 from parsers.ros.layout import Layout
@@ -24,7 +25,7 @@ from parsers.ros.topics import Topic, find_decoder, group_names
 
 
 @dataclass
-class RosBag1Reader:
+class RosBag1Reader(BagClock):
     """An opened bag. topics: by connection id; connections of one topic and type share one. layouts: of their types."""
 
     path: Path
@@ -42,21 +43,6 @@ class RosBag1Reader:
         """All numbers and texts of all topics whose type is known."""
         groups = {topic.group: topic for topic in self.topics.values()}
         return tuple(channel for topic in groups.values() for channel in topic.channels())
-
-    @property
-    def clock(self) -> str:
-        """Which clock the stamps are from."""
-        return self.chooser.clock
-
-    @property
-    def absolute(self) -> bool:
-        """Whether stamps count from 1970: not in bags of simulated time."""
-        return self.wall_clock
-
-    @property
-    def start_utc_ns(self) -> int | None:
-        """Not needed: stamps are absolute."""
-        return None
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield the wanted channels; chunks of the bag without any of them are not even read."""

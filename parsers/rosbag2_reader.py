@@ -23,6 +23,7 @@ from parsers.ros.bag2_database import (
 from parsers.ros.bag2_decode import Chosen, Collector
 from parsers.ros.bag2_files import BagFile, Scratch, bag_file, bag_files, unpack
 from parsers.ros.bag2_read import DatabaseRead, count_messages
+from parsers.ros.clock import BagClock
 from parsers.ros.contract import MessageDecoder
 from parsers.ros.grammar import short_name
 from parsers.ros.stamps import StampChooser, is_wall_clock
@@ -45,7 +46,7 @@ class Database:
 
 
 @dataclass
-class DatabaseReader:
+class DatabaseReader(BagClock):
     """The SQLite files of one bag, read one after the other. topics: by (topic, type)."""
 
     databases: tuple[Database, ...]
@@ -60,21 +61,6 @@ class DatabaseReader:
     def channels(self) -> tuple[ChannelInfo, ...]:
         """All numbers and texts of all topics whose type is known."""
         return tuple(channel for topic in self.topics.values() for channel in topic.channels())
-
-    @property
-    def clock(self) -> str:
-        """Which clock the stamps are from."""
-        return self.chooser.clock
-
-    @property
-    def absolute(self) -> bool:
-        """Whether stamps count from 1970: not in bags of simulated time."""
-        return self.wall_clock
-
-    @property
-    def start_utc_ns(self) -> int | None:
-        """Not needed: stamps are absolute."""
-        return None
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield the wanted channels; messages of other topics are not fetched."""

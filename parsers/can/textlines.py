@@ -54,7 +54,9 @@ class LineParser(Protocol):
     """
 
     @property
-    def meaning(self) -> int: ...
+    def meaning(self) -> int:
+        """AS_WRITTEN, SUMMED or SINCE_FIRST."""
+        ...
 
     def parse(self, text: ByteArray, begin: int, stop: int, ended: bool, work: Work) -> int:
         """Read the lines in [begin, stop) as long as there is room; where it stopped.

@@ -146,14 +146,17 @@ class Mf4Frames:
 
     @property
     def clock(self) -> str:
+        """The recorder's own."""
         return "MF4 time channel"
 
     @property
     def absolute(self) -> bool:
+        """Whether the file says when it began."""
         return self.measurement.start_ns > 0
 
     @property
     def start_utc_ns(self) -> int | None:
+        """None: absolute stamps say it themselves, and of others the file does not know it."""
         return None
 
     def frames(self, *, counting: bool) -> Iterator[CanFrames]:

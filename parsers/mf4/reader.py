@@ -34,14 +34,17 @@ class Mf4Reader:
 
     @property
     def clock(self) -> str:
+        """The recorder's own."""
         return "MF4 time channel"
 
     @property
     def absolute(self) -> bool:
+        """Whether the file says when it began."""
         return self._absolute
 
     @property
     def start_utc_ns(self) -> int | None:
+        """None: absolute stamps say it themselves, and of others the file does not know it."""
         return None
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:

@@ -89,15 +89,9 @@ def _unpack(rows: Rows, at: IntArray, sizes: IntArray) -> tuple[ByteArray, IntAr
     unpacker = zstandard.ZstdDecompressor(max_window_size=MAX_MESSAGE)
     offset, length = rows.offset[at], rows.length[at]
     good = np.ones(len(at), dtype=np.bool_)
-    try:
-        places = np.stack([offset, length], axis=1).astype(np.uint64).tobytes()
-        frames = zstandard.BufferWithSegments(rows.data.data, places)
-        sizes_64 = sizes.astype(np.uint64).tobytes()
-        whole: Any = unpacker.multi_decompress_to_buffer(frames, decompressed_sizes=sizes_64, threads=1)
-        joined = b"".join(map(whole.__getitem__, range(len(at))))
-        return np.frombuffer(joined, dtype=np.uint8), sizes, good
-    except (zstandard.ZstdError, AttributeError, NotImplementedError):
-        pass  # one of them is damaged, or this build cannot unpack many at once: they are looked at one by one
+    joined = _unpack_at_once(unpacker, rows.data, np.stack([offset, length], axis=1), sizes)
+    if joined is not None:
+        return joined, sizes, good
     parts: list[bytes] = []
     for i, (start, size) in enumerate(zip(offset.tolist(), length.tolist(), strict=True)):
         try:
@@ -106,3 +100,18 @@ def _unpack(rows: Rows, at: IntArray, sizes: IntArray) -> tuple[ByteArray, IntAr
             good[i] = False
     found = np.fromiter(map(len, parts), dtype=np.int64, count=len(parts))
     return np.frombuffer(b"".join(parts), dtype=np.uint8), found, good
+
+
+def _unpack_at_once(unpacker: Any, data: ByteArray, places: IntArray, sizes: IntArray) -> ByteArray | None:
+    """The frames at places (n, 2: offset, length) joined; None where one is damaged, or this build cannot take many."""
+    import zstandard
+
+    if "multi_decompress_to_buffer" not in zstandard.backend_features:
+        return None
+    frames = zstandard.BufferWithSegments(data.data, places.astype(np.uint64).tobytes())
+    sizes_64 = sizes.astype(np.uint64).tobytes()
+    try:
+        whole: Any = unpacker.multi_decompress_to_buffer(frames, decompressed_sizes=sizes_64, threads=1)
+    except zstandard.ZstdError:
+        return None
+    return np.frombuffer(b"".join(map(whole.__getitem__, range(len(places)))), dtype=np.uint8)

@@ -37,10 +37,14 @@ class MessageDecoder(Protocol):
     """Decodes one message type. `fields` lists what it can give (fixed-size arrays element by element)."""
 
     @property
-    def fields(self) -> Sequence[FieldInfo]: ...
+    def fields(self) -> Sequence[FieldInfo]:
+        """All numbers and texts of the type."""
+        ...
 
     @property
-    def has_header(self) -> bool: ...
+    def has_header(self) -> bool:
+        """Whether messages have a stamp of their own."""
+        ...
 
     def decode(self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]) -> Decoded:
         """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths."""

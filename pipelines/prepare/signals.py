@@ -64,6 +64,20 @@ def _grid_rate(signals: Sequence[Signal], rate_hz: float | None, cutoff_hz: floa
     return rate, max(1, math.ceil(dense / rate - 1e-6))
 
 
+def _span(needed: Sequence[Signal], rate_hz: float, notes: list[str]) -> tuple[int, int]:
+    """Where the grid begins [ns] and how many rows it has: 0 where the signals are never there together."""
+    start_ns = max(int(signal.time_ns[0]) for signal in needed)
+    stop_ns = min(int(signal.time_ns[-1]) for signal in needed)
+    rows = int(max(stop_ns - start_ns, 0) / 1e9 * rate_hz) + 1
+    if stop_ns <= start_ns:
+        notes.append(f"{', '.join(signal.name for signal in needed)} are never there at the same time")
+        return start_ns, 0
+    if rows > MAX_ROWS:
+        notes.append(f"only the first {MAX_ROWS / rate_hz / 3600:.1f} h are used")
+        rows = MAX_ROWS
+    return start_ns, rows
+
+
 def _source(signal: Signal) -> str:
     return f"{'measured' if signal.measured else 'derived'}: {signal.source}"
 
@@ -129,15 +143,9 @@ def prepare_signals(
     needed = [cleaned[name] for name in wanted]
     cutoff = _cutoff(needed, cutoff_hz, notes)
     rate, fine = _grid_rate(list(cleaned.values()), rate_hz, cutoff)
-    start_ns = max(int(signal.time_ns[0]) for signal in needed)
-    stop_ns = min(int(signal.time_ns[-1]) for signal in needed)
-    rows = int(max(stop_ns - start_ns, 0) / 1e9 * rate) + 1
-    if stop_ns <= start_ns:
-        notes.append(f"{', '.join(wanted)} are never there at the same time")
+    start_ns, rows = _span(needed, rate, notes)
+    if not rows:
         return _empty(rate, cutoff, wanted, notes)
-    if rows > MAX_ROWS:
-        notes.append(f"only the first {MAX_ROWS / rate / 3600:.1f} h are used")
-        rows = MAX_ROWS
     columns = {name: on_grid(s, start_ns, rows, rate, fine, cutoff, max_gap_s) for name, s in cleaned.items()}
     segments = _segments([columns[name] for name in wanted], rate)
     if not segments:

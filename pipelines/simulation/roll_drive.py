@@ -183,37 +183,30 @@ def _lateral(vehicle: RollVehicle, time_s: FloatArray, speed: FloatArray) -> tup
     return np.divide(accel, np.maximum(speed, 0.5)), accel
 
 
-def simulate_roll_drive(
-    rng: np.random.Generator,
-    vehicle: RollVehicle | None = None,
-    errors: SensorErrors | None = None,
-    rate_hz: float = 40.0,
-    duration_s: float = 32.0,
-) -> SimulatedDrive:
-    """Simulate the drive. rate_hz: of all signals; rng: the sensors' noise."""
-    vehicle, errors = vehicle or RollVehicle(), errors or SensorErrors()
-    n = round(duration_s * rate_hz)
+def _kernel_figures(vehicle: RollVehicle) -> FloatArray:
+    """The vehicle as `_integrate` takes it."""
+    arm = vehicle.roll_arm_m
+    mh = vehicle.sprung_mass_kg * arm
+    return np.array(
+        [
+            mh,
+            vehicle.sprung_roll_inertia_kgm2 + mh * arm,
+            vehicle.roll_stiffness_nmprad,
+            vehicle.stiffening,
+            vehicle.roll_damping_nmsprad,
+            vehicle.rebound_ratio,
+            vehicle.tire_roll_stiffness_nmprad,
+        ]
+    )
+
+
+def _motion(vehicle: RollVehicle, rate_hz: float, n: int) -> dict[str, FloatArray]:
+    """What perfect sensors would read, name -> (n,)."""
     dt = 1 / rate_hz / STEPS
     fine = np.asarray(np.arange(n * STEPS) * dt, dtype=np.float64)
     speed = speed_profile(fine)
     yaw, lateral = _lateral(vehicle, fine, speed)
-    arm = vehicle.roll_arm_m
-    mh = vehicle.sprung_mass_kg * arm
-    state = _integrate(
-        lateral,
-        dt,
-        np.array(
-            [
-                mh,
-                vehicle.sprung_roll_inertia_kgm2 + mh * arm,
-                vehicle.roll_stiffness_nmprad,
-                vehicle.stiffening,
-                vehicle.roll_damping_nmsprad,
-                vehicle.rebound_ratio,
-                vehicle.tire_roll_stiffness_nmprad,
-            ]
-        ),
-    )
+    state = _integrate(lateral, dt, _kernel_figures(vehicle))
     pick = slice(0, None, STEPS)
     roll, rate, acceleration, suspension = (state[pick, k] for k in range(4))
     forward = np.gradient(speed, dt)[pick]
@@ -234,19 +227,40 @@ def simulate_roll_drive(
     side = {"fl": -1.0, "fr": 1.0, "rl": -1.0, "rr": 1.0}
     for w in WHEELS:
         clean[f"suspension_deflection_{w}"] = side[w] * suspension * vehicle.track_m / 2
+    return clean
+
+
+def _sensed(
+    clean: dict[str, FloatArray], errors: SensorErrors, rng: np.random.Generator
+) -> dict[str, FloatArray]:
+    """The same with the sensors' noise and offsets."""
     signals = {}
     for name, values in clean.items():
         kind = "suspension_deflection" if name.startswith("suspension_deflection") else name
-        noise = errors.noise.get(kind, 0.0) * rng.standard_normal(n)
+        noise = errors.noise.get(kind, 0.0) * rng.standard_normal(len(values))
         signals[name] = values + noise + errors.offset.get(kind, 0.0)
     # a wheel-speed based speed reads zero at rest
     signals["speed"] = np.where(clean["speed"] < 0.05, 0.0, signals["speed"])
+    return signals
+
+
+def simulate_roll_drive(
+    rng: np.random.Generator,
+    vehicle: RollVehicle | None = None,
+    errors: SensorErrors | None = None,
+    rate_hz: float = 40.0,
+    duration_s: float = 32.0,
+) -> SimulatedDrive:
+    """Simulate the drive. rate_hz: of all signals; rng: the sensors' noise."""
+    vehicle, errors = vehicle or RollVehicle(), errors or SensorErrors()
+    n = round(duration_s * rate_hz)
+    signals = _sensed(_motion(vehicle, rate_hz, n), errors, rng)
     truth = {
         "cg_height_m": vehicle.cg_height_m,
         "mass_kg": vehicle.mass_kg,
         "sprung_mass_kg": vehicle.sprung_mass_kg,
         "sprung_cg_height_m": vehicle.sprung_cg_height_m,
-        "roll_arm_m": arm,
+        "roll_arm_m": vehicle.roll_arm_m,
         "roll_stiffness_nmprad": vehicle.roll_stiffness_nmprad,
         "roll_inertia_kgm2": vehicle.roll_inertia_kgm2,
         "roll_gradient_degpg": vehicle.roll_gradient_degpg,

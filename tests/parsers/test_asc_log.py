@@ -8,6 +8,7 @@ from pathlib import Path
 
 import can
 import pytest
+from frame_rows import Frame, text_frames
 
 from parsers.asc_log import AscImporter, read_date
 from parsers.can.frames import EXTENDED
@@ -16,25 +17,8 @@ from parsers.importer import ImportLog, ReadOptions
 HEADER = "date Wed Sep 30 03:06:13.191 pm 2017\nbase hex  timestamps absolute\ninternal events logged\n"
 
 
-def forget_counts(log: ImportLog) -> None:
-    """What opening counted, which may have gone through the log already."""
-    log.messages = 0
-    log.rejected.clear()
-    log.lost_spans_ns.clear()
-
-
-def open_frames(path: Path, log: ImportLog | None = None) -> list[tuple[int, int, int, bytes]]:
-    """(time_ns, id with EXTENDED, bus, payload) of every frame."""
-    log = log or ImportLog()
-    reader = AscImporter().open(path, ReadOptions(), log)
-    forget_counts(log)
-    frames = []
-    for batch in reader._source.frames(counting=True):
-        for i in range(batch.time_ns.size):
-            at = int(batch.offset[i])
-            payload = batch.data[at : at + int(batch.length[i])].tobytes()
-            frames.append((int(batch.time_ns[i]), int(batch.can_id[i]), int(batch.bus[i]), payload))
-    return frames
+def open_frames(path: Path, log: ImportLog | None = None) -> list[Frame]:
+    return text_frames(AscImporter(), path, log)
 
 
 def write(path: Path, text: str) -> Path:

@@ -3,41 +3,21 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
 from pathlib import Path
 
 import can
 import numpy as np
 import pytest
+from frame_rows import Frame, text_frames
 
-from parsers.can.frames import EXTENDED, CanFrames
+from parsers.can.frames import EXTENDED
 from parsers.candump_log import CandumpImporter
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 
-Frame = tuple[int, int, int, bytes]
-
-
-def forget_counts(log: ImportLog) -> None:
-    """What opening counted, which may have gone through the log already."""
-    log.messages = 0
-    log.rejected.clear()
-    log.lost_spans_ns.clear()
-
 
 def open_frames(path: Path, log: ImportLog | None = None) -> list[Frame]:
-    """(time_ns, id with EXTENDED, bus, payload) of every frame."""
-    log = log or ImportLog()
-    reader = CandumpImporter().open(path, ReadOptions(), log)
-    forget_counts(log)
-    return [frame for batch in reader._source.frames(counting=True) for frame in unpack(batch)]
-
-
-def unpack(batch: CanFrames) -> Iterator[Frame]:
-    for i in range(batch.time_ns.size):
-        at = int(batch.offset[i])
-        payload = batch.data[at : at + int(batch.length[i])].tobytes()
-        yield int(batch.time_ns[i]), int(batch.can_id[i]), int(batch.bus[i]), payload
+    return text_frames(CandumpImporter(), path, log)
 
 
 def claims(path: Path) -> bool:

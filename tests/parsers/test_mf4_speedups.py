@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_mf4_blocks import START, Builder, bus_builder, frames_of, opened, values_of
+from mf4_files import START, Builder, bus_builder, frames_of, opened, values_of
 
 import parsers.parallel
 from parsers.can.frames import EXTENDED

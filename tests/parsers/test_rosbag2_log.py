@@ -1,4 +1,4 @@
-"""ROS 2 bags: folders and files by rosbags' writer, split, compressed, unfinished and damaged."""
+"""ROS 2 bags: folders and files by rosbags' writer, split and compressed."""
 
 from __future__ import annotations
 
@@ -10,60 +10,28 @@ from typing import Any
 
 import numpy as np
 import pytest
-import zstandard
-from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
-from rosbags.typesys import Stores, get_types_from_msg, get_typestore
-
-from parsers.channels import FloatArray, IntArray
-from parsers.errors import LogError
-from parsers.importer import ImportLog, LogReader, ReadOptions
-from parsers.registry import read_head
-from parsers.ros import bag2_decode, bag2_pages, bag2_read, bag2_rows
-from parsers.rosbag2_log import RosBag2Importer
-
-STORE = get_typestore(Stores.ROS2_HUMBLE)
-STORE.register(
-    get_types_from_msg("std_msgs/Header header\nWheel[] wheels\nstring name\n", "my_car/msg/Wheels")
+from rosbag2_files import (
+    COUNT,
+    IMU,
+    SPEED,
+    START,
+    STORE,
+    TABLES,
+    TWIST,
+    WHEEL,
+    WHEELS,
+    YAW,
+    collect,
+    imu,
+    opened,
+    twist,
+    wheels,
+    write_database,
 )
-STORE.register(get_types_from_msg("float64 speed\nstring corner\n", "my_car/msg/Wheel"))
-START = 1_700_000_000_000_000_000
-COUNT = 300
-IMU, TWIST, WHEELS = "sensor_msgs/msg/Imu", "geometry_msgs/msg/Twist", "my_car/msg/Wheels"
-TABLES = """
-CREATE TABLE topics(id INTEGER PRIMARY KEY, name TEXT NOT NULL, type TEXT NOT NULL,
-  serialization_format TEXT NOT NULL, offered_qos_profiles TEXT NOT NULL);
-CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id INTEGER NOT NULL, timestamp INTEGER NOT NULL, data BLOB NOT NULL);
-CREATE INDEX timestamp_idx ON messages (timestamp ASC);
-"""
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
 
-
-def header(stamp_ns: int) -> Any:
-    stamp = STORE.types["builtin_interfaces/msg/Time"](stamp_ns // 10**9, stamp_ns % 10**9)
-    return STORE.types["std_msgs/msg/Header"](stamp, "base")
-
-
-def imu(i: int) -> bytes:
-    t = STORE.types
-    vector, nine = t["geometry_msgs/msg/Vector3"], np.arange(9.0)
-    turn = t["geometry_msgs/msg/Quaternion"](0.0, 0.0, 0.0, 1.0)
-    rate, force = vector(0.0, 0.0, 0.1 * i), vector(1.0, 2.0, 9.8)
-    message = t[IMU](header(START + i * 10_000_000 - 5_000_000), turn, nine, rate, nine, force, nine)
-    return bytes(STORE.serialize_cdr(message, IMU, little_endian=i % 2 == 0))
-
-
-def twist(i: int) -> bytes:
-    vector = STORE.types["geometry_msgs/msg/Vector3"]
-    return bytes(
-        STORE.serialize_cdr(STORE.types[TWIST](vector(0.5 * i, 0.0, 0.0), vector(0.0, 0.0, 1.0)), TWIST)
-    )
-
-
-def wheels(i: int) -> bytes:
-    wheel = STORE.types["my_car/msg/Wheel"]
-    message = STORE.types[WHEELS](
-        header(START + i * 10_000_000), [wheel(float(i + k), "fl" * k) for k in range(i % 4)], "w" * (3 * i)
-    )
-    return bytes(STORE.serialize_cdr(message, WHEELS))
+from parsers.importer import ImportLog, LogReader
+from parsers.ros import bag2_decode, bag2_pages, bag2_read, bag2_rows
 
 
 def write_bag(folder: Path, plugin: StoragePlugin = StoragePlugin.SQLITE3, mode: Any = None) -> Path:
@@ -80,45 +48,6 @@ def write_bag(folder: Path, plugin: StoragePlugin = StoragePlugin.SQLITE3, mode:
             for connection, make in zip(connections, (imu, twist, wheels), strict=True):
                 writer.write(connection, now, make(i))
     return folder
-
-
-def write_database(path: Path, first: int = 0, count: int = COUNT, extra: bytes = b"") -> Path:
-    """A database as ROS 2 Humble wrote it: no definitions. Every message is followed by one of /blob."""
-    with closing(sqlite3.connect(path)) as connection:
-        connection.executescript(TABLES)
-        topics = [
-            (5, "/cmd", TWIST),
-            (2, "/imu", IMU),
-            (9, "/blob", "std_msgs/msg/ByteMultiArray"),
-            (3, "/w", WHEELS),
-        ]
-        connection.executemany("INSERT INTO topics VALUES (?, ?, ?, 'cdr', '')", topics)
-        for i in range(first, first + count):
-            now = START + i * 10_000_000
-            rows = [(2, now, imu(i)), (5, now, twist(i)), (3, now, wheels(i)), (9, now, extra)]
-            connection.executemany("INSERT INTO messages (topic_id, timestamp, data) VALUES (?, ?, ?)", rows)
-        connection.commit()
-    return path
-
-
-def opened(path: Path) -> tuple[LogReader, ImportLog]:
-    log = ImportLog()
-    importer = RosBag2Importer()
-    assert importer.claims(path, read_head(path))
-    return importer.open(path, ReadOptions(), log), log
-
-
-def collect(reader: LogReader, *wanted: str) -> dict[str, tuple[IntArray, FloatArray]]:
-    found: dict[str, list[tuple[IntArray, FloatArray]]] = {}
-    for chunk in reader.read(frozenset(wanted)):
-        for name, values in chunk.columns.items():
-            found.setdefault(name, []).append((chunk.time_ns, values))
-    return {
-        k: (np.concatenate([t for t, _ in v]), np.concatenate([x for _, x in v])) for k, v in found.items()
-    }
-
-
-YAW, SPEED, WHEEL = "/imu.angular_velocity.z", "/cmd.linear.x", "/wheels.wheels[2].speed"
 
 
 def check_whole(reader: LogReader, log: ImportLog) -> None:
@@ -154,6 +83,7 @@ def test_single_files(tmp_path: Path, mode: Any) -> None:
     file = next(path for path in folder.iterdir() if ".db3" in path.name)
     reader, log = opened(file)
     check_whole(reader, log)
+    assert {info.count for info in reader.channels} == {COUNT}
 
 
 @pytest.mark.parametrize("mode", [None, CompressionMode.FILE])
@@ -162,6 +92,7 @@ def test_mcap_in_a_folder(tmp_path: Path, mode: Any) -> None:
     folder = write_bag(tmp_path / "bag", StoragePlugin.MCAP, mode)
     reader, log = opened(folder)
     check_whole(reader, log)
+    assert reader.clock == "header stamp (receive time for /cmd)"
 
 
 def test_unpacked_files_are_removed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -260,140 +191,3 @@ def test_large_messages_come_in_bounded_batches(
     check_whole(reader, log)
     assert len(sizes) > 20
     assert max(sizes) < 6000
-
-
-def test_database_that_breaks_off(tmp_path: Path) -> None:
-    path = write_database(tmp_path / "a.db3")
-    raw = path.read_bytes()
-    path.write_bytes(raw[: len(raw) * 6 // 10])
-    reader, log = opened(path)
-    values = collect(reader, YAW)[YAW][1]
-    assert log.status == "truncated"
-    assert any("breaks off" in note for note in log.notes)
-    assert len(values) > COUNT * 0.3
-    assert values.tolist() == [0.1 * i for i in range(len(values))]
-
-
-def test_damaged_middle_of_a_database(tmp_path: Path) -> None:
-    path = write_database(tmp_path / "a.db3")
-    raw = bytearray(path.read_bytes())
-    page = 4096
-    for number in (len(raw) // page // 2, len(raw) // page // 2 + 3):
-        raw[number * page : (number + 1) * page] = b"\xa5" * page
-    path.write_bytes(raw)
-    reader, log = opened(path)
-    values = collect(reader, YAW)[YAW][1]
-    assert log.status == "malformed"
-    assert COUNT * 0.8 < len(values) < COUNT
-    assert set(values) <= {0.1 * i for i in range(COUNT)}
-    assert values[-1] == 0.1 * (COUNT - 1)
-
-
-def test_messages_that_do_not_fit_are_counted(tmp_path: Path) -> None:
-    path = write_database(tmp_path / "a.db3")
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute(
-            "UPDATE messages SET data = substr(data, 1, 60) WHERE topic_id = 2 AND id % 40 = 1"
-        )
-        connection.execute("UPDATE messages SET data = 'text' WHERE topic_id = 2 AND id % 40 = 5")
-        connection.commit()
-    reader, log = opened(path)
-    values = collect(reader, YAW)[YAW][1]
-    assert np.isnan(values).sum() == COUNT // 10
-    assert len(values) == COUNT - COUNT // 10
-    assert log.rejected["message that does not fit its type's definition"] == COUNT // 10
-
-
-def test_damaged_compressed_messages(tmp_path: Path) -> None:
-    path = write_database(tmp_path / "a.db3")
-    packer = zstandard.ZstdCompressor()
-    with closing(sqlite3.connect(path)) as connection:
-        rows = connection.execute("SELECT id, data FROM messages WHERE topic_id = 5").fetchall()
-        packed = [(packer.compress(data), number) for number, data in rows]
-        packed[3] = (packed[3][0][:-3], packed[3][1])
-        packed[5] = (packed[5][0][:4] + b"\xe0" + b"\xff" * 8, packed[5][1])
-        packed[7] = (rows[7][1], rows[7][0])
-        connection.executemany("UPDATE messages SET data = ? WHERE id = ?", packed)
-        connection.commit()
-    reader, log = opened(path)
-    values = collect(reader, SPEED)[SPEED][1]
-    assert values.tolist() == [0.5 * i for i in range(COUNT) if i not in (3, 5, 7)]
-    assert sum(log.rejected.values()) == 3
-
-
-def test_compressed_file_that_breaks_off(tmp_path: Path) -> None:
-    noise = np.random.default_rng(1).bytes(3000)
-    whole = zstandard.ZstdCompressor().compress(write_database(tmp_path / "a.db3", extra=noise).read_bytes())
-    packed = tmp_path / "b.db3.zstd"
-    packed.write_bytes(whole[: len(whole) * 7 // 10])
-    reader, log = opened(packed)
-    assert log.status == "truncated"
-    values = collect(reader, YAW)[YAW][1]
-    assert values.tolist() == [0.1 * i for i in range(len(values))]
-    assert COUNT > len(values) > COUNT * 0.4
-
-
-def outcome(path: Path) -> str:
-    """Read all of a bag: its status, or the error's line."""
-    try:
-        reader, log = opened(path)
-        collect(reader, *[info.name for info in reader.channels if info.kind == "number"])
-    except LogError as error:
-        return str(error)
-    return log.status
-
-
-@pytest.mark.parametrize("size", [16, 100, 4000, 5000, 20_000])
-def test_stumps_end_with_one_line_or_say_that_they_break_off(tmp_path: Path, size: int) -> None:
-    path = write_database(tmp_path / "a.db3")
-    path.write_bytes(path.read_bytes()[:size])
-    line = outcome(path)
-    assert line == "truncated" or line.startswith(f"{path}: ")
-    assert "\n" not in line
-
-
-def test_what_is_no_bag(tmp_path: Path) -> None:
-    importer = RosBag2Importer()
-    path = tmp_path / "x.sqlite"
-    with closing(sqlite3.connect(path)) as connection:
-        connection.execute("CREATE TABLE other (a)")
-        connection.commit()
-    assert not importer.claims(path, read_head(path))
-    (tmp_path / "metadata.yaml").write_text("something: else\n")
-    assert not importer.claims(tmp_path, b"")
-    wrong = tmp_path / "y.db3"
-    wrong.write_bytes(b"time,speed\n1,2\n")
-    assert not importer.claims(wrong, read_head(wrong))
-
-
-def test_folders_that_cannot_be_used(tmp_path: Path) -> None:
-    (tmp_path / "metadata.yaml").write_text(
-        "rosbag2_bagfile_information:\n  relative_file_paths:\n    - ../../etc/bag_0.db3\n"
-    )
-    with pytest.raises(LogError, match=r"names bag_0.db3, which is not there"):
-        opened(tmp_path)
-    (tmp_path / "metadata.yaml").unlink()
-    write_database(tmp_path / "one_0.db3", 0, 5)
-    write_database(tmp_path / "two_0.db3", 0, 5)
-    with pytest.raises(LogError, match="2 different recordings"):
-        opened(tmp_path)
-    (tmp_path / "two_0.db3").unlink()
-    (tmp_path / "one_1.db3").write_bytes(b"not a database at all")
-    reader, log = opened(tmp_path)
-    assert len(collect(reader, SPEED)[SPEED][1]) == 5
-    assert log.status == "malformed"
-
-
-def test_no_random_damage_crashes(tmp_path: Path) -> None:
-    raw = write_database(tmp_path / "a.db3", count=60).read_bytes()
-    rng = np.random.default_rng(7)
-    for trial in range(40):
-        bad = bytearray(raw)
-        for _ in range(40):
-            at = int(rng.integers(16, len(bad)))
-            bad[at : at + 4] = rng.integers(0, 256, 4, dtype=np.uint8).tobytes()
-        path = tmp_path / f"b{trial}.db3"
-        path.write_bytes(bad)
-        line = outcome(path)
-        assert line in ("complete", "truncated", "malformed") or line.startswith(f"{path}: ")
-        assert "\n" not in line

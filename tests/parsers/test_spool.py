@@ -25,10 +25,12 @@ def spooled(spool: Spool, time_ns: np.ndarray, chunk: int, flush_every: int = 3)
     return writer.finish()
 
 
-def check(folder, time_ns: np.ndarray, chunk: int, most: int) -> None:
-    """Windows put together equal what `order` makes of the whole."""
+def check(folder, time_ns: np.ndarray, chunk: int, most: int) -> GroupRows:
+    """Windows put together equal what `order` makes of the whole; the rows, to ask for their counts."""
     with closing(Spool(folder)) as spool:
-        compare(spooled(spool, time_ns, chunk), time_ns, most)
+        rows = spooled(spool, time_ns, chunk)
+        compare(rows, time_ns, most)
+        return rows
 
 
 def compare(rows: GroupRows, time_ns: np.ndarray, most: int) -> None:
@@ -66,7 +68,8 @@ def compare(rows: GroupRows, time_ns: np.ndarray, most: int) -> None:
 )
 def test_equal_to_order_whatever_the_stamps(tmp_path_factory, steps, chunk, most) -> None:
     time_ns = np.cumsum(np.array(steps, dtype=np.int64))
-    check(tmp_path_factory.getbasetemp(), time_ns, chunk, most)
+    rows = check(tmp_path_factory.getbasetemp(), time_ns, chunk, most)
+    assert rows.rows + rows.lost == len(time_ns)
 
 
 @pytest.mark.parametrize("block", [7, 64, 1 << 16])
@@ -78,7 +81,9 @@ def test_late_rows_duplicates_and_set_clocks(tmp_path, monkeypatch, block) -> No
     time_ns[700:900] += 40 * JUMP_AHEAD_NS
     time_ns[2000:2300] -= 15 * NS
     time_ns[2500] = time_ns[2400]
-    check(tmp_path, time_ns, 111, 24 * 100)
+    rows = check(tmp_path, time_ns, 111, 24 * 100)
+    assert rows.late > 100
+    assert rows.jumps >= 2
 
 
 def test_more_settings_than_anybody_makes_are_shuffled_stamps(tmp_path) -> None:
@@ -87,12 +92,14 @@ def test_more_settings_than_anybody_makes_are_shuffled_stamps(tmp_path) -> None:
         steps = np.full(5000, 1_000_000)
         steps[np.sort(rng.choice(np.arange(1, 5000), runs - 1, replace=False))] = -4 * NS
         time_ns = np.cumsum(steps)
-        check(tmp_path, time_ns, 97, 24 * 200)
+        rows = check(tmp_path, time_ns, 97, 24 * 200)
+        assert (rows.jumps, rows.late) == (0, runs - 1)
 
 
 def test_all_stamps_equal(tmp_path) -> None:
     time_ns = np.full(5000, 12345)
-    check(tmp_path, time_ns, 100, 100)
+    rows = check(tmp_path, time_ns, 100, 100)
+    assert (rows.rows, rows.late, rows.jumps, rows.lost) == (5000, 0, 0, 0)
 
 
 def test_a_chunk_without_a_column_has_no_values_there(tmp_path) -> None:

@@ -7,34 +7,16 @@ from pathlib import Path
 
 import can
 import pytest
+from frame_rows import Frame, text_frames
 
 from parsers.can.frames import EXTENDED
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.trc_log import TrcImporter
 
-Frame = tuple[int, int, int, bytes]
-
-
-def forget_counts(log: ImportLog) -> None:
-    """What opening counted, which may have gone through the log already."""
-    log.messages = 0
-    log.rejected.clear()
-    log.lost_spans_ns.clear()
-
 
 def open_frames(path: Path, log: ImportLog | None = None) -> list[Frame]:
-    """(time_ns, id with EXTENDED, bus, payload) of every frame."""
-    log = log or ImportLog()
-    reader = TrcImporter().open(path, ReadOptions(), log)
-    forget_counts(log)
-    frames = []
-    for batch in reader._source.frames(counting=True):
-        for i in range(batch.time_ns.size):
-            at = int(batch.offset[i])
-            payload = batch.data[at : at + int(batch.length[i])].tobytes()
-            frames.append((int(batch.time_ns[i]), int(batch.can_id[i]), int(batch.bus[i]), payload))
-    return frames
+    return text_frames(TrcImporter(), path, log)
 
 
 def write(path: Path, text: str) -> Path:

@@ -159,21 +159,16 @@ def demand(seconds: float, rng: np.random.Generator, *, brake: float = 3.0, turn
 
 @kernel
 def _step_all(u: FloatArray, road: FloatArray, k: FloatArray, out: FloatArray) -> None:
-    ms, x, y, h, length, track, kf, kr, cube, bf, br, bump, reb, fric, kt, hrc, hpc, radius, iw, da, ix, iy, mu = (
-        k[0], k[1], k[2], k[3], k[4], k[5], k[6], k[7], k[8], k[9], k[10], k[11], k[12], k[13], k[14], k[15], k[16],
-        k[17], k[18], k[19], k[20], k[21], k[22],
-    )  # fmt: skip
-    pos = np.zeros(3)
-    vel = np.zeros(3)
-    zu = np.zeros(4)
-    vu = np.zeros(4)
+    """Step the car through u (n, 3) on the road (n, 4) at 1 kHz. k: the car, in `simulate`'s order. out: (n / 10, 17)."""
+    ms, x, y, h, length, track, kf, kr, cube, bf, br, bump, reb, fric = k[:14]
+    kt, hrc, hpc, radius, iw, da, ix, iy, mu = k[14:23]
+    pos, vel = np.zeros(3), np.zeros(3)
+    zu, vu = np.zeros(4), np.zeros(4)
     lever_x = np.array([x, x, x - length, x - length])
     lever_y = np.array([track / 2 - y, -track / 2 - y, track / 2 - y, -track / 2 - y])
     preload = k[23:27]
     mui = k[27:31]
-    d = np.zeros(4)
-    rate = np.zeros(4)
-    s = np.zeros(4)
+    d, rate, s = np.zeros(4), np.zeros(4), np.zeros(4)
     dt = 1e-3
     mass = ms + mu
     whole = ms * h + mu * radius
@@ -204,9 +199,7 @@ def _step_all(u: FloatArray, road: FloatArray, k: FloatArray, out: FloatArray) -
             n = kt * (road[i, w] - zu[w]) + preload[w] + mui[w] * G
             if n < 0:
                 n = 0.0
-            # what the links carry reaches the tyre
-            n_links = 0.0
-            vu[w] += dt * ((n - s[w] - mui[w] * G - n_links) / mui[w])
+            vu[w] += dt * ((n - s[w] - mui[w] * G) / mui[w])
             zu[w] += dt * vu[w]
         vel[0] += dt * acc0
         vel[1] += dt * acc1
@@ -219,13 +212,10 @@ def _step_all(u: FloatArray, road: FloatArray, k: FloatArray, out: FloatArray) -
             out[r, 4] = ax - G * pos[1]
             out[r, 5] = ay + G * pos[2]
             out[r, 6] = G + acc0 + ax * pos[1] - ay * pos[2]
-            out[r, 7] = vel[2]
-            out[r, 8] = vel[1]
+            out[r, 7], out[r, 8] = vel[2], vel[1]
             out[r, 9:13] = s
-            out[r, 13] = v
-            out[r, 14] = mass * ax + drag
-            out[r, 15] = acc1
-            out[r, 16] = acc2
+            out[r, 13], out[r, 14] = v, mass * ax + drag
+            out[r, 15], out[r, 16] = acc1, acc2
 
 
 def simulate(

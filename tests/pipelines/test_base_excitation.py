@@ -129,8 +129,9 @@ def test_faulty_sensors_stay_inside_the_interval(ride: tuple[Array, Array]) -> N
         keep = (s.time_ns < 40e9) | (s.time_ns > 43e9)
         signals[name] = Signal(name, s.time_ns[keep], values[keep], s.source)
     found = run(BATCH, replace(drive, signals=signals), plant.vehicle_of(CAR, 0.01))
-    of(found, "sprung_mass_kg", CAR.sprung)
-    of(found, "cg_to_front_axle_m", CAR.cg_to_front_axle)
+    for name, truth in (("sprung_mass_kg", CAR.sprung), ("cg_to_front_axle_m", CAR.cg_to_front_axle)):
+        assert found.parameters[name].status == "identified"
+        assert of(found, name, truth) == pytest.approx(truth, rel=0.06)
 
 
 @pytest.fixture(scope="module")

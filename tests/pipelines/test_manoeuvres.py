@@ -20,6 +20,7 @@ from pipelines.simulation.plant.vehicle import PRESETS
 NAMES = sorted(MANOEUVRES)
 ROLLING = {"truck_flat", "truck_slope"}
 SUV = VehicleFigures()
+TWO_TURNS = 4 * np.pi
 
 
 def made(name, options=None, seed=1, vehicle=SUV):
@@ -73,7 +74,9 @@ def check(scenario: Scenario, name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 @pytest.mark.parametrize("preset", ["suv", "sedan", "van", "truck", "off_road"])
 def test_every_manoeuvre_builds_for_every_vehicle(name, preset):
-    check(made(name, vehicle=figures_of(PRESETS[preset])), name)
+    scenario = made(name, vehicle=figures_of(PRESETS[preset]))
+    check(scenario, name)
+    assert np.abs(scenario.demand.steering_wheel_angle_rad).max() < TWO_TURNS
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -91,7 +94,9 @@ def test_every_manoeuvre_builds_for_every_vehicle(name, preset):
     ),
 )
 def test_any_options_and_seed(name, seed, options):
-    check(made(name, options, seed), name)
+    scenario = made(name, options, seed)
+    check(scenario, name)
+    assert np.abs(scenario.demand.steering_wheel_angle_rad).max() < TWO_TURNS
 
 
 @pytest.mark.parametrize("name", NAMES)

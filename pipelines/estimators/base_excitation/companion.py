@@ -12,11 +12,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from parsers.drive import Drive
-from pipelines.estimators.base import Need, Setting, Settings
+from pipelines.estimators.base import Setting, Settings
 from pipelines.estimators.base_excitation.answers import (
     CORNER_MASSES,
-    BodyFigures,
     answer,
     body_answers,
     corner_answer,
@@ -30,27 +28,23 @@ from pipelines.estimators.base_excitation.batch_figures import (
     heave_trace,
     heave_track,
 )
-from pipelines.estimators.base_excitation.batch_heave import HARDENING, NAMES, HeaveFit, fit_heave
+from pipelines.estimators.base_excitation.batch_heave import NAMES, HeaveFit, fit_heave
 from pipelines.estimators.base_excitation.batch_parts import (
-    LEAST_EXPLAINED,
     figures_of,
     groups,
     joined,
     why_not,
 )
+from pipelines.estimators.base_excitation.batch_whole import body_of, mean_damping, refused
 from pipelines.estimators.base_excitation.data import (
     AXLES,
-    SIGNAL_NEEDS,
-    VEHICLE_NEEDS,
     RideData,
     collect_ride,
-    prepare_ride,
-    setting,
     spring_assumptions,
-    stiffer,
 )
+from pipelines.estimators.base_excitation.method import RideMethod
 from pipelines.prepare.prepared import Prepared
-from pipelines.results import Assumption, Estimate, FloatArray, ParameterEstimate, Track
+from pipelines.results import Assumption, Estimate, ParameterEstimate, Track
 from pipelines.vehicles.vehicle import Vehicle
 
 SETTINGS: tuple[Setting, ...] = (
@@ -87,31 +81,12 @@ SETTINGS: tuple[Setting, ...] = (
         1.0,
     ),
 )  # fmt: skip
-DEFAULTS = tuple((s.name, s.default) for s in SETTINGS)
-MODEL_ERROR = 0.015
-"""What is left of curved springs and dampers, links and tilt on a whole vehicle, as a share of the sprung mass."""
-
-PLACE_ERROR = 0.006
-"""The same for the CG's place, as a share of wheelbase and track."""
-
 BENCH_ERROR = 0.002
 DAMPING_ERROR = 0.05
-HEAVE_DAMPING_ERROR = 0.25
-USUAL_HARDENING, STOP_SHARE = 0.3, 0.6
-MOST_STIFFER = 0.25
-"""Stiffening in deep compression that progressive springs have; what of a further one may be there at rest already; the
-largest stiffness beyond the springs with which anything is said."""
-
-SQRT_12 = math.sqrt(12)
-LEAST_CLARITY = 0.5
-LEAST_ROUGH = 0.6
-HEAVE_EXPLAINED = 0.96
-"""Share of the masses' information that must not be accelerometer noise; share of the drive that must be rough;
-share of the heave that must follow from springs and dampers, or the mass comes out low: 0.99 off road, 0.80-0.92 on roads,
-where it was 10 to 25 % low."""
+"""What inertia and links leave of a mass on a bench, and of a damping, as shares."""
 
 
-class BaseExcitationBatch:
+class BaseExcitationBatch(RideMethod):
     """The estimator "base_excitation_batch"."""
 
     name: str = "base_excitation_batch"
@@ -121,9 +96,6 @@ class BaseExcitationBatch:
         "model of Pence, Fathy, Stein, eqs. (1)-(2), with two damper slopes; output error on a corner, compensated least "
         "squares on the heave of four, both in a frequency band with the residual's own spectrum as weight"
     )
-    signal_needs: tuple[Need, ...] = SIGNAL_NEEDS
-
-    vehicle_needs: tuple[Need, ...] = VEHICLE_NEEDS
     parameters: tuple[str, ...] = (
         "sprung_mass_kg", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", *CORNER_MASSES,
         "suspension_damping_nspm",
@@ -131,17 +103,13 @@ class BaseExcitationBatch:
 
     settings: tuple[Setting, ...] = SETTINGS
 
-    def prepare(self, drive: Drive, settings: Settings) -> Prepared:
-        """The accelerations of all wheels that have both, on one clock."""
-        return prepare_ride(drive, setting(settings, DEFAULTS, "cutoff_hz"))
-
     def estimate(
         self, prepared: Prepared, vehicle: Vehicle, settings: Settings, rng: np.random.Generator
     ) -> Estimate:
         """Estimate. A drive that cannot tell ends with parameters "not_identifiable" and the reason."""
 
         def value(name: str) -> float:
-            return setting(settings, DEFAULTS, name)
+            return self.value(settings, name)
 
         data = collect_ride(prepared, vehicle, value("least_excitation"))
         if data.why_not:
@@ -183,53 +151,16 @@ class BaseExcitationBatch:
             "hub_rms_mps2": data.hub_rms,
             **{name: float(v) for name, v in zip(NAMES, fit.values, strict=True)},
         }
-        rough = sum(int(data.lively[i:j].sum()) for i, j in data.stretches)
-        share = rough / max(sum(j - i for i, j in data.stretches), 1)
-        if share < LEAST_ROUGH:
-            why = (
-                f"only {share:.0%} of the drive is rough: bends, brakes and single bumps move the body by more than springs and "
-                "dampers; drive straight over rough ground"
-            )
-            return self._nothing(data, vehicle, why, figures)
-        unclear = fit.clarity < LEAST_CLARITY
-        if fit.plausible and not unclear and LEAST_EXPLAINED <= fit.explained < HEAVE_EXPLAINED:
-            why = (
-                f"springs and dampers explain {fit.explained:.0%} of the heave only ({HEAVE_EXPLAINED:.0%} on rough ground): dry friction, "
-                "bends and brakes have too large a share; drive straight over rough ground"
-            )
-            return self._nothing(data, vehicle, why, figures)
-        if unclear or fit.explained < LEAST_EXPLAINED or not fit.plausible:
-            why = (
-                "the body's acceleration is mostly sensor noise"
-                if unclear
-                else "body and hub accelerations do not follow from one another: check channels, signs and wheels"
-            )
-            return self._nothing(data, vehicle, f"{why}; drive over rough ground", figures)
-        more = self._stiffer(fit, vehicle)
-        if max(more) > MOST_STIFFER:
-            axle = "front" if more[0] > more[1] else "rear"
-            why = (
-                f"the {axle} suspension may be {max(more):.0%} stiffer than its springs (high roll centre, or resting on its "
-                "stops), and the mass comes in proportion to the stiffness"
-            )
+        why = refused(data, fit, vehicle)
+        if why:
             return self._nothing(data, vehicle, why, figures)
         covariance = fit.covariance.copy()
         for number, pair in enumerate(AXLES.values()):
             quantity = data.springs[pair[0]]
             moved = fit.spring_slopes[number] * quantity.std / quantity.value
             covariance += np.outer(moved, moved)
-        found, assumed = body_answers(self._body(fit, covariance, vehicle), vehicle, self.name)
-        damping = float(np.mean(fit.values[3:7]))
-        weights = np.zeros(len(NAMES))
-        weights[3:7] = 0.25
-        std = math.hypot(math.sqrt(float(weights @ covariance @ weights)), HEAVE_DAMPING_ERROR * damping)
-        found["suspension_damping_nspm"] = answer(
-            "suspension_damping_nspm",
-            figure(damping, std),
-            vehicle,
-            self.name,
-            "mean of all wheels and directions, at the speeds that the dampers met: blow-off lowers it",
-        )
+        found, assumed = body_answers(body_of(fit, covariance, vehicle), vehicle, self.name)
+        found["suspension_damping_nspm"] = mean_damping(fit, covariance, vehicle, self.name)
         spread = found["sprung_mass_kg"].std or math.inf
         return Estimate(
             estimator=self.name,
@@ -241,49 +172,6 @@ class BaseExcitationBatch:
             assumptions=(*spring_assumptions(data), assumed, *self._assumed(nuisance)),
             diagnostics=figures,
             used_fraction=fit.blocks.count * fit.blocks.rows / max(len(prepared.time_s), 1),
-        )
-
-    @staticmethod
-    def _stiffer(fit: HeaveFit, vehicle: Vehicle) -> tuple[float, float]:
-        """How much stiffer than its springs each axle may be: guides and bushes, and stops that it seems to rest on."""
-        ahead, behind = stiffer(float(fit.values[0]), float(fit.values[1]), vehicle)
-        hard = [
-            STOP_SHARE * max(float(v) - USUAL_HARDENING, 0.0) for v in fit.values[HARDENING : HARDENING + 2]
-        ]
-        return ahead + hard[0], behind + hard[1]
-
-    def _body(self, fit: HeaveFit, covariance: FloatArray, vehicle: Vehicle) -> BodyFigures:
-        """Masses and place with their spreads; covariance with the springs' part."""
-        seen_front, seen_rear, lateral = (float(v) for v in fit.values[:3])
-        more = self._stiffer(fit, vehicle)
-        # bushes and guides add stiffness and never take any: the middle of what they may add
-        front, rear = seen_front * (1 + more[0] / 2), seen_rear * (1 + more[1] / 2)
-        sprung = front + rear
-        doubt = (more[0] * seen_front / SQRT_12, more[1] * seen_rear / SQRT_12)
-
-        def spread(slopes: tuple[float, float, float], floor: float) -> float:
-            w = np.array(slopes)
-            return math.hypot(math.sqrt(float(w @ covariance[:3, :3] @ w)), floor)
-
-        behind, left = rear / sprung, lateral / sprung
-        uneven = behind * (1 - behind) * max(more) / SQRT_12
-        return BodyFigures(
-            front_kg=front,
-            rear_kg=rear,
-            front_std=spread((1, 0, 0), math.hypot(MODEL_ERROR * front, doubt[0])),
-            rear_std=spread((0, 1, 0), math.hypot(MODEL_ERROR * rear, doubt[1])),
-            sum_std=spread((1, 1, 0), math.hypot(MODEL_ERROR * sprung, sum(doubt))),
-            upwards=0.0,
-            behind=(
-                behind,
-                spread((-behind / sprung, (1 - behind) / sprung, 0), math.hypot(PLACE_ERROR, uneven)),
-            ),
-            left=(left, spread((-left / sprung, -left / sprung, 1 / sprung), PLACE_ERROR)),
-            said=(
-                f"heave of four corners over {fit.blocks.count} blocks of {fit.blocks.rows / fit.blocks.rate_hz:g} s; bushes "
-                f"and guides may stiffen the suspension by up to {more[0]:.0%} in front and {more[1]:.0%} behind, half of "
-                "which is allowed for"
-            ),
         )
 
     def _parts(

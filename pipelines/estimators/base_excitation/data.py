@@ -10,7 +10,7 @@ import numpy as np
 
 from parsers.drive import Drive
 from parsers.signals import WHEELS
-from pipelines.estimators.base import Need, Settings
+from pipelines.estimators.base import Need
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Assumption, FloatArray
@@ -187,8 +187,3 @@ def spring_assumptions(data: RideData) -> tuple[Assumption, ...]:
         Assumption(f"spring_rate_{axle}_npm (a wheel)", f"{q.value:.0f} ± {q.std:.0f} N/m", q.source)
         for axle, q in axles.items()
     )
-
-
-def setting(settings: Settings, known: Sequence[tuple[str, float]], name: str) -> float:
-    """A setting's value, or its default."""
-    return float(settings.get(name, dict(known)[name]))

@@ -11,8 +11,7 @@ import math
 
 import numpy as np
 
-from parsers.drive import Drive
-from pipelines.estimators.base import Need, Setting, Settings
+from pipelines.estimators.base import Setting, Settings
 from pipelines.estimators.base_excitation.answers import (
     CORNER_MASSES,
     BodyFigures,
@@ -24,15 +23,12 @@ from pipelines.estimators.base_excitation.answers import (
 )
 from pipelines.estimators.base_excitation.data import (
     AXLES,
-    SIGNAL_NEEDS,
-    VEHICLE_NEEDS,
     RideData,
     collect_ride,
-    prepare_ride,
-    setting,
     spring_assumptions,
     stiffer,
 )
+from pipelines.estimators.base_excitation.method import RideMethod
 from pipelines.estimators.base_excitation.rls import (
     FilterChoice,
     RlsFit,
@@ -58,7 +54,6 @@ SETTINGS: tuple[Setting, ...] = (
         "coupling", 0.15, "share", "what inertia and anti-roll bars may do to a wheel's apparent mass; 0 on a bench", 0.0, 1.0
     ),
 )  # fmt: skip
-DEFAULTS = tuple((s.name, s.default) for s in SETTINGS)
 MODEL_ERROR = 0.03
 """What a linear damper and no friction may cost, as a share of the mass (a damper of slopes 1 : 3 costs 4 %)."""
 
@@ -67,7 +62,7 @@ MOST_STIFFER = 0.25
 """Largest stiffness beyond the springs with which anything is said."""
 
 
-class BaseExcitation:
+class BaseExcitation(RideMethod):
     """The estimator "base_excitation"."""
 
     name: str = "base_excitation"
@@ -77,9 +72,6 @@ class BaseExcitation:
         "Pence, Fathy, Stein: Sprung mass estimation for off-road vehicles via base-excitation suspension dynamics and "
         "recursive least squares, eqs. (1)-(7); on four corners their sum, which is heave"
     )
-    signal_needs: tuple[Need, ...] = SIGNAL_NEEDS
-
-    vehicle_needs: tuple[Need, ...] = VEHICLE_NEEDS
     parameters: tuple[str, ...] = (
         "sprung_mass_kg",
         "mass_kg",
@@ -90,18 +82,12 @@ class BaseExcitation:
 
     settings: tuple[Setting, ...] = SETTINGS
 
-    def prepare(self, drive: Drive, settings: Settings) -> Prepared:
-        """The accelerations of all wheels that have both, on one clock."""
-        return prepare_ride(drive, setting(settings, DEFAULTS, "cutoff_hz"))
-
     def estimate(
         self, prepared: Prepared, vehicle: Vehicle, settings: Settings, rng: np.random.Generator
     ) -> Estimate:
         """Estimate. A drive that cannot tell ends with parameters "not_identifiable" and the reason."""
-        data = collect_ride(prepared, vehicle, setting(settings, DEFAULTS, "least_excitation"))
-        choice = FilterChoice(
-            setting(settings, DEFAULTS, "natural_radps"), setting(settings, DEFAULTS, "damping_ratio")
-        )
+        data = collect_ride(prepared, vehicle, self.value(settings, "least_excitation"))
+        choice = FilterChoice(self.value(settings, "natural_radps"), self.value(settings, "damping_ratio"))
         if data.why_not:
             return self._nothing(data, vehicle, data.why_not)
         corners = {w: run_rls(corner_regression(data, w, choice), data.rate_hz) for w in data.corners}
@@ -112,7 +98,7 @@ class BaseExcitation:
             return self._nothing(data, vehicle, reason)
         if heave is not None:
             return self._whole(prepared, data, vehicle, heave, fits, choice)
-        return self._corners(prepared, data, vehicle, fits, choice, setting(settings, DEFAULTS, "coupling"))
+        return self._corners(prepared, data, vehicle, fits, choice, self.value(settings, "coupling"))
 
     def _nothing(self, data: RideData, vehicle: Vehicle, reason: str) -> Estimate:
         return Estimate(

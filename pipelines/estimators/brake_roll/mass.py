@@ -65,6 +65,33 @@ class MassFit:
     driven: bool
 
 
+def _chosen(
+    use: BoolArray, brake: FloatArray | None, drive: FloatArray | None, rate_hz: float, known: MassKnown
+) -> IntArray:
+    """Rows of `use` in which every force is known, thinned to twice the band; none without any torque."""
+    if drive is None:
+        use = np.zeros_like(use) if brake is None else use & ~(brake <= 0.0)
+    elif brake is None:
+        # an unmeasured brake: only rows in which the drive pulls can be without it
+        use = use & (drive > 0.02 * known.mass * known.radius_m)
+    every = max(1, round(rate_hz / (2 * BAND_HZ)))
+    chosen = np.flatnonzero(use)
+    return np.asarray(chosen[chosen % every == 0])
+
+
+def _unknowns(known: MassKnown) -> tuple[Unknown, ...]:
+    """What is fitted, in the order in which the model takes it."""
+    return (
+        Unknown("mass", known.mass, math.inf, 0.1),
+        Unknown("brakes", 0.0, known.gain, 1e-4),
+        Unknown("engine", 0.0, known.drive, 1e-4),
+        Unknown("drag_area", known.drag_area[0], known.drag_area[1], 1e-3),
+        Unknown("rolling", known.rolling[0], known.rolling[1], 1e-5),
+        Unknown("offset", 0.0, known.offset, 1e-4),
+        Unknown("cornering", *CORNERING, 1e-5),
+    )
+
+
 def fit_mass(
     f_x: FloatArray,
     speed: FloatArray,
@@ -81,21 +108,7 @@ def fit_mass(
     without the drive torque only braked rows count. side: (n,) lateral specific force, m/s²: tyres that corner drag by its
     square (force times slip angle). rows: moving, straight enough, inside segments.
     """
-    use = rows & (speed > 2.0)
-    idle = None
-    if brake is not None:
-        idle = brake <= 0.0
-    if drive is None:
-        if idle is None:
-            return None
-        use = use & ~idle
-    if brake is None:
-        # an unmeasured brake: only rows in which the drive pulls can be without it
-        assert drive is not None
-        use = use & (drive > 0.02 * known.mass * known.radius_m)
-    every = max(1, round(rate_hz / (2 * BAND_HZ)))
-    chosen = np.flatnonzero(use)
-    chosen = chosen[chosen % every == 0]
+    chosen = _chosen(rows & (speed > 2.0), brake, drive, rate_hz, known)
     if len(chosen) < 10:
         return None
     zero = np.zeros(len(chosen))
@@ -113,23 +126,13 @@ def fit_mass(
         force -= mass * (GRAVITY * rolling + slip * cornering)
         return np.asarray(force / (mass + spin) + offset)
 
-    mean = known.mass
-    unknowns = (
-        Unknown("mass", mean, math.inf, 0.1),
-        Unknown("brakes", 0.0, known.gain, 1e-4),
-        Unknown("engine", 0.0, known.drive, 1e-4),
-        Unknown("drag_area", known.drag_area[0], known.drag_area[1], 1e-3),
-        Unknown("rolling", known.rolling[0], known.rolling[1], 1e-5),
-        Unknown("offset", 0.0, known.offset, 1e-4),
-        Unknown("cornering", *CORNERING, 1e-5),
-    )
     samples = Samples(
         f_x[chosen], np.zeros(len(chosen), dtype=np.int64), blocks_of(chosen, rate_hz, 2.0, 10.0),
         np.array([0.1]), np.array([0.01]),
     )  # fmt: skip
-    fit = fit_least(model, samples, unknowns)
+    fit = fit_least(model, samples, _unknowns(known))
     mass = fit.value("mass")
-    if not 0.2 * mean < mass < 5 * mean:
+    if not 0.2 * known.mass < mass < 5 * known.mass:
         return None
     shared = math.hypot(known.pitch, known.radius_std / known.radius_m)
     std = math.hypot(fit.std("mass"), shared * mass)

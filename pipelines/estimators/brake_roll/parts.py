@@ -18,7 +18,7 @@ from pipelines.estimators.roll_map.vehicle import VehiclePart
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import BoolArray, Prepared
 from pipelines.results import FloatArray
-from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 ONSET_S = 0.4
 LEAST_TOLD = 0.25
@@ -87,37 +87,15 @@ def slip_part(
     if not data.true.told:
         return None, "braking: the speed could not be aligned with accel_x: its delay is not known"
     gain, gain_std = _gain(data)
-    scale = wheel_scales(data, known)
-    v = data.true.speed
-    total = data.front_torque + data.rear_torque
-    pressed = total > 0.7 * known.mass.value * known.radius.value
-    touched = total > 0.0
-    slip = 1 - np.minimum(data.front / scale.front, data.rear / scale.rear) / np.maximum(v, 1.0)
-    yaw = np.zeros(len(v)) if data.yaw_rate is None else data.yaw_rate
-    rate = prepared.rate_hz
-    split = within(data.apart - float(np.median(data.apart)) > 0.4, round(0.3 * rate))
-    control = within((slip > 0.12) & (v > 3.0), round(0.5 * rate))
-    onset = touched & ~_past(pressed, round(ONSET_S * rate))
-    rows = data.rows & data.allowed & (np.abs(yaw) < 0.06) & ~split & ~control & ~onset
-    share = known.brake_front
-    tyre = vehicle.get("tire_vertical_rate_npm")
-    driven = vehicle.get("drive_front_share")
-    spread = 0.03 if data.share_known else share.std / (share.value * (1 - share.value))
-    slip_known = SlipKnown(
-        known.mass.value, (known.front.value, known.front.std), known.wheelbase.value, known.radius.value,
-        known.wheel_inertia.value, known.drag_area.value, spread,
-        gain=gain_std, delay=math.hypot(data.true.delay_std_s, WHEEL_DELAY_STD_S),
-        bend=(_settings(settings, "slip_bend", 0.25), _settings(settings, "slip_bend_std", 0.2)),
-        load=(_settings(settings, "slip_load", 0.1), _settings(settings, "slip_load_std", 0.2)),
-        squash=(_settings(settings, "squash", 0.25), _settings(settings, "squash_std", 0.12)),
-        ratio_error=RATIO_ERROR,
-        drive_front=(0.5, 0.5) if driven is None else (driven.value, max(driven.std, 0.02)),
-        tyre_rate=TYRE_RATE if tyre is None else tyre.value,
-    )  # fmt: skip
+    rows, pressed = _slip_rows(prepared, data, data.true.speed, known)
     columns = SlipData(
-        rate, prepared.cutoff_hz, v, data.f_x / gain, data.front, data.rear, data.front_torque, data.rear_torque,
-        data.drive, rows, pressed & ~onset,
+        prepared.rate_hz, prepared.cutoff_hz, data.true.speed, data.f_x / gain, data.front, data.rear,
+        data.front_torque, data.rear_torque, data.drive, rows, pressed,
     )  # fmt: skip
+    delay_std = math.hypot(data.true.delay_std_s, WHEEL_DELAY_STD_S)
+    slip_known = _slip_known(
+        data, known, known.front, known.wheelbase, settings, vehicle, gain_std, delay_std
+    )
     prior = before.priors.get("cg_height_m")
     fit = fit_slip(columns, slip_known, 0.6 if prior is None else prior.value)
     if fit is None:
@@ -131,6 +109,55 @@ def slip_part(
             f"braking: the slips fit no height ({fit.height:.2f} m): brake data or speed are not what they seem",
         )
     return fit, ""
+
+
+def _slip_rows(
+    prepared: Prepared, data: BrakeRollData, speed: FloatArray, known: BrakeRollVehicle
+) -> tuple[BoolArray, BoolArray]:
+    """Rows for the slips: flat, straight, without brake control and the onset of braking; and those of firm braking."""
+    assert data.front is not None
+    assert data.rear is not None
+    assert data.front_torque is not None
+    assert data.rear_torque is not None
+    scale = wheel_scales(data, known)
+    total = data.front_torque + data.rear_torque
+    pressed = total > 0.7 * known.mass.value * known.radius.value
+    touched = total > 0.0
+    slip = 1 - np.minimum(data.front / scale.front, data.rear / scale.rear) / np.maximum(speed, 1.0)
+    yaw = np.zeros(len(speed)) if data.yaw_rate is None else data.yaw_rate
+    rate = prepared.rate_hz
+    split = within(data.apart - float(np.median(data.apart)) > 0.4, round(0.3 * rate))
+    control = within((slip > 0.12) & (speed > 3.0), round(0.5 * rate))
+    onset = touched & ~_past(pressed, round(ONSET_S * rate))
+    rows = data.rows & data.allowed & (np.abs(yaw) < 0.06) & ~split & ~control & ~onset
+    return rows, pressed & ~onset
+
+
+def _slip_known(
+    data: BrakeRollData,
+    known: BrakeRollVehicle,
+    front: Quantity,
+    wheelbase: Quantity,
+    settings: Settings,
+    vehicle: Vehicle,
+    gain_std: float,
+    delay_std_s: float,
+) -> SlipKnown:
+    """What the fit of the slips is told. front: the CG behind the front axle."""
+    share = known.brake_front
+    tyre = vehicle.get("tire_vertical_rate_npm")
+    driven = vehicle.get("drive_front_share")
+    spread = 0.03 if data.share_known else share.std / (share.value * (1 - share.value))
+    return SlipKnown(
+        known.mass.value, (front.value, front.std), wheelbase.value, known.radius.value,
+        known.wheel_inertia.value, known.drag_area.value, spread, gain=gain_std, delay=delay_std_s,
+        bend=(_settings(settings, "slip_bend", 0.25), _settings(settings, "slip_bend_std", 0.2)),
+        load=(_settings(settings, "slip_load", 0.1), _settings(settings, "slip_load_std", 0.2)),
+        squash=(_settings(settings, "squash", 0.25), _settings(settings, "squash_std", 0.12)),
+        ratio_error=RATIO_ERROR,
+        drive_front=(0.5, 0.5) if driven is None else (driven.value, max(driven.std, 0.02)),
+        tyre_rate=TYRE_RATE if tyre is None else tyre.value,
+    )  # fmt: skip
 
 
 def _past(mask: BoolArray, rows: int) -> BoolArray:

@@ -117,6 +117,20 @@ def _slip_force(load: float, stiffness: float, bend: float, v: float, wheel: flo
 
 
 @kernel
+def _wanted(slower: float) -> float:
+    """Acceleration in m/s² with which the driver takes away a speed error in m/s."""
+    return min(max(1.2 * slower, -3.5), 2.5)
+
+
+@kernel
+def _pedals(force: float, pressure: float, radius: float, gain: float) -> tuple[float, float]:
+    """Drive force in N and brake pressure in Pa that give a force; what the engine's drag gives takes neither."""
+    if force >= -300.0:
+        return max(force, 0.0), pressure
+    return 0.0, -force * radius / gain
+
+
+@kernel
 def _drive(demand: FloatArray, p: FloatArray, start: float, dt: float, every: int, out: FloatArray) -> None:
     """demand (n, 4): curvature, target speed, grade, pressure. p: the car. out (n // every, 12)."""
     m, lf, lr, inertia, R, J, h, h0, kr, cr, C, bend, gain, share, area, cy, mu, iz, pg, wp, zp = p
@@ -131,13 +145,10 @@ def _drive(demand: FloatArray, p: FloatArray, start: float, dt: float, every: in
         air = 0.5 * 1.204 * area * v * v
         push = 0.0
         if pressure <= 0.0 and target == target:
-            wanted = min(max(1.2 * (target - v), -3.5), 2.5)
             held = min(max(held + dt * 0.1 * (target - v), -0.5), 0.5)
-            force = m * (wanted + held) + air + m * g * grade
-            if force >= -300.0:
-                push = max(force, 0.0)
-            else:
-                pressure = -force * R / gain
+            push, pressure = _pedals(
+                m * (_wanted(target - v) + held) + air + m * g * grade, pressure, R, gain
+            )
         pressure *= min(1.0, v / 1.0)
         # the load moves with the pitching body: a quasi-steady share plus a lag of the second order
         moved = -(m * h * (ax + g * grade) + h * air + 2 * spin * R * ax) / base
@@ -171,18 +182,10 @@ def _drive(demand: FloatArray, p: FloatArray, start: float, dt: float, every: in
             pitch += dt * pitch_rate
         if k % every == 0:
             i = k // every
-            out[i, 0] = v
-            out[i, 1] = ax + g * grade - g * pitch
-            out[i, 2] = fy
-            out[i, 3] = roll
-            out[i, 4] = rate
-            out[i, 5] = r
-            out[i, 6] = front
-            out[i, 7] = rear
-            out[i, 8] = pressure
-            out[i, 9] = curvature
-            out[i, 10] = push
-            out[i, 11] = grade
+            out[i, 0], out[i, 1], out[i, 2] = v, ax + g * grade - g * pitch, fy
+            out[i, 3], out[i, 4], out[i, 5] = roll, rate, r
+            out[i, 6], out[i, 7], out[i, 8] = front, rear, pressure
+            out[i, 9], out[i, 10], out[i, 11] = curvature, push, grade
 
 
 def drive_park(car: ParkCar, demand: ParkDemand) -> ParkRun:

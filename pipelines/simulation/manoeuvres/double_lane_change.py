@@ -8,8 +8,8 @@ import numpy as np
 
 from pipelines.results import FloatArray
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
-from pipelines.simulation.manoeuvres.path import STEP_M, Path, curvature_of, shift
-from pipelines.simulation.manoeuvres.script import STEP_S, Script, fitted
+from pipelines.simulation.manoeuvres.path import STEP_M, Path, curvature_of, fitted_path, shift
+from pipelines.simulation.manoeuvres.script import STEP_S, Script
 
 _FRICTION = 0.9
 
@@ -82,9 +82,8 @@ def _lane_changes(
     )
     # a lead before the course, where the car settles; the drive through it ends 15 m behind
     through_s = (STEP_M * len(curvature) + 15.0) / speed
-    paths: list[Path] = []
 
-    def write(repeats: int) -> Script:
+    def write(repeats: int) -> tuple[Script, Path]:
         script, path = Script(vehicle, grip), Path()
         script.rest(4.0)
         for _ in range(repeats):
@@ -100,16 +99,15 @@ def _lane_changes(
                 script.hold(1.5)
                 script.reach(0.0, 3.0)
                 script.rest(4.0)
-        paths.append(path)
-        return script
+        return script, path
 
-    script = fitted(write, options, repeats=1)
+    script, path = fitted_path(write, options, repeats=1)
     return Scenario(
         name,
         title,
         standard,
         script.demand(),
-        paths[-1].road(script.distance_m, _FRICTION, options, vehicle, rng),
+        path.road(script.distance_m, _FRICTION, options, vehicle, rng),
         (f"{3.6 * speed:.0f} km/h; the path asks for {sharpest * speed**2:.1f} m/s²",),
     )
 

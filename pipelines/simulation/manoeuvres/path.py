@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
 from pipelines.results import FloatArray
 from pipelines.simulation.manoeuvres.base import Options, VehicleFigures
-from pipelines.simulation.manoeuvres.script import proving_ground
+from pipelines.simulation.manoeuvres.script import Script, fitted, proving_ground
 from pipelines.simulation.records import Road
 
 STEP_M = 0.25
@@ -54,6 +55,21 @@ class Path:
             own = start + STEP_M * np.arange(len(values))
             curvature += np.interp(place, own, values, left=0.0, right=0.0)
         return replace(ground, curvature_1pm=curvature)
+
+
+def fitted_path(
+    write: Callable[[int], tuple[Script, Path]], options: Options, repeats: int
+) -> tuple[Script, Path]:
+    """`fitted` for a script that drives along a path: both."""
+    paths: list[Path] = []
+
+    def script_of(count: int) -> Script:
+        script, path = write(count)
+        paths.append(path)
+        return script
+
+    script = fitted(script_of, options, repeats)
+    return script, paths[-1]
 
 
 def curvature_of(offset_m: FloatArray) -> FloatArray:

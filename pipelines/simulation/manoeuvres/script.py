@@ -137,6 +137,30 @@ def fitted(write: Callable[[int], Script], options: Options, repeats: int) -> Sc
     return script
 
 
+def steered(
+    vehicle: VehicleFigures,
+    options: Options,
+    own_friction: float,
+    speed_mps: float,
+    turns: Callable[[Script], None],
+    repeats: int,
+) -> Script:
+    """Rest, reach a speed, steer at it by `turns` as often as fits, stop, rest."""
+
+    def write(count: int) -> Script:
+        script = Script(vehicle, options.grip(own_friction))
+        script.rest(4.0)
+        script.reach(speed_mps, 2.0)
+        for _ in range(count):
+            turns(script)
+        script.hold(2.0)
+        script.reach(0.0, 3.0)
+        script.rest(4.0)
+        return script
+
+    return fitted(write, options, repeats)
+
+
 def proving_ground(
     distance_m: float,
     own_friction: float,

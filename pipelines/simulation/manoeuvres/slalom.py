@@ -6,8 +6,8 @@ import numpy as np
 
 from pipelines.results import FloatArray
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
-from pipelines.simulation.manoeuvres.path import STEP_M, Path, curvature_of, shift
-from pipelines.simulation.manoeuvres.script import Script, fitted
+from pipelines.simulation.manoeuvres.path import STEP_M, Path, curvature_of, fitted_path, shift
+from pipelines.simulation.manoeuvres.script import Script
 from pipelines.simulation.records import GRAVITY
 
 _FRICTION = 0.9
@@ -44,9 +44,8 @@ def _slalom(
     own = min(own_speed_mps, slalom_speed_mps(hardest, swing, spacing_m)) * float(np.sqrt(options.severity))
     speed = vehicle.reachable_mps(options.speed(own))
     curvature = slalom_curvature(swing, spacing_m, CONES)
-    paths: list[Path] = []
 
-    def write(repeats: int) -> Script:
+    def write(repeats: int) -> tuple[Script, Path]:
         script, path = Script(vehicle, options.grip(_FRICTION)), Path()
         side = options.signs()[0]
         script.rest(4.0)
@@ -57,17 +56,16 @@ def _slalom(
             script.hold((end - script.distance_m) / speed + 1.5)
             script.reach(0.0, 2.5)
             script.rest(4.0)
-        paths.append(path)
-        return script
+        return script, path
 
-    script = fitted(write, options, repeats=2)
+    script, path = fitted_path(write, options, repeats=2)
     peak = float(np.max(np.abs(curvature))) * speed**2
     return Scenario(
         name,
         f"Slalom, cones every {spacing_m:g} m",
         "",
         script.demand(),
-        paths[-1].road(script.distance_m, _FRICTION, options, vehicle, rng),
+        path.road(script.distance_m, _FRICTION, options, vehicle, rng),
         (f"{3.6 * speed:.0f} km/h; the path asks for {peak:.1f} m/s²",),
     )
 
@@ -101,9 +99,8 @@ def slalom_u_turns(vehicle: VehicleFigures, options: Options, rng: np.random.Gen
     turn_radius = 22.0
     turn_speed = float(np.sqrt(0.7 * lateral * turn_radius))
     side = options.signs()[0]
-    paths: list[Path] = []
 
-    def write(repeats: int) -> Script:
+    def write(repeats: int) -> tuple[Script, Path]:
         script, path = Script(vehicle, options.grip(_FRICTION)), Path()
         script.rest(4.0)
         for _ in range(repeats):
@@ -126,15 +123,14 @@ def slalom_u_turns(vehicle: VehicleFigures, options: Options, rng: np.random.Gen
                 script.hold((end - script.distance_m) / (share * top) + 1.0)
             script.reach(0.0, 2.5)
             script.rest(4.0)
-        paths.append(path)
-        return script
+        return script, path
 
-    script = fitted(write, options, repeats=1)
+    script, path = fitted_path(write, options, repeats=1)
     return Scenario(
         "slalom_u_turns",
         "Three slaloms with U-turns",
         "Park & Choi VI-B",
         script.demand(),
-        paths[-1].road(script.distance_m, _FRICTION, options, vehicle, rng),
+        path.road(script.distance_m, _FRICTION, options, vehicle, rng),
         (f"up to {3.6 * top:.0f} km/h at {lateral:.1f} m/s²; U-turns at {3.6 * turn_speed:.0f} km/h",),
     )

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
-from pipelines.simulation.manoeuvres.path import Path
-from pipelines.simulation.manoeuvres.script import STEP_S, Script, fitted
+from pipelines.simulation.manoeuvres.path import Path, fitted_path
+from pipelines.simulation.manoeuvres.script import STEP_S, Script
 
 _FRICTION = 0.9
 _START_MPS2 = 0.5
@@ -53,9 +53,8 @@ def _circles(
         top_mps2 = options.severity * vehicle.safe_lateral_mps2(top_mps2, friction, grip_share)
     entry = float(np.sqrt(radius_m * min(_START_MPS2, 0.5 * top_mps2)))
     spiral = max(0.25 * radius_m, 2.0 * entry)
-    paths: list[Path] = []
 
-    def write(repeats: int) -> Script:
+    def write(repeats: int) -> tuple[Script, Path]:
         script, path = Script(vehicle, friction), Path()
         script.rest(4.0)
         for _ in range(repeats):
@@ -74,16 +73,15 @@ def _circles(
                 path.bend(start, script.distance_m - entry, side / radius_m, spiral)
                 script.reach(0.0, 1.5)
                 script.rest(4.0)
-        paths.append(path)
-        return script
+        return script, path
 
-    script = fitted(write, options, repeats=1)
+    script, path = fitted_path(write, options, repeats=1)
     return Scenario(
         name,
         title,
         standard,
         script.demand(),
-        paths[-1].road(script.distance_m, _FRICTION, options, vehicle, rng),
+        path.road(script.distance_m, _FRICTION, options, vehicle, rng),
         (f"radius {radius_m:g} m, up to {top_mps2:.1f} m/s²",),
     )
 

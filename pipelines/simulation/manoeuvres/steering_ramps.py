@@ -6,7 +6,7 @@ import numpy as np
 
 from pipelines.results import FloatArray
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
-from pipelines.simulation.manoeuvres.script import STEP_S, Script, fitted, proving_ground
+from pipelines.simulation.manoeuvres.script import STEP_S, Script, proving_ground, steered
 from pipelines.simulation.records import GRAVITY
 
 SLOW_RATE_RADPS = np.radians(13.5)
@@ -43,20 +43,12 @@ def slowly_increasing_steer(vehicle: VehicleFigures, options: Options, rng: np.r
     lateral = options.severity * vehicle.safe_lateral_mps2(0.5 * GRAVITY, options.grip(_FRICTION))
     angle = slow_ramp_angle_rad(vehicle, lateral, speed)
 
-    def write(repeats: int) -> Script:
-        script = Script(vehicle, options.grip(_FRICTION))
-        script.rest(4.0)
-        script.reach(speed, 2.0)
-        for _ in range(repeats):
-            for side in options.signs():
-                script.hold(3.0)
-                script.steer(ramp(side * angle, float(SLOW_RATE_RADPS), 0.5, 2.0))
-        script.hold(2.0)
-        script.reach(0.0, 3.0)
-        script.rest(4.0)
-        return script
+    def turns(script: Script) -> None:
+        for side in options.signs():
+            script.hold(3.0)
+            script.steer(ramp(side * angle, float(SLOW_RATE_RADPS), 0.5, 2.0))
 
-    script = fitted(write, options, repeats=1)
+    script = steered(vehicle, options, _FRICTION, speed, turns, repeats=1)
     return Scenario(
         "slowly_increasing_steer",
         "Slowly increasing steer",
@@ -81,20 +73,12 @@ def step_steer(vehicle: VehicleFigures, options: Options, rng: np.random.Generat
     # 10 to 90 % of an even ramp is 0.8 of its time
     rate = max(float(STEP_RATE_RADPS), 0.8 * angle / 0.15)
 
-    def write(repeats: int) -> Script:
-        script = Script(vehicle, options.grip(_FRICTION))
-        script.rest(4.0)
-        script.reach(speed, 2.0)
-        for _ in range(repeats):
-            for side in options.signs():
-                script.hold(3.0)
-                script.steer(ramp(side * angle, rate, 4.0, 1.5))
-        script.hold(2.0)
-        script.reach(0.0, 3.0)
-        script.rest(4.0)
-        return script
+    def turns(script: Script) -> None:
+        for side in options.signs():
+            script.hold(3.0)
+            script.steer(ramp(side * angle, rate, 4.0, 1.5))
 
-    script = fitted(write, options, repeats=2)
+    script = steered(vehicle, options, _FRICTION, speed, turns, repeats=2)
     return Scenario(
         "step_steer",
         "Step steer",

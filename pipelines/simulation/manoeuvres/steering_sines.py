@@ -6,7 +6,7 @@ import numpy as np
 
 from pipelines.results import FloatArray
 from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
-from pipelines.simulation.manoeuvres.script import STEP_S, Script, fitted, proving_ground
+from pipelines.simulation.manoeuvres.script import STEP_S, Script, proving_ground, steered
 
 SWEEP_HZ = (0.2, 3.0)
 SWEEP_S = 50.0
@@ -28,19 +28,11 @@ def _sines(
     """Rest, reach the speed, the wave (its first half to the side asked for), stop, rest."""
     side = options.signs()[0]
 
-    def write(count: int) -> Script:
-        script = Script(vehicle, options.grip(_FRICTION))
-        script.rest(4.0)
-        script.reach(speed, 2.0)
-        for _ in range(count):
-            script.hold(2.0)
-            script.steer(side * wave)
+    def turns(script: Script) -> None:
         script.hold(2.0)
-        script.reach(0.0, 3.0)
-        script.rest(4.0)
-        return script
+        script.steer(side * wave)
 
-    return fitted(write, options, repeats)
+    return steered(vehicle, options, _FRICTION, speed, turns, repeats)
 
 
 def sine_sweep(vehicle: VehicleFigures, options: Options, rng: np.random.Generator) -> Scenario:

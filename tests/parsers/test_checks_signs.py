@@ -1,0 +1,74 @@
+"""Wrong signs that were planted are found and repaired."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import check, drive, found, only, same, scaled
+
+SIGNS = ["accel_x", "accel_y", "yaw_rate", "roll", "pitch", "roll_rate", "steering_wheel_angle", "accel_z"]
+
+
+@pytest.mark.parametrize("name", SIGNS)
+def test_one_wrong_sign_is_found_and_repaired(name):
+    signals = drive()
+    fixed, decisions = check(scaled(signals, **{name: -1.0}))
+    assert found(decisions, "sign") == {name}
+    assert all(each.applied for each in decisions)
+    assert same(fixed, signals)
+
+
+def test_the_frame_of_the_real_log_is_found():
+    """Yaw rate and roll angle turned, roll rate right: as Racelogic's box gives them."""
+    signals = drive()
+    fixed, decisions = check(scaled(signals, yaw_rate=-1, roll=-1))
+    assert found(decisions, "sign") == {"yaw_rate", "roll"}
+    assert same(fixed, signals)
+
+
+def test_z_down_axes_are_found():
+    """SAE J670e: y right, z down; a left turn has negative accel_y and yaw rate; accel_z is -9.81 at rest."""
+    signals = drive()
+    turned = scaled(
+        signals, accel_y=-1, yaw_rate=-1, pitch=-1, pitch_rate=-1, accel_z=-1, steering_wheel_angle=-1
+    )
+    fixed, decisions = check(turned)
+    expected = {"accel_y", "yaw_rate", "pitch", "accel_z", "steering_wheel_angle"}
+    assert found(decisions, "sign") - {"pitch_rate"} == expected
+    for name in expected:
+        assert np.array_equal(fixed[name].values, signals[name].values)
+
+
+def test_z_down_axes_are_found_without_satellites():
+    signals = only(drive(), "accel_y", "accel_z", "yaw_rate", "roll", "speed")
+    fixed, decisions = check(scaled(signals, accel_y=-1, yaw_rate=-1, accel_z=-1))
+    assert found(decisions, "sign") == {"accel_y", "yaw_rate", "accel_z"}
+    assert same(fixed, signals)
+
+
+def test_two_signals_that_disagree_are_settled_by_convention():
+    signals = only(drive(), "accel_y", "yaw_rate", "speed")
+    fixed, decisions = check(scaled(signals, accel_y=-1))
+    (one,) = decisions
+    assert (one.signal, one.kind, one.applied) == ("yaw_rate", "sign", True)
+    assert "by convention" in one.action
+    assert np.array_equal(fixed["yaw_rate"].values, -signals["yaw_rate"].values)
+
+
+def test_roll_and_yaw_without_lateral_acceleration():
+    signals = only(drive(), "yaw_rate", "speed", "roll", "roll_rate")
+    fixed, decisions = check(scaled(signals, roll=-1, roll_rate=-1))
+    assert found(decisions, "sign") == {"roll", "roll_rate"}
+    assert same(fixed, signals)
+
+
+def test_deflections_that_count_extension_are_turned():
+    signals = drive()
+    for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+        name = f"suspension_deflection_{wheel}"
+        values = -side * 0.75 * signals["roll"].values
+        signals[name] = replace(signals["roll"], name=name, values=values)
+    fixed, decisions = check(signals)
+    assert found(decisions, "sign") == {"suspension_deflection_fl"}
+    turned = fixed["suspension_deflection_fr"].values
+    assert np.array_equal(turned, -signals["suspension_deflection_fr"].values)

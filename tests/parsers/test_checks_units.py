@@ -1,0 +1,73 @@
+"""Wrong units that were planted are found and repaired; a factor that is no unit is said and left."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import DEG, G, check, drive, found, only, same, scaled
+
+UNITS = {
+    "yaw_rate": 1 / DEG,
+    "accel_y": 1 / G,
+    "accel_x": 1 / G,
+    "accel_z": 1 / G,
+    "roll": 1 / DEG,
+    "roll_rate": 1 / DEG,
+    "speed": 3.6,
+    "steering_wheel_angle": 1 / DEG,
+}
+
+
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize("name", list(UNITS))
+def test_one_wrong_unit_is_found_and_repaired(name, stated):
+    signals = {n: replace(s, group=n) for n, s in drive().items()}
+    fixed, decisions = check(scaled(signals, **{name: UNITS[name]}), stated)
+    assert found(decisions, "unit") == {name}
+    assert len(decisions) == 1
+    assert decisions[0].applied
+    assert np.allclose(fixed[name].values, signals[name].values)
+
+
+def test_an_imu_in_degrees_and_g_is_repaired_whole():
+    signals = drive()
+    names = ("roll_rate", "pitch_rate", "yaw_rate")
+    wrong = scaled(signals, **dict.fromkeys(names, 1 / DEG), accel_x=1 / G, accel_y=1 / G, accel_z=1 / G)
+    fixed, decisions = check(wrong)
+    assert found(decisions, "unit") == {*names, "accel_x", "accel_y", "accel_z"}
+    assert all(np.allclose(fixed[n].values, signals[n].values) for n in signals)
+
+
+@pytest.mark.parametrize(
+    "few", [("accel_y", "yaw_rate", "speed", "accel_z"), ("accel_y", "yaw_rate", "speed", "roll")]
+)
+def test_degrees_per_second_are_found_with_few_signals(few):
+    signals = only(drive(), *few)
+    fixed, decisions = check(scaled(signals, yaw_rate=1 / DEG))
+    assert found(decisions, "unit") == {"yaw_rate"}
+    assert all(np.allclose(fixed[n].values, signals[n].values) for n in few)
+
+
+@pytest.mark.parametrize("kind", ["slalom", "circle", "step", "dwell"])
+def test_wrong_sign_and_wrong_unit_together(kind):
+    signals = drive(kind)
+    wrong = scaled({n: replace(s, group=n) for n, s in signals.items()}, yaw_rate=-1 / DEG, roll=-1 / DEG)
+    fixed, decisions = check(wrong)
+    assert found(decisions, "unit") == {"yaw_rate", "roll"}
+    assert found(decisions, "sign") == {"yaw_rate", "roll"}
+    assert all(np.allclose(fixed[n].values, signals[n].values) for n in signals)
+
+
+def test_a_factor_that_is_no_unit_is_said_and_left():
+    wrong = scaled({n: replace(s, group=n) for n, s in drive().items()}, yaw_rate=5.5)
+    fixed, decisions = check(wrong)
+    assert found(decisions, "scale") == {"accel_y"}
+    assert not any(each.applied for each in decisions)
+    assert same(fixed, wrong)
+
+
+def test_a_factor_that_is_only_near_a_unit_is_said_and_left():
+    wrong = scaled(only(drive(), "accel_y", "yaw_rate", "speed"), yaw_rate=5.5)
+    fixed, decisions = check(wrong)
+    assert [(each.signal, each.kind, each.applied) for each in decisions] == [("speed", "unit", False)]
+    assert same(fixed, wrong)

@@ -1,0 +1,172 @@
+"""Damaged text tables cost what is damaged, say when it was, and never crash."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from csv_tables import PLAIN, T, read
+
+from parsers.csv_log import CsvImporter
+from parsers.errors import LogError
+from parsers.importer import ImportLog, ReadOptions
+
+
+def test_missing_and_odd_cells(tmp_path: Path) -> None:
+    rows = [
+        "0,1",
+        "1,",
+        "2,NaN",
+        "3,n/a",
+        "4,--",
+        "5,-",
+        "6,inf",
+        "7,-Infinity",
+        "8,ERR",
+        "9,0x1F",
+        "10,null",
+        "11,2.5",
+        "12,1e999",
+    ]
+    table = read(
+        tmp_path, "t,a\n" + "\n".join(rows) + "\n" + "\n".join(f"{k},3" for k in range(13, 40)) + "\n"
+    )
+    a = table.columns["a"]
+    assert a[0] == 1
+    assert np.isnan(a[1:11]).all()
+    assert a[11] == 2.5
+    assert table.log.rejected == {
+        "cell with an infinite value": 2,
+        "cell with text where a number was expected": 2,
+    }
+    assert "'ERR'" in table.said
+
+
+def test_ragged_rows_are_counted(tmp_path: Path) -> None:
+    table = read(tmp_path, "t,a,b\n0,1,2\n1,1,2\n2,1,2\n3,1\n4,1,2,3\n,1,2\nxx,1,2\n5,1,2\nt,a,b\n6,1,2\n")
+    assert table.time.tolist() == [0, 10**9, 2 * 10**9, 5 * 10**9, 6 * 10**9]
+    assert table.log.rejected == {
+        "row with too few columns": 1,
+        "row with too many columns": 1,
+        "row without a valid time": 3,
+        "cell with text where a number was expected": 2,
+    }
+    assert table.log.status == "complete"
+
+
+def test_truncated_last_row(tmp_path: Path) -> None:
+    table = read(tmp_path, PLAIN + "0.04,5")
+    assert table.time.tolist() == T
+    assert table.log.status == "truncated"
+    assert table.log.rejected == {"row with too few columns": 1}
+    assert "4 rows" in table.said
+
+
+def test_zeros_in_the_middle(tmp_path: Path) -> None:
+    lines = "".join(f"{k / 100},{k}\n" for k in range(1000))
+    table = read(tmp_path, ("t,a\n" + lines).encode()[:6000] + bytes(700) + lines.encode()[6700:])
+    assert table.log.status == "malformed"
+    assert table.log.rejected["row with bytes that are no text"] == 1
+    assert len(table.time) > 800
+
+
+def test_a_tail_of_zeros_is_bounded(tmp_path: Path) -> None:
+    table = read(tmp_path, PLAIN.encode() + bytes(13_000_000))
+    assert table.time.tolist() == T
+    assert table.log.status == "malformed"
+
+
+ERRORS = {
+    "one column": ("t\n1\n2\n3\n", ReadOptions(), "no rows of numbers"),
+    "no time column": ("a,b\n1,2\n3,4\n5,6\n", ReadOptions(), r"no time column.*\[time\]"),
+    "no header": ("1,2\n3,4\n5,6\n", ReadOptions(), r"no time column.*column_1"),
+    "no such column": ("tme,b\n1,2\n3,4\n", ReadOptions(time_channel="time"), r'no column "time".*"tme"'),
+    "header only": ("t,a,b\n", ReadOptions(), "no rows of numbers"),
+    "prose": ("the quick brown\nfox jumps over the\nlazy dog\n", ReadOptions(), "no rows of numbers"),
+    "numbers for iso": (
+        "t,a\n1,2\n3,4\n",
+        ReadOptions(time_channel="t", time_unit="iso8601"),
+        "not ISO 8601",
+    ),
+    "no unit": ("t,a\n1,2\n3,4\n", ReadOptions(time_channel="t", time_unit="parsec"), "parsec"),
+    "dates only": ("date,a\n2014-04-11,2\n2014-04-12,4\n", ReadOptions(), "time of day"),
+    "empty": ("", ReadOptions(), "empty"),
+    "binary": (b"t,a\n0,1\n" + bytes(range(256)), ReadOptions(), "not text"),
+}
+
+
+@pytest.mark.parametrize("case", ERRORS)
+def test_errors_are_one_clear_line(case: str, tmp_path: Path) -> None:
+    text, options, message = ERRORS[case]
+    path = tmp_path / "log.csv"
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    with pytest.raises(LogError, match=message) as caught:
+        CsvImporter().open(path, options, ImportLog())
+    assert str(path) in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_damage_never_escapes_as_a_crash(tmp_path: Path) -> None:
+    rng = np.random.default_rng(7)
+    whole = ("t [s],a,b\n" + "".join(f"{k / 100},{k},{k * k}\n" for k in range(300))).encode()
+    path = tmp_path / "log.csv"
+    for cut, noise in itertools.product((0, 5, 9, 50, 1000, 2001), (0, 1, 40)):
+        data = bytearray(whole[:cut] if cut else whole)
+        for at in rng.integers(0, len(data), noise):
+            data[at] = rng.integers(0, 256)
+        path.write_bytes(bytes(data))
+        log = ImportLog()
+        try:
+            reader = CsvImporter().open(path, ReadOptions(), log)
+            rows = sum(len(chunk.time_ns) for chunk in reader.read(frozenset({"a"})))
+        except LogError as error:
+            assert str(path) in str(error)  # noqa: PT017
+        else:
+            assert 0 < rows <= 300
+
+
+BREAKS = {
+    "broken rows": ("garbage\n" * 50, [(990_000_000, 1_500_000_000)]),
+    "bytes": ("1.0,\0\0\0\n" * 50, [(990_000_000, 1_500_000_000)]),
+    "no times": ("n/a,1,2\n" * 50, [(990_000_000, 1_500_000_000)]),
+    "comments": ("# pause\n" * 50, []),
+    "nothing": ("", []),
+}
+
+
+@pytest.mark.parametrize("case", BREAKS)
+@pytest.mark.parametrize("block_bytes", [200, 8_000_000])
+def test_what_damage_takes_in_time_is_written_down(case: str, block_bytes: int, tmp_path: Path) -> None:
+    broken, expected = BREAKS[case]
+    rows = [f"{k / 100:.2f},{k},7\n" for k in range(300)]
+    # a single bad row takes less than a quarter of a second with it
+    rows[200] = "2.00,1\n"
+    path = tmp_path / "log.csv"
+    path.write_text("bad\n" * 3 + "t [s],a,b\n" + "".join(rows[:100]) + broken + "".join(rows[150:]))
+    log = ImportLog()
+    reader = CsvImporter().open(path, ReadOptions(), log)
+    reader._block_bytes = block_bytes
+    assert sum(len(chunk.time_ns) for chunk in reader.read(frozenset({"a"}))) == 249
+    assert log.lost_spans_ns == expected
+
+
+def test_the_list_of_lost_spans_is_bounded(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text("t [s],a\n" + "".join(f"{k},1\n{'x' if k >= 4000 else ''}\n" for k in range(6000)))
+    log = ImportLog()
+    list(CsvImporter().open(path, ReadOptions(), log).read(frozenset({"a"})))
+    assert log.lost_spans_ns == [(k * 10**9, (k + 1) * 10**9) for k in range(4000, 5000)]
+    assert any("lost" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("bad", ["00:0m:00", "Time59", "0\u00c0:00:00", "2014-04-11", "1"])
+def test_a_damaged_time_of_day_costs_its_row(bad: str, tmp_path: Path) -> None:
+    clock = [f"08:00:{k:02}" for k in range(20)]
+    clock[7] = bad
+    table = read(tmp_path, "Time,a\n" + "".join(f"{text},1\n" for text in clock))
+    assert len(table.time) == 19
+    assert not table.reader.absolute
+    assert table.log.rejected == {"row without a valid time": 1}
+    assert table.log.lost_spans_ns == [(28806 * 10**9, 28808 * 10**9)]

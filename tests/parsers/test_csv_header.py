@@ -1,0 +1,118 @@
+"""Headers of text tables: their rows, names and units."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from csv_tables import T, read
+from hypothesis import given
+from hypothesis import strategies as st
+
+from parsers.importer import ReadOptions
+from parsers.table_names import ColumnName, is_unit, split_header, unique_names
+
+
+def test_motec_style_preamble_and_unit_row(tmp_path: Path) -> None:
+    text = (
+        '"Format","MoTeC CSV File",,,"Workbook",""\n"Venue","Track",,,"Worksheet",""\n"Sample Rate","100.000","Hz",,,\n\n'
+        '"Time","Ground Speed","G Force Lat","Gear","Beacon","Comment"\n"s","km/h","G","","",""\n\n\n'
+        '"0.000","36.0","0.51","2","",""\n"0.010","36.1","0.52","2","",""\n"0.020","36.2","0.53","2","",""\n'
+    )
+    table = read(tmp_path, text)
+    assert table.columns["Ground Speed"].tolist() == [36.0, 36.1, 36.2]
+    assert table.info["Ground Speed"].unit == "km/h"
+    assert table.info["G Force Lat"].unit == "G"
+    assert table.time.tolist() == T[:3]
+
+
+def test_three_header_rows(tmp_path: Path) -> None:
+    text = (
+        "This file was made by a phone\nFormat,3\n\ntimestamp,speed,lateral_acc\nunix time,m/s,G\n,100: gps,calc\n"
+        "1681400000.100,10.5,0.1\n1681400000.200,10.6,0.2\n1681400000.300,10.7,0.3\n"
+    )
+    table = read(tmp_path, text)
+    assert table.reader.absolute
+    assert table.time.tolist() == [1681400000_100000000 + k * 100_000_000 for k in range(3)]
+    assert table.info["lateral_acc"].unit == "G"
+
+
+def test_repeated_and_missing_names(tmp_path: Path) -> None:
+    table = read(tmp_path, "t,a,a,,a_2\n0,1,2,3,4\n1,5,6,7,8\n2,9,9,9,9\n")
+    assert {name: values[0] for name, values in table.columns.items()} == {
+        "a": 1,
+        "a_3": 2,
+        "column_4": 3,
+        "a_2": 4,
+    }
+    assert "'a' is repeated" in table.said
+
+
+def test_comma_inside_header_brackets(tmp_path: Path) -> None:
+    table = read(tmp_path, "t,pos(x,y),v\n0,1,2\n1,3,4\n2,5,6\n")
+    assert table.columns["pos(x,y)"].tolist() == [1, 3, 5]
+    assert table.columns["v"].tolist() == [2, 4, 6]
+    assert "brackets" in table.said
+
+
+def test_latin1_units(tmp_path: Path) -> None:
+    table = read(tmp_path, "t;Drehrate [°/s];T [°C]\n0;1,5;20\n0,5;2,5;20\n1;3,5;21\n".encode("latin-1"))
+    assert table.info["Drehrate"].unit == "°/s"
+    assert table.info["T"].unit == "°C"
+    assert table.columns["Drehrate"].tolist() == [1.5, 2.5, 3.5]
+
+
+def test_canonical_columns_keep_their_name_and_tell_their_unit(tmp_path: Path) -> None:
+    table = read(
+        tmp_path,
+        "time_ns,accel_y_mps2,latitude_deg,satellites\n1400000000000000001,1,50,7\n1400000000010000002,2,50,7\n",
+    )
+    assert table.info["accel_y_mps2"].unit == "m/s²"
+    assert table.info["latitude_deg"].unit == "deg"
+    assert table.time.tolist() == [1400000000000000001, 1400000000010000002]
+    assert table.reader.absolute
+
+
+def test_no_header(tmp_path: Path) -> None:
+    table = read(
+        tmp_path, "0.00,1.5,2\n0.01,1.6,3\n0.02,1.7,4\n", ReadOptions(time_channel="column_1", time_unit="s")
+    )
+    assert table.columns["column_2"].tolist() == [1.5, 1.6, 1.7]
+    assert table.time.tolist() == T[:3]
+    assert "no header" in table.said
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("AY [g]", "AY", "g"),
+        ("ay (m/s^2)", "ay", "m/s^2"),
+        ("speed_kmh", "speed_kmh", "km/h"),
+        ("YawRate_deg/s", "YawRate_deg/s", "deg/s"),
+        ("Time[s]", "Time", "s"),
+        ("accel_y_mps2", "accel_y_mps2", "m/s²"),
+        ("Speed, km/h", "Speed", "km/h"),
+        ("v / km/h", "v", "km/h"),
+        ("pose[3]", "pose[3]", None),
+        ("accel (lateral)", "accel (lateral)", None),
+        ("gears_s", "gears_s", None),
+        ("", "", None),
+    ],
+)
+def test_headers(header: str, name: str, unit: str | None) -> None:
+    assert split_header(header) == ColumnName(header, name, unit)
+
+
+@given(st.lists(st.sampled_from(["", "a", "b", "a_2", "a_2_2", "column_1"]), max_size=12))
+def test_unique_names_are_unique_and_keep_what_was_unique(names: list[str]) -> None:
+    result, repeated = unique_names([ColumnName(name, name) for name in names])
+    assert len({column.name for column in result}) == len(names)
+    for name, column in zip(names, result, strict=True):
+        if name and names.count(name) == 1 and "" not in names:
+            assert column.name == name
+    assert set(repeated) == {name for name in names if name and names.count(name) > 1}
+
+
+def test_units_are_told_from_names() -> None:
+    assert all(is_unit(text) for text in ("g", "[m/s²]", "km/h", "°C", "%", "rpm", "deg/s"))
+    assert not any(is_unit(text) for text in ("", "lateral", "X", "front left"))

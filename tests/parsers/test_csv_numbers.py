@@ -1,0 +1,70 @@
+"""Decimal texts give the double that Python gives."""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from parsers.channels import ByteArray
+from parsers.jit import kernel
+from parsers.table_bytes import address_of
+from parsers.table_numbers import HARD, OK, TEXT, parse_number
+from parsers.table_rows import RowRules, plain_float
+
+
+@kernel
+def parse_bytes(data: ByteArray, decimal: int, thousands: int) -> tuple[int, float]:
+    start = address_of(data)
+    return parse_number(start, start + data.shape[0], decimal, thousands)
+
+
+def number(text: str, decimal: str = ".", thousands: str = "\0") -> tuple[int, float]:
+    return parse_bytes(np.frombuffer(text.encode(), dtype=np.uint8), ord(decimal), ord(thousands))
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_shortest_texts_give_the_same_double(value: float) -> None:
+    assert read_number(repr(value)) == value
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.from_regex(r"[+-]?[0-9]{1,25}(\.[0-9]{0,25})?([eE][+-]?[0-9]{1,3})?", fullmatch=True))
+def test_any_decimal_text_gives_what_python_gives(text: str) -> None:
+    assert struct.pack("d", read_number(text)) == struct.pack("d", float(text))
+
+
+def read_number(text: str) -> float:
+    status, value = number(text)
+    assert status in (OK, HARD)
+    return value if status == OK else plain_float(text.encode(), RowRules(44, 1, 1))
+
+
+@pytest.mark.parametrize(
+    "text", ["", "+", ".", "e5", "1e", "1e+", "1.2.3", "12:30", "0x10", "1_000", "1 2", "--1", "1,5"]
+)
+def test_what_is_no_number(text: str) -> None:
+    assert number(text)[0] == TEXT
+
+
+HARD_DECIMALS = [
+    "9007199254740993",
+    "2.2250738585072011e-308",
+    "1.7976931348623157e308",
+    "5e-324",
+    "0.000000000000000000000000001e27",
+    "9007199254740992.9999999999999999999",
+    "1e23",
+    "8.5e22",
+    "6.0221407e+23",
+    "123456789012345678901234567890",
+]
+
+
+@pytest.mark.parametrize("text", HARD_DECIMALS)
+def test_hard_decimals(text: str) -> None:
+    assert read_number(text) == float(text)

@@ -1,0 +1,202 @@
+"""Times in text tables: numbers, dates and times of day in any unit, without loss."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import numpy as np
+import pytest
+from csv_tables import read
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from parsers.channels import ByteArray
+from parsers.csv_log import CsvImporter
+from parsers.importer import ImportLog, ReadOptions
+from parsers.jit import kernel
+from parsers.table_bytes import address_of
+from parsers.table_stamps import calendar_stamp, decimal_stamp, unwrap_days
+from parsers.table_time import guess_unit
+
+TIMES = {
+    "ms": ("Time (ms),a\n0,1\n10,1\n20,1\n", ReadOptions(), [0, 10_000_000, 20_000_000]),
+    "us name": ("timestamp_us,a\n0,1\n10,1\n20,1\n", ReadOptions(), [0, 10_000, 20_000]),
+    "epoch s": (
+        "timestamp,a\n1397205536.123456789,1\n1397205537.5,1\n",
+        ReadOptions(),
+        [1397205536123456789, 1397205537500000000],
+    ),
+    "epoch ms": (
+        "timestamp,a\n1397205536123,1\n1397205537500,1\n",
+        ReadOptions(),
+        [1397205536123000000, 1397205537500000000],
+    ),
+    "epoch us": (
+        "timestamp,a\n1397205536123456,1\n1397205537500000,1\n",
+        ReadOptions(),
+        [1397205536123456000, 1397205537500000000],
+    ),
+    "epoch ns": (
+        "timestamp,a\n1397205536123456789,1\n1397205537500000001,1\n",
+        ReadOptions(),
+        [1397205536123456789, 1397205537500000001],
+    ),
+    "rostopic": (
+        "%time,field.header.seq,field.header.stamp,a\n1500000000000000009,4,1500000000000000001,1\n1500000000500000009,5,1500000000500000002,1\n",
+        ReadOptions(),
+        [1500000000000000001, 1500000000500000002],
+    ),
+    "stamp pair": (
+        "Time,header.seq,header.stamp.secs,header.stamp.nsecs,a\n9.5,1,1500000000,7,1\n10.5,2,1500000000,999999999,1\n",
+        ReadOptions(),
+        [1500000000000000007, 1500000000999999999],
+    ),
+    "named": (
+        "x,weird,a\n5,0.5,1\n5,1.5,1\n",
+        ReadOptions(time_channel="weird", time_unit="s"),
+        [500000000, 1500000000],
+    ),
+    "named by header": (
+        "x,weird [ms],a\n5,0.5,1\n5,1.5,1\n",
+        ReadOptions(time_channel="weird [ms]"),
+        [500000, 1500000],
+    ),
+    "named beats unit": (
+        "t [s],a\n1,1\n2,1\n",
+        ReadOptions(time_channel="t", time_unit="ms"),
+        [1000000, 2000000],
+    ),
+    "iso": (
+        "when,a\n2014-04-11T08:38:56.3Z,1\n2014-04-11T08:38:57.25Z,2\n",
+        ReadOptions(),
+        [1397205536300000000, 1397205537250000000],
+    ),
+    "iso zone": (
+        "when,a\n2014-04-11T10:38:56.3+02:00,1\n2014-04-11T03:08:57.25-0530,2\n",
+        ReadOptions(),
+        [1397205536300000000, 1397205537250000000],
+    ),
+    "iso blank": (
+        "time,a\n2014-04-11 08:38:56.300,1\n2014-04-11 08:38:57.250,2\n",
+        ReadOptions(),
+        [1397205536300000000, 1397205537250000000],
+    ),
+    "two columns": (
+        "Date;Time;a\n11.04.2014;08:38:56,300;1\n11.04.2014;08:38:57,250;2\n",
+        ReadOptions(),
+        [1397205536300000000, 1397205537250000000],
+    ),
+    "american": (
+        "DateTime,a\n04/11/2014 08:38:56.3 PM,1\n04/13/2014 12:00:00 AM,2\n",
+        ReadOptions(),
+        [1397248736300000000, 1397347200000000000],
+    ),
+    "time of day": (
+        "Time,a\n23:59:59.5,1\n00:00:00.5,2\n00:00:01.5,2\n",
+        ReadOptions(),
+        [86399500000000, 86400500000000, 86401500000000],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", TIMES)
+def test_times(case: str, tmp_path: Path) -> None:
+    text, options, expected = TIMES[case]
+    table = read(tmp_path, text, options)
+    assert table.time.tolist() == expected
+    assert table.reader.absolute == (expected[0] > 10**18)
+    if "epoch" in case:
+        assert "states no unit" in table.said
+    if case == "iso blank":
+        assert "no time zone" in table.said
+    if case in ("rostopic", "stamp pair"):
+        assert table.reader.clock.startswith("header stamp")
+
+
+def test_ambiguous_dates_are_said(tmp_path: Path) -> None:
+    table = read(tmp_path, "time,a\n04/11/2014 08:00:00,1\n04/11/2014 08:00:01,2\n")
+    assert "two ways" in table.said
+    assert table.time[0] == int(datetime(2014, 11, 4, 8, tzinfo=UTC).timestamp()) * 10**9
+
+
+def test_a_unit_stated_is_never_overruled(tmp_path: Path) -> None:
+    table = read(tmp_path, "t [s],a\n0,1\n10,2\n20,3\n")
+    assert table.time.tolist() == [0, 10 * 10**9, 20 * 10**9]
+    assert "unit" not in table.said
+
+
+@kernel
+def decimal_bytes(data: ByteArray, unit_ns: int) -> tuple[bool, int]:
+    start = address_of(data)
+    return decimal_stamp(start, start + data.shape[0], 46, 0, unit_ns)
+
+
+@kernel
+def calendar_bytes(data: ByteArray) -> tuple[bool, int, int]:
+    start = address_of(data)
+    return calendar_stamp(start, start + data.shape[0], 0)
+
+
+@settings(max_examples=300, deadline=None)
+@given(st.integers(-(2**62), 2**62))
+def test_decimal_seconds_are_exact(nanos: int) -> None:
+    sign = "-" if nanos < 0 else ""
+    text = f"{sign}{abs(nanos) // 10**9}.{abs(nanos) % 10**9:09d}"
+    valid, stamp = decimal_bytes(np.frombuffer(text.encode(), dtype=np.uint8), 10**9)
+    assert valid
+    assert abs(stamp - nanos) <= (0 if len(text.strip("-").replace(".", "").lstrip("0")) <= 18 else 9)
+
+
+@settings(max_examples=200, deadline=None)
+@given(
+    st.datetimes(datetime(1950, 1, 1), datetime(2150, 1, 1)),
+    st.integers(-14 * 60, 14 * 60),
+    st.sampled_from("T "),
+)
+def test_iso_times_are_exact(moment: datetime, zone: int, between: str) -> None:
+    sign = "-" if zone < 0 else "+"
+    text = f"{moment.isoformat(between)}{sign}{abs(zone) // 60:02d}:{abs(zone) % 60:02d}"
+    data = np.frombuffer(text.encode(), dtype=np.uint8)
+    valid, day, rest = calendar_bytes(data)
+    expected = (moment - datetime(1970, 1, 1) - timedelta(minutes=zone)) // timedelta(microseconds=1) * 1000
+    assert valid
+    assert day + rest == expected
+
+
+def test_times_of_day_run_on_over_midnight_and_back() -> None:
+    hour = 3600 * 10**9
+    clock = np.array([22, 23, 0, 1, 23, 0], dtype=np.int64) * hour
+    assert (unwrap_days(clock, None) // hour).tolist() == [22, 23, 24, 25, 23, 24]
+    assert (unwrap_days(np.array([1 * hour]), 47 * hour) // hour).tolist() == [49]
+
+
+@pytest.mark.parametrize(
+    ("values", "unit_ns"),
+    [
+        ([0, 0.01, 0.02], 10**9),
+        ([0, 1, 2], 10**9),
+        ([0, 10, 20], 10**6),
+        ([0, 10000, 20000], 1000),
+        ([0, 1e7, 2e7], 1),
+        ([1.4e9] * 2, 10**9),
+        ([], 10**9),
+    ],
+)
+def test_guessed_units(values: list[float], unit_ns: int) -> None:
+    assert guess_unit(values)[0] == unit_ns
+
+
+@pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
+def test_times_of_day_run_on_over_the_seams_of_blocks(zone: str, tmp_path: Path) -> None:
+    moments = [(22 * 3600 + k * 60) % 86400 for k in range(400)]
+    text = "Time,a\n" + "".join(
+        f"{m // 3600:02}:{m // 60 % 60:02}:00{zone},{k}\n" for k, m in enumerate(moments)
+    )
+    path = tmp_path / "log.csv"
+    path.write_text(text)
+    reader = CsvImporter().open(path, ReadOptions(), ImportLog())
+    reader._block_bytes = 100
+    chunks = list(reader.read(frozenset({"a"})))
+    assert len(chunks) > 20
+    assert set(np.diff(np.concatenate([chunk.time_ns for chunk in chunks])).tolist()) == {60 * 10**9}
