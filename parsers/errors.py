@@ -6,6 +6,7 @@ CogestError                 the root: one message for the user, exit code 1
 ├── DatabaseError           a CAN database (DBC) cannot be used
 ├── VehicleError            a vehicle file is wrong
 ├── SettingsError           a settings file is wrong, or an estimator's name is unknown
+├── ExpansionError          a polynomial chaos expansion cannot be built as asked
 └── ReportError             a report cannot be made or written
 """
 
@@ -56,6 +57,10 @@ class VehicleError(CogestError):
 
 class SettingsError(CogestError):
     """A settings file is wrong, or an estimator's name is unknown."""
+
+
+class ExpansionError(CogestError):
+    """A polynomial chaos expansion cannot be built as asked: shapes, sizes, points that do not determine it."""
 
 
 class ReportError(CogestError):
