@@ -102,7 +102,9 @@ class Paper(Protocol):
         ...
 
     @property
-    def title(self) -> str: ...
+    def title(self) -> str:
+        """As the report's heading has it."""
+        ...
 
     def reproduce(self, runs: int, rng: np.random.Generator, progress: Progress) -> Reproduction:
         """Do it. runs: noise seeds of the study. Deterministic for a given generator."""

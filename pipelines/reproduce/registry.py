@@ -14,6 +14,7 @@ PAPERS: dict[str, str] = {
     "pence": "pipelines.reproduce.pence.paper:Pence",
     "park": "pipelines.reproduce.park.paper:Park",
     "wu": "pipelines.reproduce.wu.paper:Wu",
+    "gpc_filter": "pipelines.reproduce.gpc_filter.paper:GpcFilter",
 }
 """Name on the command line -> "module:Class"."""
 
