@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shlex
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -12,64 +13,84 @@ from parsers.errors import SettingsError
 
 if TYPE_CHECKING:
     from pipelines.simulation.logs.drive import Choice, SimulatedLog
+    from pipelines.simulation.manoeuvres.base import Options
     from pipelines.simulation.plant.vehicle import PlantVehicle
 
 HIGHEST_HZ, LOWEST_HZ = 1000.0, 1.0
 Side = Literal["left", "right", "both"]
 
 
+Manoeuvre = Annotated[
+    str | None, typer.Argument(metavar="MANOEUVRE", help="Its name; see --list.", show_default=False)
+]
+Out = Annotated[
+    Path | None,
+    typer.Option(
+        help="The log: .csv, .parquet, or a folder's name for one Parquet table a rate.", show_default=False
+    ),
+]
+VehicleName = Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")]
+Loads = Annotated[
+    list[str] | None,
+    typer.Option(
+        help="MASS@x=…,y=…,z=… (behind the front axle, left, above ground) or PLACE:MASS, PLACE being roof, rear, "
+        "side or seats; may be repeated.",
+        show_default=False,
+    ),
+]
+CrossWeight = Annotated[
+    float,
+    typer.Option(
+        help="Mass [kg] that unlike spring seats move from front left to front right and from rear right to rear left."
+    ),
+]
+Sensors = Annotated[str, typer.Option(help="A sensor set; see --list.")]
+Rate = Annotated[
+    float | None,
+    typer.Option(help="All signals at this rate [Hz]; default: each at its own.", show_default=False),
+]
+Speed = Annotated[float | None, typer.Option(help="Test speed [km/h].", show_default=False)]
+Duration = Annotated[float | None, typer.Option(help="Length [s].", show_default=False)]
+Friction = Annotated[
+    float | None, typer.Option(help="Peak friction coefficient of the road.", show_default=False)
+]
+Severity = Annotated[
+    float, typer.Option(help="Factor on what makes the manoeuvre hard (steering, braking, roughness).")
+]
+Direction = Annotated[Side, typer.Option(help="left, right or both, where it has sides.")]
+Surface = Annotated[str | None, typer.Option(help="Roughness class of ISO 8608, A to H.", show_default=False)]
+SensorErrors = Annotated[float, typer.Option(help="Factor on noise, offsets, scale errors and misalignment.")]
+Dropouts = Annotated[float, typer.Option(help="Lost messages of each sensor unit [1/s].")]
+Outliers = Annotated[float, typer.Option(help="Share of wild samples.")]
+VehicleErrors = Annotated[float, typer.Option(help="Factor on how far the vehicle file lies from the truth.")]
+TellLoad = Annotated[bool, typer.Option("--tell-load", help="Write the load into the vehicle file.")]
+Seed = Annotated[int, typer.Option(help="The same seed gives the same files.", min=0)]
+Listing = Annotated[
+    bool, typer.Option("--list", help="List manoeuvres, vehicles, loads and sensors, and stop.")
+]
+
+
 def simulate(
-    manoeuvre: Annotated[
-        str | None, typer.Argument(metavar="MANOEUVRE", help="Its name; see --list.", show_default=False)
-    ] = None,
-    out: Annotated[
-        Path | None,
-        typer.Option(
-            help="The log: .csv, .parquet, or a folder's name for one Parquet table a rate.",
-            show_default=False,
-        ),
-    ] = None,
-    vehicle: Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")] = "suv",
-    load: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="MASS@x=…,y=…,z=… (behind the front axle, left, above ground) or PLACE:MASS, PLACE being roof, rear, "
-            "side or seats; may be repeated.",
-            show_default=False,
-        ),
-    ] = None,
-    sensors: Annotated[str, typer.Option(help="A sensor set; see --list.")] = "deflection",
-    rate: Annotated[
-        float | None,
-        typer.Option(help="All signals at this rate [Hz]; default: each at its own.", show_default=False),
-    ] = None,
-    speed: Annotated[float | None, typer.Option(help="Test speed [km/h].", show_default=False)] = None,
-    duration: Annotated[float | None, typer.Option(help="Length [s].", show_default=False)] = None,
-    friction: Annotated[
-        float | None, typer.Option(help="Peak friction coefficient of the road.", show_default=False)
-    ] = None,
-    severity: Annotated[
-        float, typer.Option(help="Factor on what makes the manoeuvre hard (steering, braking, roughness).")
-    ] = 1.0,
-    direction: Annotated[Side, typer.Option(help="left, right or both, where it has sides.")] = "both",
-    surface: Annotated[
-        str | None, typer.Option(help="Roughness class of ISO 8608, A to H.", show_default=False)
-    ] = None,
-    sensor_errors: Annotated[
-        float, typer.Option(help="Factor on noise, offsets, scale errors and misalignment.")
-    ] = 1.0,
-    dropouts: Annotated[float, typer.Option(help="Lost messages of each sensor unit [1/s].")] = 0.0,
-    outliers: Annotated[float, typer.Option(help="Share of wild samples.")] = 0.0,
-    vehicle_errors: Annotated[
-        float, typer.Option(help="Factor on how far the vehicle file lies from the truth.")
-    ] = 1.0,
-    tell_load: Annotated[
-        bool, typer.Option("--tell-load", help="Write the load into the vehicle file.")
-    ] = False,
-    seed: Annotated[int, typer.Option(help="The same seed gives the same files.", min=0)] = 0,
-    listing: Annotated[
-        bool, typer.Option("--list", help="List manoeuvres, vehicles, loads and sensors, and stop.")
-    ] = False,
+    manoeuvre: Manoeuvre = None,
+    out: Out = None,
+    vehicle: VehicleName = "suv",
+    load: Loads = None,
+    cross_weight: CrossWeight = 0.0,
+    sensors: Sensors = "deflection",
+    rate: Rate = None,
+    speed: Speed = None,
+    duration: Duration = None,
+    friction: Friction = None,
+    severity: Severity = 1.0,
+    direction: Direction = "both",
+    surface: Surface = None,
+    sensor_errors: SensorErrors = 1.0,
+    dropouts: Dropouts = 0.0,
+    outliers: Outliers = 0.0,
+    vehicle_errors: VehicleErrors = 1.0,
+    tell_load: TellLoad = False,
+    seed: Seed = 0,
+    listing: Listing = False,
 ) -> None:
     """Write a simulated drive as a log, with its truth and a vehicle file beside it."""
     if listing:
@@ -84,26 +105,14 @@ def simulate(
     from pipelines.simulation.logs.drive import Choice
     from pipelines.simulation.logs.loads import parse_load
     from pipelines.simulation.logs.write import check_file
-    from pipelines.simulation.manoeuvres.base import Options
 
     check_file(out)
-    found = _vehicle(vehicle)
-    try:
-        options = Options(
-            speed_mps=None if speed is None else speed / 3.6,
-            severity=severity,
-            duration_s=duration,
-            friction=friction,
-            direction=direction,
-            surface=surface,
-        )
-    except ValueError as error:
-        raise SettingsError(str(error)) from error
+    found = _warped(_vehicle(vehicle), cross_weight)
     choice = Choice(
         manoeuvre=manoeuvre,
         vehicle=found,
         loads=tuple(part for text in load or () for part in parse_load(text, found)),
-        options=options,
+        options=_options(speed, severity, duration, friction, direction, surface),
         sensors=sensors,
         rate_hz=rate,
         error_scale=sensor_errors,
@@ -114,6 +123,30 @@ def simulate(
         seed=seed,
     )
     _write(choice, out)
+
+
+def _options(
+    speed: float | None,
+    severity: float,
+    duration: float | None,
+    friction: float | None,
+    direction: Side,
+    surface: str | None,
+) -> Options:
+    """The manoeuvre's options; the speed is in km/h. Raises SettingsError for what none can have."""
+    from pipelines.simulation.manoeuvres.base import Options
+
+    try:
+        return Options(
+            speed_mps=None if speed is None else speed / 3.6,
+            severity=severity,
+            duration_s=duration,
+            friction=friction,
+            direction=direction,
+            surface=surface,
+        )
+    except ValueError as error:
+        raise SettingsError(str(error)) from error
 
 
 def _check_ranges(rate: float | None, factors: dict[str, float], dropouts: float, outliers: float) -> None:
@@ -140,6 +173,16 @@ def _vehicle(text: str) -> PlantVehicle:
     from pipelines.simulation.logs.drive import preset
 
     return preset(text)
+
+
+def _warped(vehicle: PlantVehicle, cross_weight_kg: float) -> PlantVehicle:
+    """The vehicle with its springs warped. Raises SettingsError where that lifts a wheel."""
+    if cross_weight_kg == 0:
+        return vehicle
+    try:
+        return replace(vehicle, cross_weight_kg=cross_weight_kg)
+    except ValueError as error:
+        raise SettingsError(str(error), hint="give less than a corner carries") from error
 
 
 def _write(choice: Choice, out: Path) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.reproduce.base import Agreement, Claim, ReproducedTable, Reproduction, StudyRow
+from pipelines.reproduce.base import CRAMER_RAO, Agreement, Claim, ReproducedTable, Reproduction, StudyRow
 from pipelines.reproduce.base import Cell as TableCell
 from pipelines.reproduce.base import Column as TableColumn
 from pipelines.results import Scatter, Trace
@@ -81,6 +81,12 @@ def met(row: StudyRow) -> bool | None:
     return row.ratio <= row.target
 
 
+def yardsticks(rows: Sequence[StudyRow]) -> str:
+    """What the bounds of these rows are, in words."""
+    used = dict.fromkeys(row.yardstick for row in rows if row.bound is not None)
+    return " or ".join(used) or CRAMER_RAO
+
+
 def study_table(rows: Sequence[StudyRow]) -> Table:
     """One table a set-up's rows; ratios beyond their target are marked."""
     columns = (
@@ -99,9 +105,7 @@ def study_table(rows: Sequence[StudyRow]) -> Table:
         body.append(tuple(cells))
     runs = sorted({row.runs for row in rows})
     count = f"{runs[0]}" if len(runs) == 1 else f"{runs[0]} to {runs[-1]}"
-    note = (
-        f"{count} noise seeds. Bias and RMSE of estimate minus truth; bound: Cramér-Rao, standard deviation."
-    )
+    note = f"{count} noise seeds. Bias and RMSE of estimate minus truth; bound: {yardsticks(rows)}."
     return Table(columns, tuple(body), note=note)
 
 
@@ -224,7 +228,7 @@ def summary(reproduction: Reproduction) -> str:
     judged = [met(row) for row in reproduction.study if met(row) is not None]
     if judged:
         parts.append(
-            f"{sum(map(bool, judged))} of {len(judged)} targets against the Cramér-Rao bound are kept."
+            f"{sum(map(bool, judged))} of {len(judged)} targets against the {yardsticks(reproduction.study)} are kept."
         )
     return " ".join(parts)
 
@@ -236,7 +240,8 @@ def build_reproduction(reproduction: Reproduction, version: str) -> Document:
         blocks: list[Block] = []
         for setup, rows in by_setup(reproduction.study).items():
             blocks += [Heading(clean(setup, 200)), study_table(rows)]
-        sections.append(Section("study", "Against the Cramér-Rao bound", "Bound", tuple(blocks)))
+        title = f"Against the {yardsticks(reproduction.study)}"
+        sections.append(Section("study", title, "Bound", tuple(blocks)))
     if reproduction.tables:
         made = tuple(block for table in reproduction.tables for block in table_block(table))
         sections.append(Section("tables", "Published tables beside ours", "Tables", made))

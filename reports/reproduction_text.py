@@ -20,6 +20,7 @@ from reports.reproduction import (
     met,
     study_cells,
     summary,
+    yardsticks,
 )
 from reports.results_json import plain
 from reports.text import NARROW, NO_BREAK
@@ -92,7 +93,7 @@ def reproduction_text(reproduction: Reproduction, width: int) -> str:
     for setup, rows in by_setup(reproduction.study).items():
         out += [
             "",
-            *wrapped(f"Against the Cramér-Rao bound: {setup} ({rows[0].runs} seeds)", width, indent=0),
+            *wrapped(f"Against the {yardsticks(rows)}: {setup} ({rows[0].runs} seeds)", width, indent=0),
         ]
         out += _grid([STUDY_HEADS, *(study_cells(row) for row in rows)], width)
         for row in rows:

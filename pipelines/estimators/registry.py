@@ -17,6 +17,10 @@ ESTIMATORS: tuple[str, ...] = (
     "pipelines.estimators.brake_roll.estimator:BrakeRollBatch",
     "pipelines.estimators.integrated_observer.estimator:IntegratedObserver",
     "pipelines.estimators.load_balance.estimator:LoadBalance",
+    "pipelines.estimators.load_transfer.companion:LoadTransferBatch",
+    "pipelines.estimators.load_transfer.published:LoadTransfer",
+    "pipelines.estimators.load_transfer.published:ModifiedLoadTransfer",
+    "pipelines.estimators.load_transfer.published:HighFrequencyLoadTransfer",
 )
 
 

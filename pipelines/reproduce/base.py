@@ -13,6 +13,7 @@ from pipelines.results import Scatter, Trace
 Cell = str | float | None
 Agreement = Literal["agrees", "differs", "not shown"]
 Progress = Callable[[str, float], None]
+CRAMER_RAO = "Cramér-Rao bound"
 
 
 @dataclass(frozen=True)
@@ -54,7 +55,8 @@ class Claim:
 class StudyRow:
     """A method over many noise seeds on one set-up. Errors are estimate minus truth, in `unit`.
 
-    bound: Cramér-Rao bound of the standard deviation on that set-up, None where none applies. ratio = rmse / bound.
+    bound: what the RMSE is held against, None where there is nothing; ratio = rmse / bound. yardstick says what it is: the
+    Cramér-Rao bound of the standard deviation on that set-up, or in words what stands in its place.
     coverage: share of runs whose 95 % interval held the truth. target: the largest ratio aimed at, None without one.
     """
 
@@ -70,6 +72,7 @@ class StudyRow:
     coverage: float | None
     target: float | None = None
     remark: str = ""
+    yardstick: str = CRAMER_RAO
 
     @property
     def ratio(self) -> float | None:

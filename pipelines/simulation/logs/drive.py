@@ -188,6 +188,8 @@ def extremes(run: PlantRun) -> dict[str, float]:
 def truth_record(simulated: SimulatedLog, version: str) -> dict[str, object]:
     """All that is true of a simulated drive, as JSON can hold it."""
     choice, log = simulated.choice, simulated.log
+    cross = choice.vehicle.cross_weight_kg
+    warp = {"cross_weight_kg": cross} if cross else {}
     return {
         "cogest": version,
         "manoeuvre": choice.manoeuvre,
@@ -200,6 +202,7 @@ def truth_record(simulated: SimulatedLog, version: str) -> dict[str, object]:
         "rolled_over": simulated.rolled_over,
         "vehicle": choice.vehicle.name,
         "loads": [asdict(load) for load in choice.loads],
+        **warp,
         "parameters": dict(simulated.run.truth),
         "extremes": extremes(simulated.run),
         "sensors": {

@@ -12,11 +12,11 @@ import numpy as np
 import polars as pl
 
 from parsers.channels import FloatArray, IntArray
-from parsers.drive import Drive, ImportRecord, Signal
 from parsers.errors import LogError
 from parsers.signals import SIGNALS
 from parsers.store import write_drive
 from parsers.store_folder import write_errors
+from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.sensors.units import SensorLog
 
 START_NS = 1_760_000_000_000_000_000
@@ -130,21 +130,7 @@ def _folder(log: SensorLog, path: Path) -> list[Path]:
         _only_tables(path)
     elif path.is_file():
         path.unlink()
-    signals: dict[str, Signal] = {}
-    for group in log.groups:
-        for name, values in group.columns.items():
-            there = np.isfinite(values)
-            # a signal that was lost as a whole has no samples to store
-            if np.count_nonzero(there) > 1:
-                signals[name] = Signal(
-                    name, group.time_ns[there] + START_NS, values[there], "simulated", group=group.name
-                )
-    duration = max(float(group.time_ns[-1]) for group in log.groups) / 1e9
-    record = ImportRecord(
-        format="simulation", paths=(), sha256="", status="complete", messages=len(signals), rejected={}, gaps=(),
-        clock="simulated", start_utc=None, duration_s=duration, mapped=(),
-    )  # fmt: skip
-    return write_drive(Drive(signals, record, START_NS), path)
+    return write_drive(drive_of(log, START_NS), path)
 
 
 def write_truth(record: Mapping[str, object], path: Path) -> None:

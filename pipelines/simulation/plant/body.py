@@ -101,6 +101,8 @@ class PlantVehicle:
     power_w: float
     drag_area_m2: float
     slip_limit: float = 0.12
+    # mass that the springs' seats put on the diagonal fr-rl and take from fl-rr, in front; its CG stays where it is
+    cross_weight_kg: float = 0.0
     # force of each suspension where its deflection is 0; None: what carries this vehicle level
     spring_preload_n: Corners | None = None
 
@@ -122,6 +124,8 @@ class PlantVehicle:
             raise ValueError("sprung_cg_behind_front_axle_m is not inside the wheelbase")
         if 2 * abs(self.sprung_cg_left_m) >= min(self.track_front_m, self.track_rear_m):
             raise ValueError("sprung_cg_left_m is not inside the track")
+        if self.cross_weight_kg != 0 and min(self.preloads_n) <= 0:
+            raise ValueError(f"cross_weight_kg is {self.cross_weight_kg:g}, which lifts a wheel")
 
     @property
     def unsprung_masses_kg(self) -> Corners:
@@ -186,18 +190,23 @@ class PlantVehicle:
 
     @property
     def preloads_n(self) -> Corners:
-        """Suspension force of each wheel where its deflection is 0: given, or what carries this vehicle level."""
+        """Suspension force of each wheel where its deflection is 0: given, or what carries this vehicle level.
+
+        A given one holds the cross weight already. The rear springs' share of it is that which leaves no roll moment.
+        """
         if self.spring_preload_n is not None:
             return self.spring_preload_n
         weight = self.sprung_mass_kg * GRAVITY
         rear = weight * self.sprung_cg_behind_front_axle_m / self.wheelbase_m
         lean_front = self.sprung_cg_left_m / self.track_front_m
         lean_rear = self.sprung_cg_left_m / self.track_rear_m
+        cross = self.cross_weight_kg * GRAVITY
+        behind = cross * self.track_front_m / self.track_rear_m
         return (
-            (weight - rear) * (0.5 + lean_front),
-            (weight - rear) * (0.5 - lean_front),
-            rear * (0.5 + lean_rear),
-            rear * (0.5 - lean_rear),
+            (weight - rear) * (0.5 + lean_front) - cross,
+            (weight - rear) * (0.5 - lean_front) + cross,
+            rear * (0.5 + lean_rear) + behind,
+            rear * (0.5 - lean_rear) - behind,
         )
 
     @property
@@ -209,6 +218,7 @@ class PlantVehicle:
 _SIGNED = frozenset(
     {
         "sprung_cg_left_m",
+        "cross_weight_kg",
         "sprung_product_xz_kgm2",
         "roll_center_height_front_m",
         "roll_center_height_rear_m",

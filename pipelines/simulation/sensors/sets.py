@@ -8,6 +8,7 @@ from dataclasses import replace
 
 from parsers.errors import SettingsError
 from pipelines.simulation.sensors import parts as parts
+from pipelines.simulation.sensors import wheel_force
 from pipelines.simulation.sensors.errors import SensorModel
 from pipelines.simulation.sensors.truth import Fit, Mount
 from pipelines.simulation.sensors.units import SensorSet, SensorUnit
@@ -49,6 +50,16 @@ def _vertical(_: Mount) -> tuple[SensorUnit, ...]:
     return (parts.vertical_accelerometers(), speed)
 
 
+def _struts(mount: Mount) -> tuple[SensorUnit, ...]:
+    forces = parts.forces()
+    struts = replace(
+        forces, sensors=tuple(s for s in forces.sensors if s.signal.startswith("suspension_force"))
+    )
+    vertical = parts.vertical_accelerometers()
+    body = replace(vertical, sensors=tuple(s for s in vertical.sensors if "_sprung_" in s.signal))
+    return (parts.production_imu(mount), parts.wheels(), parts.driver(), parts.deflections(), struts, body)
+
+
 def _everything(mount: Mount) -> tuple[SensorUnit, ...]:
     return (
         *_ins(mount),
@@ -79,6 +90,14 @@ SENSOR_SETS: Mapping[str, tuple[str, Units]] = {
     "ins": ("navigation unit with roll and pitch, wheel speeds, pressure, torques, GPS at 10 Hz", _ins),
     "axle_load": ("a truck's rear axle load and road slope beside its CAN signals (Wu)", _axle_load),
     "vertical": ("accelerometers on body and hub at each wheel, 200 Hz (Pence)", _vertical),
+    "struts": (
+        "strut forces, accelerometers and ride heights at each corner beside CAN (gPC dissertation)",
+        _struts,
+    ),
+    "wheel_force": (
+        "struts, ride heights, 6 axes, speeds, and measuring wheels (suspension mapping)",
+        wheel_force.units,
+    ),
     "everything": ("every canonical signal, each with the errors of its kind", _everything),
     "perfect": ("every canonical signal without any error, at 100 Hz", _perfect),
 }

@@ -1,0 +1,1 @@
+"""Strut forces by load transfer: the published LTM, MLTM and HFLTM, and the batch companion."""
