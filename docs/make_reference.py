@@ -13,6 +13,7 @@ from parsers.signals import SIGNALS  # noqa: E402
 from parsers.units import SI_TEXT, spellings  # noqa: E402
 from pipelines.estimators.registry import estimators  # noqa: E402
 from pipelines.parameters import PARAMETERS  # noqa: E402
+from pipelines.settings import texts  # noqa: E402
 
 NOTE = "<!-- made by docs/make_reference.py: edit the code's tables, not this page -->\n"
 
@@ -71,6 +72,10 @@ def settings_page() -> str:
         settings = [
             [f"`{s.name}`", f"{s.default:g}", s.unit or "–", f"{s.low:g} to {s.high:g}", s.meaning]
             for s in e.settings
+        ]
+        settings += [
+            [f"`{t.name}`", t.default, "–", ", ".join(f"`{c}`" for c in t.choices), t.meaning]
+            for t in texts(e)
         ]
         parts.append(
             f"## {e.name}: {e.title}\n\nSource: {e.source}\n\nGives: {', '.join(f'`{p}`' for p in e.parameters)}\n\n"

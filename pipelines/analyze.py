@@ -19,7 +19,7 @@ from parsers.signals import SIGNALS
 from parsers.thin import thin_minmax
 from parsers.timebase import NS
 from parsers.units import SI_TEXT
-from pipelines.estimators.base import Estimator, Settings
+from pipelines.estimators.base import Estimator, Settings, configured
 from pipelines.estimators.registry import estimators
 from pipelines.limits import what_limits
 from pipelines.needs import readiness
@@ -62,6 +62,7 @@ def run_estimator(
     estimator: Estimator, drive: Drive, vehicle: Vehicle, settings: Settings, seed: int
 ) -> Estimate:
     """Run one estimator, or say exactly what it lacks. Its generator depends on the seed and its name alone."""
+    estimator = configured(estimator, settings)
     ready = readiness(estimator, drive.signals.keys(), vehicle)
     if not ready.ready:
         lacks = "; ".join((*ready.missing_signals, *ready.missing_vehicle))

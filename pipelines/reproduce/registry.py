@@ -15,6 +15,7 @@ PAPERS: dict[str, str] = {
     "park": "pipelines.reproduce.park.paper:Park",
     "wu": "pipelines.reproduce.wu.paper:Wu",
     "gpc_filter": "pipelines.reproduce.gpc_filter.paper:GpcFilter",
+    "gpc_map": "pipelines.reproduce.gpc_map.paper:GpcMap",
     "gpc_regression": "pipelines.reproduce.gpc_regression.paper:GpcRegression",
     "load_transfer": "pipelines.reproduce.load_transfer.paper:LoadTransferPaper",
 }
