@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cogest_cli.options import Dbc, Logs, Map, NoFix
+from cogest_cli.options import Dbc, Logs, Map, NoFix, SuspensionMapFile
+
+if TYPE_CHECKING:
+    from pipelines.results import DriveResults
 
 
 def analyze(
@@ -34,11 +38,11 @@ def analyze(
     seed: Annotated[
         int, typer.Option(help="Seed of the random numbers; the same seed gives the same result.", min=0)
     ] = 0,
+    suspension_map: SuspensionMapFile = None,
     no_fix: NoFix = False,
 ) -> None:
     """Analyse one drive: estimate the vehicle's parameters and write report.html, report.pdf, results.json."""
     from cogest_cli.options import check_logs, check_out, databases
-    from cogest_cli.output import show, show_line
     from cogest_cli.progress import ProgressLine
 
     check_logs(logs)
@@ -47,7 +51,7 @@ def analyze(
     from pipelines.analyze import Request
     from pipelines.analyze import analyze as analyze_drive
     from pipelines.discover import nearest
-    from reports.terminal import verdict_table
+    from reports.tire_force_file import write_tire_forces
     from reports.write import check_formats, write_reports
 
     wanted = check_formats(formats)
@@ -63,11 +67,25 @@ def analyze(
         fix=not no_fix,
         command=shlex.join(["cogest", *sys.argv[1:]]),
         version=version(),
+        suspension_map=suspension_map,
     )
     with ProgressLine() as progress:
         results = analyze_drive(request, progress)
         progress("writing the report", 1.0)
         written = write_reports(results, out, wanted)
+        forces = write_tire_forces(results, out)
+    _tell(results, (*written, *([forces] if forces else [])))
+
+
+def _tell(results: DriveResults, paths: Sequence[Path]) -> None:
+    """Print the verdict, the tyre forces' errors where the log measured them, and what was written."""
+    from cogest_cli.output import show, show_line
+    from reports.suspension_map_text import tire_force_errors
+    from reports.terminal import verdict_table
+
     show(verdict_table(results))
-    for path in written:
+    for estimate in results.estimates:
+        if table := tire_force_errors(estimate.diagnostics):
+            show(f"\n{table}")
+    for path in paths:
         show_line(path)

@@ -32,6 +32,14 @@ Dbc = Annotated[
         "--dbc", help="CAN database; may be repeated; default: the *.dbc beside the log.", show_default=False
     ),
 ]
+SuspensionMapFile = Annotated[
+    Path | None,
+    typer.Option(
+        "--suspension-map",
+        help="Suspension map (TOML) of this vehicle, by `cogest suspension-map`: tyre normal forces over the drive.",
+        show_default=False,
+    ),
+]
 NoFix = Annotated[
     bool,
     typer.Option(

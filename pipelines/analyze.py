@@ -27,7 +27,7 @@ from pipelines.results import Assumption, DriveResults, Estimate, Inputs, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
 from pipelines.vehicles.priors import standing
-from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+from pipelines.vehicles.vehicle import Vehicle, read_vehicle, with_suspension_map
 from pipelines.verdict.combine import combine
 
 TRACE_POINTS = 2000
@@ -39,6 +39,7 @@ class Request:
     """What to analyse and how. Paths as given; None where there is no such file.
 
     map_given: whether the user named the mapping file; one that was merely found may name channels of other logs.
+    suspension_map: of the vehicle; before the one that the vehicle file names.
     """
 
     logs: tuple[Path, ...]
@@ -52,6 +53,7 @@ class Request:
     fix: bool = True
     command: str = ""
     version: str = ""
+    suspension_map: Path | None = None
 
 
 def _sha256(path: Path | None) -> str | None:
@@ -100,6 +102,8 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
     chosen = choose(request.estimators, known)
     settings = read_settings(request.settings, known)
     vehicle = read_vehicle(request.vehicle) if request.vehicle else Vehicle()
+    if request.suspension_map is not None:
+        vehicle = with_suspension_map(vehicle, request.suspension_map)
     mapping = read_map(request.map, strict=request.map_given) if request.map else None
     drive = load_drive(request.logs, LoadOptions(mapping, request.dbc, request.fix, progress))
     results: list[Estimate] = []
@@ -130,13 +134,15 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
             seed=request.seed,
             command=request.command,
             version=request.version,
+            suspension_map=str(vehicle.suspension_map_path) if vehicle.suspension_map_path else None,
+            suspension_map_sha256=_sha256(vehicle.suspension_map_path),
             created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         ),
         record=drive.record,
         vehicle_name=vehicle.name,
         verdict=verdict,
         estimates=tuple(results),
-        rollover=assess_rollover(verdict, vehicle, drive),
+        rollover=assess_rollover(verdict, vehicle, drive, results),
         standing=placed,
         assumptions=_assumptions(results),
         limits=what_limits(drive.record, results, verdict, vehicle),

@@ -30,6 +30,8 @@ def readiness(estimator: Estimator, signals: Collection[str], vehicle: Vehicle |
         words(need.any_of, need.why) for need in estimator.signal_needs if not set(need.any_of) & set(signals)
     )
     known = set(vehicle.quantities) if vehicle else set()
+    if vehicle is not None and vehicle.suspension_map is not None:
+        known.add("suspension_map")
     missing_vehicle = tuple(
         words(need.any_of, need.why) for need in estimator.vehicle_needs if not set(need.any_of) & known
     )

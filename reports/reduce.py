@@ -58,4 +58,5 @@ def reduce_results(results: DriveResults) -> DriveResults:
         results,
         signals=tuple(reduce_trace(t) for t in results.signals),
         estimates=tuple(_reduce_estimate(e) for e in results.estimates),
+        rollover=replace(results.rollover, traces=tuple(reduce_trace(t) for t in results.rollover.traces)),
     )

@@ -9,8 +9,10 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from parsers.drive import ImportRecord, MappedChannel
-from pipelines.results import DriveResults, Estimate, ParameterEstimate
+from pipelines.results import DriveResults, Estimate, ParameterEstimate, RolloverLimit, Trace, TurnMargin
 from reports.files import write_whole
 
 
@@ -93,8 +95,42 @@ def _import(record: ImportRecord) -> dict[str, Any]:
     }
 
 
+def _series(trace: Trace) -> dict[str, Any]:
+    """A trace with as many digits as a figure of it can show."""
+    return {
+        "name": trace.name,
+        "units": dict(trace.units),
+        "time_s": np.round(trace.time_s, 3),
+        "columns": {name: np.round(values, 5) for name, values in trace.columns.items()},
+        "note": trace.note,
+    }
+
+
+def _limit(limit: RolloverLimit) -> dict[str, Any]:
+    return {
+        "name": limit.name,
+        "title": limit.title,
+        "equation": limit.equation,
+        "left": parameter(limit.left),
+        "right": parameter(limit.right),
+    }
+
+
+def _turn(turn: TurnMargin) -> dict[str, Any]:
+    return {
+        "turn": turn.turn,
+        "threshold_g": parameter(turn.threshold_g),
+        "least_margin_g": parameter(turn.least_margin_g),
+        "peak_coefficient": parameter(turn.peak_coefficient),
+        "time_s": turn.time_s,
+        "lateral_acceleration_g": turn.lateral_acceleration_g,
+        "probability": turn.probability,
+    }
+
+
 def _rollover(results: DriveResults) -> dict[str, Any]:
     rollover = results.rollover
+    exceedance, check = rollover.exceedance, rollover.check
     return {
         "static_stability_factor": parameter(rollover.static_stability_factor),
         "threshold_g": parameter(rollover.threshold_g),
@@ -102,6 +138,22 @@ def _rollover(results: DriveResults) -> dict[str, Any]:
         "peak_rollover_coefficient": rollover.peak_rollover_coefficient,
         "peak_time_s": rollover.peak_time_s,
         "notes": list(rollover.notes),
+        "peak_coefficient": parameter(rollover.peak_coefficient),
+        "coefficient_source": rollover.coefficient_source,
+        "limits": [_limit(limit) for limit in rollover.limits],
+        "turns": [_turn(turn) for turn in rollover.turns],
+        "wheel_lift": {"source": rollover.lift_source, "events": [asdict(event) for event in rollover.lifts]},
+        "exceedance": None if exceedance is None else asdict(exceedance),
+        "check": None
+        if check is None
+        else {
+            "slope": parameter(check.slope),
+            "rms": check.rms,
+            "consistent": check.consistent,
+            "text": check.text,
+        },
+        "series": [_series(trace) for trace in rollover.traces],
+        "assumptions": [asdict(a) for a in rollover.assumptions],
     }
 
 
@@ -130,6 +182,8 @@ def to_json(results: DriveResults) -> dict[str, Any]:
             "vehicle_sha256": inputs.vehicle_sha256,
             "vehicle_name": results.vehicle_name,
             "map": inputs.map,
+            "suspension_map": inputs.suspension_map,
+            "suspension_map_sha256": inputs.suspension_map_sha256,
             "settings": inputs.settings,
             "dbc": list(inputs.dbc),
             "seed": inputs.seed,

@@ -22,6 +22,7 @@ ESTIMATORS: tuple[str, ...] = (
     "pipelines.estimators.load_transfer.published:ModifiedLoadTransfer",
     "pipelines.estimators.load_transfer.published:HighFrequencyLoadTransfer",
     "pipelines.estimators.gpc_bayesian_map.estimator:GpcBayesianMap",
+    "pipelines.estimators.suspension_mapping.estimator:SuspensionMapping",
     "pipelines.estimators.roll_pitch_plane.roll:RollPlane",
     "pipelines.estimators.roll_pitch_plane.pitch:PitchPlane",
     "pipelines.estimators.roll_pitch_plane.published:GpcRollPlane",

@@ -16,8 +16,9 @@ PAPERS: dict[str, str] = {
     "wu": "pipelines.reproduce.wu.paper:Wu",
     "gpc_filter": "pipelines.reproduce.gpc_filter.paper:GpcFilter",
     "gpc_map": "pipelines.reproduce.gpc_map.paper:GpcMap",
-    "gpc_regression": "pipelines.reproduce.gpc_regression.paper:GpcRegression",
+    "suspension_map": "pipelines.reproduce.suspension_map.paper:SuspensionMapping",
     "load_transfer": "pipelines.reproduce.load_transfer.paper:LoadTransferPaper",
+    "gpc_regression": "pipelines.reproduce.gpc_regression.paper:GpcRegression",
 }
 """Name on the command line -> "module:Class"."""
 

@@ -6,12 +6,15 @@ import difflib
 import math
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from parsers.errors import VehicleError
 from pipelines.parameters import PARAMETERS
+
+if TYPE_CHECKING:
+    from pipelines.suspension_mapping.record import SuspensionMap
 
 POSITIVE = frozenset(
     [
@@ -54,7 +57,7 @@ SHARES = frozenset(["brake_front_share", "drive_front_share"])
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_KEYS = frozenset({"mass_kg", "height_m"})
 SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})
-TEXT_KEYS = frozenset({"name", "body"})
+TEXT_KEYS = frozenset({"name", "body", "suspension_map"})
 
 RELATIVE_STD = {"mass_kg": 0.02, "wheelbase_m": 0.003, "track_front_m": 0.005, "track_rear_m": 0.005}
 """What a bare number in a vehicle file is worth: a data sheet's figure, not a calibration."""
@@ -75,7 +78,8 @@ class Quantity:
 class Vehicle:
     """A vehicle file. `quantities` are those of the empty vehicle; `load` and `sensors` by their own keys.
 
-    reference: the loaded vehicle's truth, by parameter name.
+    reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
+    its suspension; suspension_map_path: its file as the vehicle file names it, taken from the vehicle file's folder.
     """
 
     name: str | None = None
@@ -85,6 +89,8 @@ class Vehicle:
     sensors: Mapping[str, Quantity] = field(default_factory=dict)
     reference: Mapping[str, float] = field(default_factory=dict)
     path: Path | None = None
+    suspension_map: SuspensionMap | None = None
+    suspension_map_path: Path | None = None
 
     def get(self, key: str) -> Quantity | None:
         """A quantity of the empty vehicle, or None where the file is silent."""
@@ -200,9 +206,28 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         sensors=_quantities(_table(raw, "sensors", path), "sensors", SENSOR_KEYS, path),
         reference=reference,
         path=path,
+        suspension_map_path=_beside(texts.get("suspension_map"), path),
     )
     _check_geometry(vehicle, path)
     return vehicle
+
+
+def _beside(name: str | None, path: Path) -> Path | None:
+    """A file that a vehicle file names: taken from its folder. Raises VehicleError for a name that no file can have."""
+    if name is None:
+        return None
+    if not name.strip() or "\0" in name:
+        raise VehicleError(
+            f"found {name!r}, expected a file's name", path=path, place="[vehicle] suspension_map"
+        )
+    return path.parent / name
+
+
+def with_suspension_map(vehicle: Vehicle, path: Path) -> Vehicle:
+    """The vehicle with the suspension map of that file. Raises VehicleError where it cannot be read or is wrong."""
+    from pipelines.suspension_mapping.file import read_suspension_map
+
+    return replace(vehicle, suspension_map=read_suspension_map(path), suspension_map_path=path)
 
 
 def _check_geometry(vehicle: Vehicle, path: Path) -> None:
@@ -226,12 +251,18 @@ def _check_geometry(vehicle: Vehicle, path: Path) -> None:
         )
 
 
-def read_vehicle(path: Path) -> Vehicle:
-    """Read a vehicle file. Raises VehicleError where it cannot be read or is wrong."""
+def read_vehicle(path: Path, *, with_map: bool = True) -> Vehicle:
+    """Read a vehicle file, and the suspension map that it names (with_map).
+
+    Raises VehicleError where one cannot be read or is wrong.
+    """
     try:
         text = path.read_text(encoding="utf-8-sig")
     except OSError as error:
         raise VehicleError(f"cannot be read ({error.strerror})", path=path) from error
     except UnicodeDecodeError as error:
         raise VehicleError("not UTF-8 text", path=path, place=f"byte {error.start}") from error
-    return parse_vehicle(text, path)
+    vehicle = parse_vehicle(text, path)
+    if vehicle.suspension_map_path is None or not with_map:
+        return vehicle
+    return with_suspension_map(vehicle, vehicle.suspension_map_path)

@@ -5,12 +5,25 @@ matplotlib loads when the first figure is drawn, not when this module is importe
 
 from __future__ import annotations
 
-from reports.figures import fits, residuals, roll_scatter, scatters, signals, standing, tracks
+from reports.figures import (
+    fits,
+    residuals,
+    roll_scatter,
+    rollover_drive,
+    rollover_limits,
+    scatters,
+    signals,
+    standing,
+    tracks,
+)
 from reports.figures.drawing import FigureSpec
 
 FIGURES: tuple[FigureSpec, ...] = (
     FigureSpec("roll_scatter", "Roll against lateral acceleration", "lead", roll_scatter.draw),
     FigureSpec("standing", "CG height among measured vehicles", "lead", standing.draw),
+    FigureSpec("rollover_limits", "Limits to both sides", "rollover", rollover_limits.draw),
+    FigureSpec("rollover_margin", "Margin over the drive", "rollover", rollover_drive.draw_margin),
+    FigureSpec("rollover_coefficient", "Rollover coefficient", "rollover", rollover_drive.draw_coefficient),
     FigureSpec("tracks", "Estimates over the drive", "tracks", tracks.draw),
     FigureSpec("fits", "Measured and modelled", "fits", fits.draw),
     FigureSpec("residuals", "Residuals", "fits", residuals.draw),

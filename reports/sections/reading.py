@@ -15,6 +15,7 @@ TERMS: tuple[tuple[str, str], ...] = (
     ("CG", "centre of gravity of the whole vehicle as loaded, its height taken above ground."),
     ("static stability factor", "track over twice the CG height; with a rigid body and a flat road, the lateral acceleration in g at which the inner wheels lift."),
     ("rollover threshold", "the same with the body's roll allowed for, which lowers it; quasi-static, no trip and no curb."),
+    ("share moved across", "the rollover coefficient: load of the left less that of the right wheels, over their sum; at 1 one side carries nothing."),
     ("axes", "ISO 8855: x forward, y left, z up. In a left turn lateral acceleration, yaw rate and roll are positive."),
 )  # fmt: skip
 

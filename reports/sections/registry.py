@@ -11,12 +11,14 @@ from reports.sections import (
     provenance,
     quality,
     reading,
+    rollover_page,
     verdict,
 )
 from reports.sections.contract import SectionSpec
 
 SECTIONS: tuple[SectionSpec, ...] = (
     SectionSpec("detail", "Verdict in detail", "Detail", verdict.build_detail, verdict.DETAIL_INTRO),
+    SectionSpec("rollover", "Rollover", "Rollover", rollover_page.build, rollover_page.INTRO),
     SectionSpec("errors", "Against the reference", "Reference", errors.build, errors.INTRO),
     SectionSpec("tracks", "Estimates over the drive", "Tracks", plots.tracks),
     SectionSpec("fits", "Fit and residuals", "Fit", plots.fits),

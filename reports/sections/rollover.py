@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from pipelines.results import DriveResults, ParameterEstimate
 from reports.blocks import Block, Bullets, Fact, Facts, Item, Paragraph
 from reports.sections.values import STATUS_TONES, STATUS_WORDS, has_result
-from reports.text import DASH, clean, decimals_for, number, seconds, sentence, span, with_unit
+from reports.text import DASH, clean, count, decimals_for, number, seconds, sentence, span, with_unit
 
 BANDS: tuple[tuple[float, int, str], ...] = (
     (1.45, 5, "less than 10 %"),
@@ -62,34 +63,56 @@ def _fact(label: str, estimate: ParameterEstimate | None, unit: str) -> Fact:
     )
 
 
+def _margin(results: DriveResults) -> Fact | None:
+    """The nearer side's least margin; None where no margin is known."""
+    known = [t for t in results.rollover.turns if t.least_margin_g.value is not None]
+    if not known:
+        return None
+    nearest = min(known, key=lambda t: t.least_margin_g.value or 0.0)
+    fact = _fact("Least margin", nearest.least_margin_g, "g")
+    return replace(fact, sub=f"{nearest.turn} turn at {seconds(nearest.time_s)} · {fact.sub}")
+
+
+def _lifted(results: DriveResults) -> Fact | None:
+    """How often wheels lifted in turns, where tyre forces or load transfer tell."""
+    rollover = results.rollover
+    if not rollover.lift_source or rollover.lift_source.startswith("not known"):
+        return None
+    turning = [e for e in rollover.lifts if e.kind != "bounce"]
+    if not turning:
+        return Fact("Wheel lift in turns", "none found", "")
+    both = sum(e.kind == "side" for e in turning)
+    words = "both wheels of a side among them" if both else "single wheels only"
+    return Fact("Wheel lift in turns", count(len(turning), "event"), words, tone="bad" if both else "warn")
+
+
 def build(results: DriveResults) -> tuple[Block, ...]:
     """The card's blocks."""
     rollover = results.rollover
-    facts = [
+    facts: list[Fact | None] = [
         _fact("Static stability factor T/(2h)", rollover.static_stability_factor, ""),
         _fact("Rollover threshold, quasi-static", rollover.threshold_g, "g"),
     ]
     if rollover.peak_lateral_acceleration_g is not None:
         when = f"at {seconds(rollover.peak_time_s)}" if rollover.peak_time_s is not None else ""
+        peak = with_unit(number(rollover.peak_lateral_acceleration_g, 2), "g")
+        facts.append(Fact("Peak lateral acceleration", peak, when))
+    if rollover.peak_rollover_coefficient is not None and (
+        rollover.peak_coefficient is None or has_result(rollover.peak_coefficient)
+    ):
+        text = number(rollover.peak_rollover_coefficient, 2)
+        facts.append(Fact("Peak rollover coefficient", text, "1 = the inner wheels lift"))
+    facts += [_margin(results), _lifted(results)]
+    if rollover.exceedance is not None and rollover.limits:
         facts.append(
             Fact(
-                "Peak lateral acceleration",
-                with_unit(number(rollover.peak_lateral_acceleration_g, 2), "g"),
-                when,
+                "Threshold exceeded?", clean(rollover.exceedance.text, 60), "probability, see Rollover below"
             )
         )
-    if rollover.peak_rollover_coefficient is not None:
-        facts.append(
-            Fact(
-                "Peak rollover coefficient",
-                number(rollover.peak_rollover_coefficient, 2),
-                "1 = the inner wheels lift",
-            )
-        )
-    blocks: list[Block] = [Facts(tuple(facts))]
+    blocks: list[Block] = [Facts(tuple(fact for fact in facts if fact is not None))]
     context = nhtsa_context(rollover.static_stability_factor) if rollover.static_stability_factor else ""
     if context:
         blocks.append(Paragraph(context, "quiet"))
-    if rollover.notes:
-        blocks.append(Bullets(tuple(Item(sentence(note)) for note in rollover.notes[:6])))
+    if rollover.notes and not rollover.limits:
+        blocks.append(Bullets(tuple(Item(sentence(note)) for note in rollover.notes[:3])))
     return tuple(blocks)

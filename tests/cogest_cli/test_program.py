@@ -16,7 +16,7 @@ from typer.testing import CliRunner
 from cogest_cli.main import app
 from cogest_cli.version import version
 from pipelines.estimators.registry import estimators
-from pipelines.settings import defaults
+from pipelines.settings import defaults, texts
 
 PROGRAM = Path(sys.executable).parent / "cogest"
 
@@ -39,7 +39,8 @@ def test_estimators_and_their_settings(inside):
         assert f"{estimator.name}: {estimator.title}" in run.out
         assert estimator.source in run.out
     settings = tomllib.loads(inside("estimators", "--settings").out)
-    assert settings == {e.name: defaults(e) for e in estimators()}
+    words = {e.name: {t.name: t.default for t in texts(e)} for e in estimators()}
+    assert settings == {e.name: defaults(e) | words[e.name] for e in estimators()}
 
 
 def test_a_reader_that_has_seen_enough_is_no_error():

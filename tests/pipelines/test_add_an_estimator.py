@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import pipelines.estimators.registry
+from parsers.load import load_drive
 from pipelines.analyze import Request, analyze
 from pipelines.estimators.registry import estimators
 from pipelines.parameters import PARAMETERS
@@ -16,6 +17,9 @@ from pipelines.results import ParameterEstimate
 from pipelines.simulation.logs.drive import Choice, preset, simulate_log
 from pipelines.simulation.logs.write import write_log, write_vehicle
 from pipelines.simulation.manoeuvres.base import Options
+from pipelines.suspension_mapping.file import map_text
+from pipelines.suspension_mapping.train import train, training_drive
+from pipelines.vehicles.vehicle import read_vehicle
 
 MODULE = """
 import numpy as np
@@ -103,7 +107,21 @@ def logs(samples: Path, tmp_path_factory: pytest.TempPathFactory) -> list[tuple[
         log = tmp_path_factory.mktemp(choice.manoeuvre) / "drive.csv"
         write_log(simulated.log, log)
         found.append((log, write_vehicle(simulated.sheet, log)))
-    return found
+    return [*found, _with_suspension_map(tmp_path_factory.mktemp("wheel_force"))]
+
+
+def _with_suspension_map(folder: Path) -> tuple[Path, Path]:
+    """A drive with struts and measuring wheels, its vehicle file naming the map that it taught."""
+    choice = Choice("slalom", preset("suv"), options=Options(duration_s=40.0), sensors="wheel_force")
+    simulated, log = simulate_log(choice), folder / "drive.csv"
+    write_log(simulated.log, log)
+    sheet = write_vehicle(simulated.sheet, log)
+    rows = training_drive(load_drive([log]), "drive.csv")
+    text = map_text(train([rows], read_vehicle(sheet), "suv (simulated)"))
+    (folder / "suspension.toml").write_text(text, encoding="utf-8")
+    named = '[vehicle]\nsuspension_map = "suspension.toml"\n'
+    sheet.write_text(sheet.read_text(encoding="utf-8").replace("[vehicle]\n", named, 1), encoding="utf-8")
+    return log, sheet
 
 
 @pytest.mark.parametrize("name", [e.name for e in estimators()])

@@ -11,16 +11,21 @@ import numpy as np
 from parsers.drive import Decision, Gap, ImportRecord, MappedChannel
 from pipelines.results import (
     Assumption,
+    CoefficientCheck,
     DriveResults,
     Estimate,
+    Exceedance,
     Inputs,
     ParameterEstimate,
     Prior,
     Rollover,
+    RolloverLimit,
     Scatter,
     Standing,
     Trace,
     Track,
+    TurnMargin,
+    WheelLift,
 )
 
 HOSTILE = '<script>alert("x")</script> #panic("typst") $E=mc^2$ \\u{41} `raw` *b* _i_ @ref </svg> ]]> \x00\x1b[31m\u202e 车 é'
@@ -166,6 +171,52 @@ def record():
     )  # fmt: skip
 
 
+def rollover_of(ssf, threshold):
+    """A drive near its threshold in left turns: every part of the record is there, with a gap in the traces."""
+    time = np.linspace(0, DURATION, 900)
+    lateral = 0.7 * np.sin(2 * np.pi * time / 14)
+    lateral[400] = np.nan
+    limit = 1.24 - 0.15 * np.abs(lateral)
+    margin = {
+        "lateral_acceleration": lateral,
+        "limit_left": limit,
+        "limit_left_low": limit - 0.1,
+        "limit_left_high": limit + 0.1,
+        "limit_right": -limit,
+        "limit_right_low": -limit - 0.1,
+        "limit_right_high": -limit + 0.1,
+    }
+    share = {
+        "coefficient": -0.85 * lateral,
+        "low": -0.9 * lateral,
+        "high": -0.8 * lateral,
+        "from_forces": -0.86 * lateral,
+        "residual": -0.01 * lateral,
+    }
+    near = estimate_of("least_margin_g", 0.41, 0.12, "weak", "CG height weak")
+    peak = estimate_of("peak_coefficient", 0.61, 0.06, "weak", "CG height weak")
+    sides = [
+        RolloverLimit(name, title, equation, ssf, threshold)
+        for name, title, equation in (
+            ("rigid", "Rigid vehicle", "(157)"),
+            ("quasi_static", "Threshold", "(163) extended"),
+        )
+    ]
+    return Rollover(
+        ssf, threshold, 0.713, 0.61, 48.31, ("The track is the vehicle file's mean of front and rear.",), peak, "tyre forces, (158)", tuple(sides),
+        (TurnMargin("left", threshold, near, peak, 48.31, 0.713, 0.13), TurnMargin("right", threshold, near, peak, 21.0, -0.69, 0.001)),
+        (
+            WheelLift("rl", "wheel", 48.2, 0.22, 61.0, 0.83, 0.71, "measured by wheel-force transducers"),
+            WheelLift("left", "side", 60.0, 0.1, None, 0.2, None, "load transfer"),
+            WheelLift("fr", "bounce", 12.0, 0.06, 120.0, 0.4, 0.02, "measured by wheel-force transducers"),
+        ),
+        "measured by wheel-force transducers", Exceedance(0.13, "about 13 %", ("the CG height is weakly known",)),
+        CoefficientCheck(estimate_of("coefficient_slope", 1.02, 0.02, "identified", ""), 0.012, True, "the tyre forces move 2.0 % more load across"),
+        (Trace("rollover margin", time, margin, dict.fromkeys(margin, "g"), "limits"), Trace("rollover coefficient", time, share, {}, "share")),
+        (Assumption("rollover: CG lateral offset", "0 ± 0.02 m", "not in the verdict"),),
+    )  # fmt: skip
+
+
 def rich() -> DriveResults:
     """A drive as an engineer would hand it on."""
     traces = signals()
@@ -190,7 +241,7 @@ def rich() -> DriveResults:
             Estimate("quarter_car", "skipped", "needs accel_z_sprung and accel_z_unsprung on one wheel at least"),
             Estimate("load_transfer", "failed", "the normal equations are singular: lateral acceleration and roll are collinear"),
         ),
-        rollover=Rollover(ssf, threshold, 0.713, 0.61, 48.31, ("The track is the vehicle file's mean of front and rear.",)),
+        rollover=rollover_of(ssf, threshold),
         standing=Standing(population, population[:640], "Sedan", 61.0, ("Volvo S40 2001 (0.553 m)", "Honda Accord 1998 (0.556 m)")),
         assumptions=(
             Assumption("track", "1.549 m ± 0.008 m", "vehicle file"),
@@ -219,6 +270,17 @@ def bare() -> DriveResults:
     )  # fmt: skip
 
 
+def hostile_rollover(good):
+    """The same with every text that may come from a log, a file or a name."""
+    bad = replace(good.turns[0].threshold_g, reason=HOSTILE)
+    return replace(
+        good, notes=(HOSTILE,), coefficient_source=HOSTILE, lift_source=HOSTILE, exceedance=Exceedance(0.5, HOSTILE, (HOSTILE,)),
+        limits=tuple(replace(limit, title=HOSTILE, equation=HOSTILE, left=bad) for limit in good.limits),
+        lifts=(*good.lifts, replace(good.lifts[0], wheel=HOSTILE, source=HOSTILE)), check=replace(good.check, text=HOSTILE),
+        assumptions=(Assumption(HOSTILE, HOSTILE, HOSTILE),),
+    )  # fmt: skip
+
+
 def hostile() -> DriveResults:
     """The rich drive with markup, control characters and other scripts in every text that a log or a file can set."""
     good = rich()
@@ -236,7 +298,7 @@ def hostile() -> DriveResults:
         assumptions=(Assumption(HOSTILE, HOSTILE, HOSTILE),), diagnostics={HOSTILE: math.nan},
     )  # fmt: skip
     return replace(
-        good, vehicle_name=HOSTILE, limits=(HOSTILE,), notes=(HOSTILE,), estimates=(evil, *good.estimates[1:]),
+        good, rollover=hostile_rollover(good.rollover), vehicle_name=HOSTILE, limits=(HOSTILE,), notes=(HOSTILE,), estimates=(evil, *good.estimates[1:]),
         signals=(evil_trace, *good.signals[1:]), assumptions=(Assumption(HOSTILE, HOSTILE, HOSTILE),),
         inputs=replace(good.inputs, logs=(HOSTILE,), command=HOSTILE, vehicle=HOSTILE),
         standing=replace(good.standing, body=HOSTILE, nearest=(HOSTILE,)),

@@ -1,0 +1,1 @@
+"""Tyre normal forces by a suspension map."""

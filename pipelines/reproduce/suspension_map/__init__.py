@@ -1,0 +1,1 @@
+"""Suspension mapping, Chapter 9 of the dissertation, beside ours."""

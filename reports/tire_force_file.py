@@ -1,0 +1,43 @@
+"""tyre_normal_forces.parquet: the four tyre normal forces of a drive for other programs."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from parsers.signals import WHEELS
+from pipelines.results import DriveResults
+from pipelines.tire_forces import forces_of
+from reports.files import write_whole
+
+FILE_NAME = "tire_normal_forces.parquet"
+
+
+def write_tire_forces(results: DriveResults, out: Path) -> Path | None:
+    """Write time_ns (from the drive's start) and value, low, high of each wheel in N; rows in gaps are left out.
+
+    Columns: tire_normal_force_fl_n, …_fl_low_n, …_fl_high_n. Its path, or None where no estimator gave the forces: a file
+    of an earlier run is taken away then. Raises ReportError.
+    """
+    import polars as pl
+
+    path = out / FILE_NAME
+    found = [forces for estimate in results.estimates if (forces := forces_of(estimate)) is not None]
+    if not found:
+        path.unlink(missing_ok=True)
+        return None
+    forces = found[0]
+    there = np.all([np.isfinite(forces.value[w]) for w in WHEELS], axis=0)
+    columns: dict[str, NDArray[Any]] = {"time_ns": np.round(forces.time_s[there] * 1e9).astype(np.int64)}
+    for wheel in WHEELS:
+        columns[f"tire_normal_force_{wheel}_n"] = forces.value[wheel][there]
+        columns[f"tire_normal_force_{wheel}_low_n"] = forces.low[wheel][there]
+        columns[f"tire_normal_force_{wheel}_high_n"] = forces.high[wheel][there]
+    content = io.BytesIO()
+    pl.DataFrame(columns).write_parquet(content)
+    write_whole(path, content.getvalue())
+    return path
