@@ -1,6 +1,6 @@
 """Polynomial chaos expansions beside chaospy: the same terms, points and values, in one run, as ratios of CPU time.
 
-python benchmarks/polynomial_chaos.py [filter]     (pip install chaospy; OPENBLAS_NUM_THREADS=1 for figures of one core)
+python benchmarks/polynomial_chaos.py [filter]     (pip install '.[peers]'; OPENBLAS_NUM_THREADS=1 for figures of one core)
 
 Expansion: the polynomials are made and fitted to the model's values at the collocation points. Ours includes the whole
 pseudo-inverse and the condition, which chaospy does not give. Evaluation: the fitted expansion at fresh points. The
