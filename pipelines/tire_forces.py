@@ -52,6 +52,11 @@ def trace_name(wheel: str) -> str:
     return f"tyre normal force {wheel}"
 
 
+def is_force_trace(trace: Trace) -> bool:
+    """Whether a trace is one of those that `forces_as_traces` makes."""
+    return trace.name in map(trace_name, WHEELS)
+
+
 def forces_as_traces(
     forces: TireForces, beside: Mapping[str, FloatArray] | None = None, note: str = ""
 ) -> tuple[Trace, ...]:

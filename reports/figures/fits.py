@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pipelines.results import DriveResults, FloatArray, Trace
+from pipelines.tire_forces import is_force_trace
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels
 from reports.figures.series import (
@@ -52,10 +53,15 @@ def is_residual(trace: Trace, column: str) -> bool:
 
 
 def trace_panels(results: DriveResults, *, residual: bool) -> list[TracePanel]:
-    """Estimators' traces as panels, one a trace and unit: the residual columns, or all the others."""
+    """Estimators' traces as panels, one a trace and unit: the residual columns, or all the others.
+
+    Answers before witnesses; tyre forces have a chapter of their own.
+    """
     found: list[TracePanel] = []
-    for estimate in results.estimates:
+    for estimate in sorted(results.estimates, key=lambda e: e.witness):
         for trace in estimate.traces:
+            if is_force_trace(trace):
+                continue
             by_unit: dict[str, list[Series]] = {}
             for column, values in trace.columns.items():
                 if is_residual(trace, column) != residual or values.size != trace.time_s.size:

@@ -14,6 +14,7 @@ from reports.figures import (
     scatters,
     signals,
     standing,
+    tire_forces,
     tracks,
 )
 from reports.figures.drawing import FigureSpec
@@ -24,6 +25,7 @@ FIGURES: tuple[FigureSpec, ...] = (
     FigureSpec("rollover_limits", "Limits to both sides", "rollover", rollover_limits.draw),
     FigureSpec("rollover_margin", "Margin over the drive", "rollover", rollover_drive.draw_margin),
     FigureSpec("rollover_coefficient", "Rollover coefficient", "rollover", rollover_drive.draw_coefficient),
+    FigureSpec("tire_forces", "Forces over the drive", "tire_forces", tire_forces.draw),
     FigureSpec("tracks", "Estimates over the drive", "tracks", tracks.draw),
     FigureSpec("fits", "Measured and modelled", "fits", fits.draw),
     FigureSpec("residuals", "Residuals", "fits", residuals.draw),

@@ -68,7 +68,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
     """One panel a track; the truth is dashed where a reference is given."""
     found = [
         _Panel(track, estimate.estimator, results.verdict.get(track.parameter))
-        for estimate in results.estimates
+        for estimate in sorted(results.estimates, key=lambda e: e.witness)
         for track in estimate.tracks
         if track.time_s.size > 1 and np.isfinite(track.value).any()
     ]

@@ -12,6 +12,7 @@ from reports.sections import (
     quality,
     reading,
     rollover_page,
+    tire_forces,
     verdict,
 )
 from reports.sections.contract import SectionSpec
@@ -19,6 +20,7 @@ from reports.sections.contract import SectionSpec
 SECTIONS: tuple[SectionSpec, ...] = (
     SectionSpec("detail", "Verdict in detail", "Detail", verdict.build_detail, verdict.DETAIL_INTRO),
     SectionSpec("rollover", "Rollover", "Rollover", rollover_page.build, rollover_page.INTRO),
+    SectionSpec("tire_forces", "Tyre normal forces", "Tyre forces", tire_forces.build, tire_forces.INTRO),
     SectionSpec("errors", "Against the reference", "Reference", errors.build, errors.INTRO),
     SectionSpec("tracks", "Estimates over the drive", "Tracks", plots.tracks),
     SectionSpec("fits", "Fit and residuals", "Fit", plots.fits),
