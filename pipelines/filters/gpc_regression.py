@@ -23,6 +23,7 @@ import numpy as np
 from parsers.channels import IntArray
 from parsers.jit import kernel, lean_kernel
 from pipelines.chaos.collocation import Collocation
+from pipelines.filters.gpc_points import at_points, expand_row
 from pipelines.filters.gpc_update import PUBLISHED, SQUARE_ROOT, gpc_update_with
 from pipelines.filters.rls_forgetting import LARGEST_STEP
 from pipelines.models.power_products import PowerProducts
@@ -31,19 +32,6 @@ from pipelines.results import FloatArray
 SMALLEST = 1e-12
 TAKE_EVERY = 10
 """Samples between two times that the inputs' noise is taken out: it adds up slowly."""
-
-
-@lean_kernel
-def _at_points(x: FloatArray, basis: FloatArray, values: FloatArray) -> None:
-    """values (n, Q) of expansions x (n, S) at the points; basis (S, Q). The inner loop runs along memory."""
-    for i in range(x.shape[0]):
-        for q in range(basis.shape[1]):
-            values[i, q] = 0.0
-        for s in range(x.shape[1]):
-            weight = x[i, s]
-            if weight != 0.0:
-                for q in range(basis.shape[1]):
-                    values[i, q] += weight * basis[s, q]
 
 
 @lean_kernel
@@ -61,17 +49,6 @@ def _products(values: FloatArray, exponents: IntArray, out: FloatArray) -> None:
                 for q in range(values.shape[1]):
                     value = values[i, q]
                     out[j, q] /= value if abs(value) > SMALLEST else SMALLEST
-
-
-@lean_kernel
-def _expand(values: FloatArray, row: int, inverse: FloatArray, y: FloatArray, into: int) -> None:
-    """y[into] (S,) = the expansion of values[row] (Q,); inverse (Q, S)."""
-    for s in range(inverse.shape[1]):
-        y[into, s] = 0.0
-    for q in range(inverse.shape[0]):
-        value = values[row, q]
-        for s in range(inverse.shape[1]):
-            y[into, s] += value * inverse[q, s]
 
 
 @kernel
@@ -113,7 +90,7 @@ def _predict(
             if known != 0.0:
                 for q in range(model.shape[1]):
                     model[i, q] += known * products[j, q]
-        _expand(model, i, inverse, y, i)
+        expand_row(model, i, inverse, y, i)
 
 
 @lean_kernel
@@ -140,9 +117,9 @@ def _inputs_out(
     """Take out what waits (C,) of each coefficient's noise, as far as the filter is sure enough of it by now."""
     for j in range(len(waiting)):
         if waiting[j] > 0.0:
-            _at_points(x, basis, values)
+            at_points(x, basis, values)
             _products(values, exponents, products)
-            _expand(products, j, inverse, one, 0)
+            expand_row(products, j, inverse, one, 0)
             if _spread(one, 0) * waiting[j] < LARGEST_STEP:
                 _take_out(x, one, waiting[j], form)
                 waiting[j] = 0.0
@@ -182,7 +159,7 @@ def _run(
             here[i, 0] = x[i, 0]
             for s in range(x.shape[1]):
                 x[i, s] += additions[i, s]
-        _at_points(x, basis, values)
+        at_points(x, basis, values)
         _products(values, exponents, products)
         _predict(phi, k, products, inverse, model, y)
         if noisy:

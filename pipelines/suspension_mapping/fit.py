@@ -41,8 +41,9 @@ def prior_of(
 ) -> tuple[FloatArray, FloatArray]:
     """Mean and standard deviation of each coefficient, (p,) each. force_n: mean force of the wheel.
 
-    A strut that is calibrated as "force on the body" has a coefficient of 1 to some per cent; what the links carry is less
-    than a third of a wheel's part of the load transfer; friction is some per cent of the load.
+    A strut that is calibrated as "force on the body" has a coefficient of 1: one drive at one load cannot tell it from the
+    load transfer, and what it gets wrong there scales another load. What the links carry is less than a third of a wheel's
+    part of the load transfer; friction is some per cent of the load.
     """
     usual = (UNSPRUNG_SHARE * force_n / GRAVITY, 0.5 * UNSPRUNG_SHARE * force_n / GRAVITY)
     mass = known.unsprung_kg or usual
@@ -55,7 +56,7 @@ def prior_of(
         one, deflection = (weight, 0.02 * force_n + mass[1] * GRAVITY), (0.0, 0.05 * rate[0])
     table: dict[str, tuple[float, float]] = {
         "one": one,
-        "carried": (1.0, 0.02),
+        "carried": (1.0, 0.004),
         "hub": (mass[0], max(mass[1], 0.1 * mass[0])),
         "weight": (mass[0], max(mass[1], 0.1 * mass[0])),
         "deflection": deflection,

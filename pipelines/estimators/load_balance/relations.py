@@ -4,7 +4,7 @@ Sprung body, in body axes (specific force f, so that grade and bank drop out), S
 
     vertical  sum S = m_s f_z - jacking
     pitch     a S_f - b S_r = -m (h - h_links) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
-    roll      sum y S = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w v r / R + I_xx p' + y_s m_s f_z
+    roll      sum y S = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w (1 - camber) v r / R + I_xx p' + y_s m_s f_z
 
 The longitudinal balance is in `along`.
 
@@ -229,14 +229,15 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         share = body.whole_x / p["wheelbase"]
         axis = (1 - share) * p["roll_center_front"] + share * p["roll_center_rear"]
         gain = 1 + p[f"gain_roll_{kind}"]
-        # the hubs' own inertia goes into the springs as far as the wheels lean with the body
-        hubs = body.unsprung * p["radius"] * (1 - p["camber"])
+        # the hubs' couples go into the springs as far as the wheels lean with the body; the tyres see all of them
+        lean = 1.0 if whole else 1 - p["camber"]
+        hubs = body.unsprung * p["radius"] * lean
         arm = gain * (body.moment if whole else body.sprung * (body.h - axis) + hubs)
         _sideways(p, body, arm, terms)
         add(terms, "dfy", -arm * p[f"late_roll_{kind}"])
         if whole:
             add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * axis)
-        add(terms, "vyaw", 4 * p["gyroscope"] * p["wheel_inertia"] / p["radius"])
+        add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
         add(terms, "roll_acc", -p["roll_inertia"])
         mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
         add(terms, "fz", -mass * left)

@@ -250,8 +250,9 @@ def _links(book: _Book, kilos: float) -> None:
     mean, std = (0.7 * mean, np.hypot(std, 0.03)) if driven is None else (driven.value, driven.std)
     source = "between none and that of braking" if driven is None else driven.source
     book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
-    # 1: the wheels stay upright as those of a rigid axle; independent ones lean with the body in part
-    book.put("camber", 0.75, 0.25)
+    # 1: the wheels stay upright, as those of a rigid axle; independent ones lean with the body in part, and their couples
+    # (inertia of the hubs, gyroscopes) then go into the springs in that part
+    book.put("camber", 0.7, 0.3)
     h = book.rows["empty_h"][0]
     book.put(
         "pitch_path", 0.5 * h, 0.45 * h, "height about which the body pitches over its wheels, m", SILENT
@@ -275,7 +276,6 @@ def _links(book: _Book, kilos: float) -> None:
         # an unknown load changes the inertia, and data sheets mean the whole vehicle, not the body
         mean, std = book.rows[name]
         book.put(name, 0.95 * mean, float(np.hypot(std, 0.1 * mean)))
-    book.put("gyroscope", 0.7, 0.4)
 
 
 def _sensors(book: _Book) -> None:
