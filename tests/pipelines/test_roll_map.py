@@ -11,6 +11,7 @@ import pytest
 
 from parsers.drive import Drive
 from pipelines.estimators.roll_map.estimator import RollMap
+from pipelines.estimators.roll_map.posterior import KNEE
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
 
@@ -150,6 +151,18 @@ def test_without_springs_the_height_is_the_priors(slalom: tuple[plant.Car, plant
     assert "driver" in said["load mass"].value
     assert "tyres in series" in said["roll stiffness at the road over that of the suspension"].source
     assert found.parameters["mass_kg"].status == "not_identifiable"
+
+
+def test_dampers_with_knees_are_never_told_to_a_few_per_cent(slalom: tuple[plant.Car, plant.Drive]) -> None:
+    """However quiet the sensors: the drive's own speeds are not those at which a damper's rate is stated."""
+    car, drive = slalom
+    found = analyse(drive, plant.vehicle_of(car, plant.Knowledge(damping=0.5), np.random.default_rng(2)))
+    damping = found.parameters["roll_damping_nmsprad"]
+    assert damping.value is not None
+    assert damping.std is not None
+    assert damping.std >= 0.9 * KNEE * damping.value
+    assert damping.std < 0.4 * damping.value
+    assert "knees" in damping.reason
 
 
 def test_nothing_known_leaves_the_log_alone(slalom: tuple[plant.Car, plant.Drive]) -> None:

@@ -108,7 +108,9 @@ def _same(text: str) -> dict[Identification, str]:
 
 def _rate_reasons(symbol: str, prior: Prior | None) -> dict[Identification, str]:
     """Words for the suspension's roll stiffness K or damping D."""
-    whose = "of the suspension, without the tyres" + (", friction included" if symbol == "D" else "")
+    whose = "of the suspension, without the tyres" + (
+        ", friction and the dampers' knees at this drive's speeds allowed for" if symbol == "D" else ""
+    )
     text = f"follows from {symbol}/(m h) of the log with the height and the sprung mass ({whose})"
     if prior is None:
         bad = f"{text}: these are hardly known"

@@ -16,6 +16,10 @@ import numpy as np
 from pipelines.estimators.roll_map.priors import VehicleDraws
 from pipelines.results import FloatArray, Prior
 
+KNEE = 0.15
+"""Spread of the dampers' rate at a drive's working point over that at low speed: knees take 10 to 30 % off in hard steering,
+dry friction adds as much in soft (measured on simulated cars with both)."""
+
 
 @dataclass(frozen=True)
 class RollLikelihood:
@@ -164,6 +168,8 @@ def sample_posterior(
     k, damp, slope = suspension_rates(d, a, b, against_axles=likelihood.against_axles)
     # draws that cannot be (an axis above the CG) may give negative rates: they carry no weight below
     k, damp, slope = (np.where(good, x, 1.0) for x in (k, damp, slope))
+    # b is that of the drive's own speeds and friction; what is reported, and what a vehicle file states, are the dampers' rates
+    damp = damp * np.exp(KNEE * rng.standard_normal(len(damp)))
     # densities of K and D turned into densities of a and b
     if stiffness is not None:
         log_weight = log_weight + _log_normal(k, stiffness) + np.log(k * slope / a)
