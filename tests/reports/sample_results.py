@@ -27,6 +27,7 @@ from pipelines.results import (
     TurnMargin,
     WheelLift,
 )
+from tests.reports.sample_forces import mapped
 
 HOSTILE = '<script>alert("x")</script> #panic("typst") $E=mc^2$ \\u{41} `raw` *b* _i_ @ref </svg> ]]> \x00\x1b[31m\u202e 车 é'
 DURATION = 84.0
@@ -240,6 +241,7 @@ def rich() -> DriveResults:
             Estimate("grade_mass", "skipped", "needs drive_torque and road_grade; the log has neither, and altitude is missing for the grade"),
             Estimate("quarter_car", "skipped", "needs accel_z_sprung and accel_z_unsprung on one wheel at least"),
             Estimate("load_transfer", "failed", "the normal equations are singular: lateral acceleration and roll are collinear"),
+            mapped(),
         ),
         rollover=rollover_of(ssf, threshold),
         standing=Standing(population, population[:640], "Sedan", 61.0, ("Volvo S40 2001 (0.553 m)", "Honda Accord 1998 (0.556 m)")),
