@@ -217,3 +217,8 @@ def test_a_manoeuvre_is_one_file_and_one_line(tmp_path: Path, monkeypatch: pytes
     assert scenario.demand.target_speed_mps.max() == pytest.approx(6.0)
     assert scenario.demand.duration_s == pytest.approx(60.0)
     sys.modules.pop("pull_away", None)
+
+
+def test_a_mixed_minute_at_a_walking_pace_stays_within_the_lock() -> None:
+    scenario = made("mixed_minute", Options(speed_mps=3.0))
+    assert np.abs(scenario.demand.steering_wheel_angle_rad).max() <= 9.0
