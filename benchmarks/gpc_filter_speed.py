@@ -10,12 +10,13 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parent)]
+
+from timing import best  # noqa: E402
 
 from pipelines.filters.gpc_filter import (  # noqa: E402
     GpcSettings,
@@ -35,7 +36,6 @@ from pipelines.simulation.mass_spring import (  # noqa: E402
 )
 
 FLOOR = 70_000
-ROUNDS = 5
 STEP_S, SENSOR_M = 0.01, 0.02
 PLAIN_SHARE = 20
 
@@ -81,17 +81,6 @@ def plain(run: StateSpaceRun, force: np.ndarray, z: np.ndarray) -> np.ndarray:
         x[:, 0] += gain * (z[k] - y[0])
         x[:, 1:] -= np.outer(gain / (1 + np.sqrt(noise / total)), y[1:])
     return np.asarray(x[:, 0])
-
-
-def best(run: Callable[[], object]) -> float:
-    """The shortest of ROUNDS runs in s, after one that compiles."""
-    run()
-    times = []
-    for _ in range(ROUNDS):
-        began = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - began)
-    return min(times)
 
 
 def main() -> int:

@@ -16,9 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parent)]
 
-from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
+from base_excitation_study import drive_of  # noqa: E402
+
 from pipelines.estimators.gpc_bayesian_map.estimator import GpcBayesianMap  # noqa: E402
 from pipelines.simulation.loads import Load  # noqa: E402
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log  # noqa: E402
@@ -48,19 +49,6 @@ def simulated(seed: int, roads: str) -> SimulatedLog:
             seed=seed,
         )
     )
-
-
-def drive_of(made: SimulatedLog) -> Drive:
-    """Its vertical accelerations as an importer would give them."""
-    signals = {}
-    for group in made.log.groups:
-        for name, values in group.columns.items():
-            if name.startswith("accel_z_"):
-                there = np.isfinite(values)
-                signals[name] = Signal(name, group.time_ns[there], values[there], "simulated")
-    seconds = float(made.run.time_s[-1])
-    record = ImportRecord("simulated", (), "", "complete", 0, {}, (), "simulated", None, seconds, ())
-    return Drive(signals, record)
 
 
 def main() -> None:

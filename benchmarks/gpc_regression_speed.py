@@ -8,13 +8,13 @@ The target is 70 000 samples a second. The same filter in numpy, sample by sampl
 from __future__ import annotations
 
 import sys
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parent)]
+
+from timing import best  # noqa: E402
 
 from pipelines.filters.gpc_regression import RegressionFilter, gpc_regression  # noqa: E402
 from pipelines.filters.gpc_update import SQUARE_ROOT  # noqa: E402
@@ -30,18 +30,6 @@ from pipelines.reproduce.gpc_regression.setup import (  # noqa: E402
 )
 
 TARGET = 70_000.0
-ROUNDS = 5
-
-
-def best(run: Callable[[], object]) -> float:
-    """The shortest of ROUNDS runs in s, after one that compiles."""
-    run()
-    times = []
-    for _ in range(ROUNDS):
-        began = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - began)
-    return min(times)
 
 
 def plain(phi: np.ndarray, z: np.ndarray, how: RegressionFilter) -> np.ndarray:

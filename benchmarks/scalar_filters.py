@@ -14,7 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
+sys.path[:0] = [str(Path(__file__).resolve().parents[1]), str(Path(__file__).resolve().parent)]
+
+from timing import best  # noqa: E402
 
 from pipelines.filters.bilinear_rls import bilinear_rls  # noqa: E402
 from pipelines.filters.hekf import HekfSettings, hekf_ekf  # noqa: E402
@@ -23,18 +25,6 @@ from pipelines.filters.roll_adaptation import AdaptationGains, adapt_roll  # noq
 from pipelines.filters.second_order import second_order_filters  # noqa: E402
 
 TARGET = 10.0
-ROUNDS = 5
-
-
-def best(run: Callable[[], object]) -> float:
-    """The shortest of ROUNDS runs in s, after one that compiles."""
-    run()
-    times = []
-    for _ in range(ROUNDS):
-        began = time.perf_counter()
-        run()
-        times.append(time.perf_counter() - began)
-    return min(times)
 
 
 def plain_seconds(phi: np.ndarray, y: np.ndarray) -> float:

@@ -50,13 +50,18 @@ def turned(drive: Drive, *names: str) -> Drive:
     return replace(drive, signals=signals)
 
 
-def held(estimate: Estimate) -> None:
-    """Every answer's interval holds the truth."""
+def missed(estimate: Estimate) -> list[str]:
+    """Answers that are silent, whose interval leaves the truth out, or whose reference is another one."""
+    wrong = []
     for name, entry in estimate.parameters.items():
-        assert entry.low is not None, entry.reason
-        assert entry.high is not None
-        assert entry.low <= truth(BODY)[name] <= entry.high, f"{name} {entry.low} {entry.high}"
-        assert entry.reference == truth(BODY)[name]
+        true = truth(BODY)[name]
+        if entry.low is None or entry.high is None:
+            wrong.append(f"{name} silent: {entry.reason}")
+        elif not entry.low <= true <= entry.high:
+            wrong.append(f"{name} {true} outside {entry.low} to {entry.high}")
+        elif entry.reference != true:
+            wrong.append(f"{name} has the reference {entry.reference}")
+    return wrong
 
 
 def test_signs_of_the_balances() -> None:
@@ -106,7 +111,7 @@ def test_planted_body_comes_back_exactly_without_noise(estimator: Estimator) -> 
         assert entry.value is not None
         close = 0.004 if name.endswith("offset_m") else 0.02 * truth(BODY)[name]
         assert entry.value == pytest.approx(truth(BODY)[name], abs=close), name
-    held(found)
+    assert missed(found) == []
     assert found.used_fraction == 1.0
     assert not found.witness
     assert len(found.tracks) == 2
@@ -120,14 +125,14 @@ def test_planted_body_comes_back_exactly_without_noise(estimator: Estimator) -> 
 def test_intervals_hold_with_noise(seed: int) -> None:
     drive = made(seed=seed)
     for estimator in (ROLL, PITCH):
-        held(run(estimator, drive, vehicle_file(BODY)))
+        assert missed(run(estimator, drive, vehicle_file(BODY))) == []
 
 
 def test_gyros_serve_where_there_are_no_body_accelerometers() -> None:
     drive = without(made(), *CORNERS)
     found = run(ROLL, drive, vehicle_file(BODY))
-    held(found)
-    held(run(PITCH, drive, vehicle_file(BODY)))
+    assert missed(found) == []
+    assert missed(run(PITCH, drive, vehicle_file(BODY))) == []
     assert any("roll_rate" in a.value for a in found.assumptions)
 
 
@@ -146,13 +151,13 @@ def test_friction_that_the_sensors_miss_stays_inside_the_intervals() -> None:
     drive = made(faults=replace(Faults(), friction=120.0))
     for estimator in (ROLL, PITCH):
         found = run(estimator, drive, vehicle_file(BODY))
-        held(found)
+        assert missed(found) == []
     wide = run(
         ROLL,
         without(drive, *(f"suspension_deflection_{w}" for w in ("fl", "fr", "rl", "rr"))),
         vehicle_file(BODY),
     )
-    held(wide)
+    assert missed(wide) == []
 
 
 def test_huge_friction_is_said_and_not_estimated() -> None:
@@ -230,13 +235,13 @@ def test_outliers_gaps_and_other_rates_are_survived() -> None:
         signals[name] = Signal(name, signal.time_ns[keep], values[keep], "made")
     spoiled = replace(drive, signals=signals)
     for estimator in (ROLL, PITCH):
-        held(run(estimator, spoiled, vehicle_file(BODY)))
+        assert missed(run(estimator, spoiled, vehicle_file(BODY))) == []
 
 
 def test_witness_follows_and_its_interval_holds() -> None:
     found = run(WITNESS, made(), vehicle_file(BODY))
     assert found.witness
-    held(found)
+    assert missed(found) == []
     assert {t.parameter for t in found.tracks} == set(WITNESS.parameters)
     for track in found.tracks:
         assert len(track.time_s) == len(track.value) > 100

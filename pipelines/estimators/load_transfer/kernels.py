@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 
 from parsers.jit import kernel
+from pipelines.filters.gpc_points import at_points, expand_row
 from pipelines.filters.gpc_update import gpc_update_with
 from pipelines.results import FloatArray
 
@@ -121,14 +122,7 @@ def run(
             if abs(u[LEVEL_Y]) < gates[i, 0] or abs(u[LEVEL_X]) < gates[i, 1]:
                 held[i] = x[i]
             x[i, 1 + i] += added[i]
-        for i in range(d):
-            for q in range(points):
-                p[i, q] = x[i, 0]
-            for s in range(1, terms):
-                value = x[i, s]
-                if value != 0.0:
-                    for q in range(points):
-                        p[i, q] += value * matrix[s, q]
+        at_points(x, matrix, p)
         if model == LTM:
             _ltm(p, u, size, values)
         elif model == MLTM:
@@ -136,12 +130,7 @@ def run(
         else:
             _hfltm(p, u, _heave(x, u), size, values)
         for j in range(m):
-            for s in range(terms):
-                y[j, s] = 0.0
-            for q in range(points):
-                value = values[j, q]
-                for s in range(terms):
-                    y[j, s] += value * inverse[q, s]
+            expand_row(values, j, inverse, y, j)
             predicted[k, j] = y[j, 0]
         gpc_update_with(x, y, measured[k], noise, form, none, none, work)
         for i in range(d):
