@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.drive import ImportRecord
+from pipelines.evidence import Evidence
 
 FloatArray = NDArray[np.float64]
 Identification = Literal["identified", "weak", "not_identifiable"]
@@ -106,7 +107,8 @@ class Estimate:
     """What one estimator says about one drive.
 
     parameters: by name. tracks, traces (fits and residuals), scatters: for the report. used_fraction: how much of the
-    drive met the gates. diagnostics: named figures (log-likelihood, residual autocorrelation …).
+    drive met the gates. diagnostics: named figures (log-likelihood, residual autocorrelation …). evidence: the
+    relations behind it, for the joint posterior; dropped once the verdict is made.
     """
 
     estimator: str
@@ -121,6 +123,79 @@ class Estimate:
     used_fraction: float = 0.0
     runtime_s: float = 0.0
     witness: bool = False
+    evidence: tuple[Evidence, ...] = ()
+
+
+@dataclass(frozen=True)
+class Share:
+    """What one relation brought to a parameter. bits: information lost without it. std_without: spread without it.
+
+    std_alone: spread that the prior and this relation alone give.
+    """
+
+    relation: str
+    bits: float
+    std_without: float
+    std_alone: float
+
+
+@dataclass(frozen=True)
+class NextMeasurement:
+    """What would narrow a parameter: an action in words, and the spread that it would leave."""
+
+    action: str
+    std_after: float
+
+
+@dataclass(frozen=True)
+class Learned:
+    """What a drive taught of one parameter. bits: log2 of the prior's over the posterior's spread.
+
+    shares: relations by what they brought, the first the most. next: the most helpful first. grid, prior_density,
+    density: (n,) for a figure.
+    """
+
+    parameter: str
+    prior: Prior
+    bits: float
+    shares: tuple[Share, ...] = ()
+    next: tuple[NextMeasurement, ...] = ()
+    grid: FloatArray = field(default_factory=lambda: np.zeros(0))
+    prior_density: FloatArray = field(default_factory=lambda: np.zeros(0))
+    density: FloatArray = field(default_factory=lambda: np.zeros(0))
+
+
+@dataclass(frozen=True)
+class RelationCheck:
+    """Does one relation go with all others and the priors? chi2 of `numbers` figures against what the rest predicts.
+
+    probability: of a misfit as large or larger by chance. widened: factor on its standard deviations for a conflict.
+    """
+
+    relation: str
+    source: str
+    numbers: int
+    chi2: float
+    probability: float
+    widened: float
+    text: str
+
+
+@dataclass(frozen=True)
+class JointVerdict:
+    """The joint posterior behind the verdict. learned: by parameter. relations: those counted, each checked.
+
+    not_counted: (relation, why). far: unknowns that ended far from what was known, in words. method: how the posterior
+    was found ("Laplace", "sampled: …"). runtime_s: of the inference.
+    """
+
+    learned: Mapping[str, Learned]
+    relations: tuple[RelationCheck, ...]
+    not_counted: tuple[tuple[str, str], ...] = ()
+    far: tuple[str, ...] = ()
+    method: str = ""
+    inflation: float = 1.0
+    runtime_s: float = 0.0
 
 
 TurnSide = Literal["left", "right"]
@@ -273,3 +348,4 @@ class DriveResults:
     limits: tuple[str, ...]
     signals: tuple[Trace, ...]
     notes: tuple[str, ...] = ()
+    joint: JointVerdict | None = None

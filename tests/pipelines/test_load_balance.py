@@ -14,7 +14,7 @@ from pipelines.estimators.load_balance.data import collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.relations import Relation, relations
 from pipelines.estimators.load_balance.solve import LEAST_SHARE, jacobian, solve
-from pipelines.estimators.load_balance.vehicle import before_the_log, body_of, corner_loads
+from pipelines.joint.unknowns import before_the_log, body_of, corner_loads
 from pipelines.needs import readiness
 from pipelines.results import Estimate, FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.solve import Fit, without
-from pipelines.estimators.load_balance.vehicle import CORNERS, Known, Values, body_of, corner_loads
+from pipelines.joint.unknowns import CORNERS, Known, Values, body_of, corner_loads
 from pipelines.models.axle_load import patch_shift
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Vehicle

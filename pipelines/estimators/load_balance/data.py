@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.jit import kernel
-from pipelines.estimators.load_balance.vehicle import CORNERS, TYRE_SHARE, Known
+from pipelines.joint.unknowns import CORNERS, TYRE_SHARE, Known
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared

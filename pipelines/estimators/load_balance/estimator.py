@@ -19,7 +19,7 @@ from pipelines.estimators.load_balance.data import Columns, collect
 from pipelines.estimators.load_balance.figures import traces, tracks
 from pipelines.estimators.load_balance.relations import relations
 from pipelines.estimators.load_balance.solve import Fit, solve
-from pipelines.estimators.load_balance.vehicle import Known, before_the_log
+from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Assumption, Estimate, ParameterEstimate

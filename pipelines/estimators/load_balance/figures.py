@@ -10,7 +10,7 @@ from pipelines.estimators.load_balance.answers import gradients, outputs_of
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import IntArray
 from pipelines.estimators.load_balance.solve import Fit, jacobian
-from pipelines.estimators.load_balance.vehicle import Values
+from pipelines.joint.unknowns import Values
 from pipelines.results import FloatArray, Trace, Track
 
 TRACK_POINTS = 40

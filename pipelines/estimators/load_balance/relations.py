@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.estimators.load_balance.vehicle import AXLES, CORNERS, Body, Known, Values, body_of
+from pipelines.joint.unknowns import AXLES, CORNERS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 

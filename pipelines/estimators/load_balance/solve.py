@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.estimators.load_balance.relations import Relation
-from pipelines.estimators.load_balance.vehicle import Known
+from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray
 
 HUBER = 2.5
