@@ -12,12 +12,18 @@ def reproduce(
     paper: Annotated[
         str | None,
         typer.Argument(
-            metavar="[PAPER]", help="pence, park or wu; default: all of them.", show_default=False
+            metavar="[PAPER]", help="pence, park, wu, berntorp …; default: all of them.", show_default=False
         ),
     ] = None,
     runs: Annotated[
-        int, typer.Option(help="Noise seeds of the study against the bound.", min=2, max=10_000)
-    ] = 50,
+        int | None,
+        typer.Option(
+            help="Noise seeds of the study against the bound; default: 50, and 1000 for berntorp.",
+            min=2,
+            max=10_000,
+            show_default=False,
+        ),
+    ] = None,
     seed: Annotated[
         int, typer.Option(help="Seed of the random numbers; the same seed gives the same figures.", min=0)
     ] = 0,
@@ -35,7 +41,7 @@ def reproduce(
     from cogest_cli.output import show, show_line
     from cogest_cli.progress import ProgressLine
     from cogest_cli.version import version
-    from pipelines.reproduce.registry import PAPERS, choose_papers
+    from pipelines.reproduce.registry import PAPERS, RUNS, RUNS_OF, choose_papers
     from pipelines.reproduce.registry import paper as load
     from reports.layout import terminal_width
     from reports.write import check_formats
@@ -50,7 +56,7 @@ def reproduce(
         with ProgressLine() as progress:
             # each paper has its own generator: its figures do not change with the company it is asked for in
             rng = np.random.default_rng([seed, zlib.crc32(name.encode())])
-            result = load(name).reproduce(runs, rng, progress)
+            result = load(name).reproduce(runs or RUNS_OF.get(name, RUNS), rng, progress)
         if place:
             show("")
         show(reproduction_text(result, terminal_width()))

@@ -29,7 +29,9 @@ Out = Annotated[
         help="The log: .csv, .parquet, or a folder's name for one Parquet table a rate.", show_default=False
     ),
 ]
-VehicleName = Annotated[str, typer.Option(help="A preset's name, or a vehicle file (TOML).")]
+VehicleName = Annotated[
+    str, typer.Option(help="A preset's name, a vehicle file (TOML), or random: one that the seed makes up.")
+]
 Loads = Annotated[
     list[str] | None,
     typer.Option(
@@ -107,7 +109,7 @@ def simulate(
     from pipelines.simulation.logs.write import check_file
 
     check_file(out)
-    found = _warped(_vehicle(vehicle), cross_weight)
+    found = _warped(_vehicle(vehicle, seed), cross_weight)
     choice = Choice(
         manoeuvre=manoeuvre,
         vehicle=found,
@@ -162,8 +164,8 @@ def _check_ranges(rate: float | None, factors: dict[str, float], dropouts: float
         raise SettingsError(f"--outliers is {outliers:g}: expected a share of 0 to 0.5")
 
 
-def _vehicle(text: str) -> PlantVehicle:
-    """A preset, or what a vehicle file describes."""
+def _vehicle(text: str, seed: int) -> PlantVehicle:
+    """A preset, what a vehicle file describes, or the seed's random vehicle."""
     path = Path(text)
     if path.suffix.lower() == ".toml":
         from pipelines.simulation.logs.vehicle import plant_vehicle
@@ -172,7 +174,7 @@ def _vehicle(text: str) -> PlantVehicle:
         return plant_vehicle(read_vehicle(path))
     from pipelines.simulation.logs.drive import preset
 
-    return preset(text)
+    return preset(text, seed)
 
 
 def _warped(vehicle: PlantVehicle, cross_weight_kg: float) -> PlantVehicle:
@@ -218,6 +220,7 @@ def _summary(simulated: SimulatedLog) -> str:
 def show_names() -> None:
     """Print what can be simulated, one line each."""
     from cogest_cli.output import show_line
+    from pipelines.simulation.logs.drive import RANDOM
     from pipelines.simulation.logs.loads import PLACES
     from pipelines.simulation.manoeuvres.registry import MANOEUVRES, title_of
     from pipelines.simulation.plant.vehicle import PRESETS
@@ -228,7 +231,8 @@ def show_names() -> None:
         "vehicles": {
             name: f"{v.body}, {v.mass_kg:.0f} kg empty, wheelbase {v.wheelbase_m:g} m"
             for name, v in PRESETS.items()
-        },
+        }
+        | {RANDOM: "a sedan, hatchback, wagon, SUV, minivan, van or pickup that the seed makes up"},
         "loads": {f"{name}:KG": about for name, (about, _) in PLACES.items()},
         "sensors": {name: title for name, (title, _) in SENSOR_SETS.items()},
     }

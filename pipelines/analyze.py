@@ -28,7 +28,7 @@ from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
 from pipelines.vehicles.priors import standing
 from pipelines.vehicles.vehicle import Vehicle, read_vehicle, with_suspension_map
-from pipelines.verdict.combine import combine
+from pipelines.verdict.combine import verdict_of
 
 TRACE_POINTS = 2000
 """Points a trace keeps for the report; extremes are kept when thinning."""
@@ -111,7 +111,10 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
         progress(f"estimating: {estimator.title}", number / len(chosen))
         results.append(run_estimator(estimator, drive, vehicle, settings[estimator.name], request.seed))
     progress("weighing the evidence", 1.0)
-    verdict = combine(results, vehicle)
+    whole = verdict_of(results, vehicle, np.random.default_rng([request.seed, zlib.crc32(b"verdict")]))
+    verdict = whole.parameters
+    # what predicts is code, and no result
+    results = [replace(estimate, evidence=()) for estimate in results]
     height = verdict.get("cg_height_m")
     mass = vehicle.get("mass_kg")
     placed = None
@@ -147,6 +150,7 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
         assumptions=_assumptions(results),
         limits=what_limits(drive.record, results, verdict, vehicle),
         signals=signal_traces(drive),
+        joint=whole.joint,
     )
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
@@ -35,6 +35,7 @@ class Evidence:
     are the same relation, seen by two estimators, and are counted once. observed: (m,). covariance: (m, m), noise and
     the relation's own model error, and nothing of any prior. predict: from the unknowns by name (numbers, or (n,)
     arrays of many vehicles) to (m,), or (m, n). unknowns: names that it depends on. own: unknowns that nobody else has.
+    given: figures measured well enough to be taken as they are ("sag": how much lower the body stands than empty, m).
     """
 
     kind: Kind
@@ -46,3 +47,4 @@ class Evidence:
     predict: Callable[[Values], FloatArray]
     unknowns: tuple[str, ...]
     own: tuple[Unknown, ...] = ()
+    given: Mapping[str, float] = field(default_factory=dict)

@@ -58,6 +58,21 @@ class Track:
 
 
 @dataclass(frozen=True)
+class Distribution:
+    """A parameter's whole distribution over the drive, as data came in.
+
+    time_s: (n,) from the drive's start. levels: q shares from 0 to 1, rising. quantiles: for each level (n,), in the
+    parameter's unit. note: whose distribution it is, in words.
+    """
+
+    parameter: str
+    time_s: FloatArray
+    levels: tuple[float, ...]
+    quantiles: tuple[FloatArray, ...]
+    note: str = ""
+
+
+@dataclass(frozen=True)
 class Trace:
     """Named columns over time for a figure: signals, fits, residuals. time_s (n,), columns name -> (n,); NaN = gap.
 
@@ -108,7 +123,8 @@ class Estimate:
 
     parameters: by name. tracks, traces (fits and residuals), scatters: for the report. used_fraction: how much of the
     drive met the gates. diagnostics: named figures (log-likelihood, residual autocorrelation …). evidence: the
-    relations behind it, for the joint posterior; dropped once the verdict is made.
+    relations behind it, for the joint posterior; dropped once the verdict is made. distributions: of parameters over the
+    drive, where the method knows more of them than an interval.
     """
 
     estimator: str
@@ -124,6 +140,7 @@ class Estimate:
     runtime_s: float = 0.0
     witness: bool = False
     evidence: tuple[Evidence, ...] = ()
+    distributions: tuple[Distribution, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,13 @@ say the same. Every text in here is plain: no markup, and nothing is ever read a
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
+from reports.text import DASH
+
 Tone = Literal["plain", "good", "warn", "bad", "quiet"]
-CellKind = Literal["text", "code", "badge", "bar"]
+CellKind = Literal["text", "code", "badge", "bar", "meter"]
 Align = Literal["left", "right", "center"]
 
 
@@ -29,13 +31,17 @@ class Bar:
 
 @dataclass(frozen=True)
 class Cell:
-    """One cell. sub: a second, quieter line. bar: only for kind "bar"; its `text` is what a reader hears."""
+    """One cell. sub: a second, quieter line. lines: further lines below the text.
+
+    bar: for kind "bar", whose `text` is what a reader hears, and for kind "meter", which prints the text and the bar.
+    """
 
     text: str
     sub: str = ""
     kind: CellKind = "text"
     tone: Tone = "plain"
     bar: Bar | None = None
+    lines: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -49,13 +55,25 @@ class Column:
 
 @dataclass(frozen=True)
 class Table:
-    """Rows of cells. strong: the first column leads. note: printed below."""
+    """Rows of cells; the first column leads. note: printed below. dense: in smaller type, for long tables of figures."""
 
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
     caption: str = ""
     note: str = ""
+    dense: bool = False
     kind: Literal["table"] = "table"
+
+
+def _says_something(cell: Cell) -> bool:
+    return cell.bar is not None or cell.text not in ("", DASH)
+
+
+def filled(table: Table) -> Table:
+    """A table without the columns that say nothing in any row."""
+    kept = [i for i in range(len(table.columns)) if any(_says_something(row[i]) for row in table.rows)]
+    columns = tuple(table.columns[i] for i in kept)
+    return replace(table, columns=columns, rows=tuple(tuple(row[i] for i in kept) for row in table.rows))
 
 
 @dataclass(frozen=True)
@@ -125,7 +143,17 @@ class Plot:
     kind: Literal["plot"] = "plot"
 
 
-Block = Table | Paragraph | Heading | Bullets | Facts | Plot
+@dataclass(frozen=True)
+class Folded:
+    """What only some readers want: on the screen behind its title until it is opened; on paper `printed` in its place."""
+
+    title: str
+    blocks: tuple[Table | Paragraph | Heading | Bullets | Facts, ...]
+    printed: tuple[Table | Paragraph | Heading | Bullets | Facts, ...] = ()
+    kind: Literal["folded"] = "folded"
+
+
+Block = Table | Paragraph | Heading | Bullets | Facts | Plot | Folded
 
 
 @dataclass(frozen=True)
@@ -151,7 +179,8 @@ class Section:
 class Document:
     """A whole report. lead: the figures of the first screen.
 
-    verdict_title: what stands above its first table. claims: that table holds sentences, not a verdict's figures.
+    alerts: what a reader must know before the verdict, above its table. verdict_title: what stands above its first table.
+    claims: that table holds sentences, not a verdict's figures.
     """
 
     title: str
@@ -164,5 +193,6 @@ class Document:
     footer: str
     version: str
     facts: tuple[Fact, ...] = field(default=())
+    alerts: tuple[Item, ...] = ()
     verdict_title: str = "Verdict"
     claims: bool = False

@@ -10,7 +10,7 @@ from reports.blocks import Card, Document, Fact, Plot, Section
 from reports.figures.drawing import FigureSpec, Missing
 from reports.figures.registry import FIGURES
 from reports.reduce import reduce_results
-from reports.sections import limits, quality, rollover, verdict
+from reports.sections import limits, quality, rollover, taught, verdict
 from reports.sections.registry import SECTIONS
 from reports.text import clean, seconds
 
@@ -57,6 +57,7 @@ def build_document(results: DriveResults) -> Document:
         footer=clean(f"cogest {results.inputs.version} · log {results.inputs.log_sha256[:12]}", 120),
         version=clean(results.inputs.version, 40),
         facts=_facts(results),
+        alerts=taught.alerts(results),
     )
 
 

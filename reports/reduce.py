@@ -49,6 +49,7 @@ def _reduce_estimate(estimate: Estimate) -> Estimate:
         tracks=tuple(reduce_track(t) for t in estimate.tracks),
         traces=tuple(reduce_trace(t) for t in estimate.traces),
         scatters=tuple(reduce_scatter(s) for s in estimate.scatters),
+        evidence=(),  # for the joint posterior only, which is made by now
     )
 
 

@@ -12,8 +12,17 @@ from typing import Any
 import numpy as np
 
 from parsers.drive import ImportRecord, MappedChannel
-from pipelines.results import DriveResults, Estimate, ParameterEstimate, RolloverLimit, Trace, TurnMargin
+from pipelines.results import (
+    Distribution,
+    DriveResults,
+    Estimate,
+    ParameterEstimate,
+    RolloverLimit,
+    Trace,
+    TurnMargin,
+)
 from reports.files import write_whole
+from reports.joint_json import joint_json
 
 
 def plain(value: Any) -> Any:
@@ -64,6 +73,18 @@ def _estimate(estimate: Estimate) -> dict[str, Any]:
         "runtime_s": estimate.runtime_s,
         "diagnostics": dict(estimate.diagnostics),
         "assumptions": [asdict(a) for a in estimate.assumptions],
+        "distributions": [_distribution(d) for d in estimate.distributions],
+    }
+
+
+def _distribution(distribution: Distribution) -> dict[str, Any]:
+    """Quantiles over time with as many digits as a figure of them can show."""
+    return {
+        "parameter": distribution.parameter,
+        "time_s": np.round(distribution.time_s, 3),
+        "levels": list(distribution.levels),
+        "quantiles": [np.round(q, 5) for q in distribution.quantiles],
+        "note": distribution.note,
     }
 
 
@@ -192,6 +213,7 @@ def to_json(results: DriveResults) -> dict[str, Any]:
         },
         "import": _import(results.record),
         "verdict": {name: parameter(p) for name, p in results.verdict.items()},
+        "joint": joint_json(results.joint),
         "estimates": [_estimate(e) for e in results.estimates],
         "rollover": _rollover(results),
         "standing": _standing(results),

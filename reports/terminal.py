@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from pipelines.results import DriveResults
+from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.values import (
     STATUS_WORDS,
     deviation_text,
@@ -40,8 +41,23 @@ def _reason(line: Line) -> list[str]:
     return [f"    {piece}" for piece in textwrap.wrap(clean(line.estimate.reason), WIDTH - 4)] or [""]
 
 
+def _next_and_conflicts(results: DriveResults) -> list[str]:
+    """Conflicts between relations, and the measurement that would help most; nothing where there are none."""
+    told = [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
+    following = next_line(results)
+    if following:
+        told.append(f"next, most useful: {following}")
+    return [
+        _spaced(line)
+        for text in told
+        for line in textwrap.wrap(text, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
+    ]
+
+
 def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
     """Parameter, value ± standard deviation, 95 % interval, status; below each line the reason, if long in short.
+
+    Behind the table: conflicts, and the measurement that would help most next.
 
     colour: paint the status; for a terminal only. Every text is free of control characters.
     """
@@ -73,4 +89,5 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
         out += _reason(line)
     if any(prior_only_text(row[0].estimate) for row in rows):
         out.append("(in brackets: what was known before the log; no result)")
+    out += _next_and_conflicts(results)
     return "\n".join(row[: WIDTH + 16] if colour else row[:WIDTH] for row in out)

@@ -10,6 +10,7 @@ from pipelines.estimators.base import Estimator
 
 ESTIMATORS: tuple[str, ...] = (
     "pipelines.estimators.roll_map.estimator:RollMap",
+    "pipelines.estimators.marginalized_particle_filter.estimator:MarginalizedParticleFilter",
     "pipelines.estimators.base_excitation.companion:BaseExcitationBatch",
     "pipelines.estimators.base_excitation.estimator:BaseExcitation",
     "pipelines.estimators.axle_load_gls.estimator:AxleLoadGls",

@@ -1,33 +1,39 @@
-"""What is known before the log: every unknown of the balances with its mean and spread, and the body they make.
-
-The loaded body is the empty vehicle of the vehicle file plus a load of unknown mass at an unknown place, so that mass,
-CG place and height stay consistent whatever the relations teach.
-"""
+"""What is known before the log: every unknown of the balances with its mean and spread."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of, corner_loads
+from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
 from pipelines.vehicles.priors import measured_cg_height, measured_pitch_inertia, measured_roll_inertia
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
+__all__ = [
+    "AXLES",
+    "CORNERS",
+    "TYRE_SHARE",
+    "Body",
+    "Known",
+    "Values",
+    "before_the_log",
+    "body_of",
+    "corner_loads",
+]
+
 SILENT = "the vehicle file is silent: usual for road vehicles"
 AXLES = ("front", "rear")
 CORNERS = ("fl", "fr", "rl", "rr")
 
-TYRE_SHARE = 1.15
-"""Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
+ZERO_M = 0.0012
+"""Zero error of a deflection sensor."""
 
 PITCH_CENTER = (0.09, 0.07)
 """m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 30 %."""
-
-Values = Mapping[str, float]
-"""The unknowns by name, SI."""
 
 
 @dataclass(frozen=True)
@@ -48,50 +54,6 @@ class Known:
     def index(self, name: str) -> int:
         """Row of an unknown."""
         return self.names.index(name)
-
-
-@dataclass(frozen=True)
-class Body:
-    """The loaded vehicle. Lengths m: x behind the front axle, y left, h above ground; sprung and whole."""
-
-    sprung: float
-    unsprung: float
-    x: float
-    y: float
-    h: float
-    mass: float
-    whole_x: float
-    whole_y: float
-    whole_h: float
-
-    @property
-    def moment(self) -> float:
-        """m h of the whole vehicle, kg m: what load transfer sees."""
-        return self.mass * self.whole_h
-
-
-def body_of(p: Values, sag: float | None) -> Body:
-    """Put empty vehicle and load together.
-
-    sag: how much lower the loaded body stands than the empty one, m; None: not measured, so what springs and tyres give.
-    """
-    if sag is None:
-        sag = TYRE_SHARE * GRAVITY * p["load"] / (2 * (p["spring_front"] + p["spring_rear"]))
-    unsprung = p["unsprung_front"] + p["unsprung_rear"]
-    empty = p["empty_mass"] - unsprung
-    sprung = empty + p["load"]
-    length, hub = p["wheelbase"], p["radius"]
-    x = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * length + p["load"] * p["load_x"]) / sprung
-    y = (p["empty_mass"] * p["empty_y"] + p["load"] * p["load_y"]) / sprung
-    rest = p["empty_mass"] * p["empty_h"] - unsprung * hub
-    h = (rest + p["load"] * p["load_h"]) / sprung - sag
-    mass = sprung + unsprung
-    return Body(
-        sprung, unsprung, x, y, h, mass,
-        (sprung * x + p["unsprung_rear"] * length) / mass,
-        sprung * y / mass,
-        (sprung * h + unsprung * hub) / mass,
-    )  # fmt: skip
 
 
 @dataclass
@@ -127,6 +89,12 @@ def _geometry(book: _Book) -> None:
         book.quantity(f"track_{axle}", f"track_{axle}_m", *track)
     book.quantity("radius", "wheel_radius_m", 0.33, 0.03)
     book.quantity("wheel_inertia", "wheel_inertia_kgm2", 1.2, 0.4)
+    mass = vehicle.get("mass_kg")
+    # tyres are chosen to give about as much under any vehicle
+    usual = 125.0 * (1800.0 if mass is None else mass.value)
+    book.quantity("tyre_rate", "tire_vertical_rate_npm", usual, 0.2 * usual)
+    # how much of the axles' dry friction holds the body's nodding: the road shakes each wheel by itself
+    book.put("rub", 0.6, 0.4)
 
 
 def _empty(book: _Book) -> float:
@@ -140,9 +108,10 @@ def _empty(book: _Book) -> float:
     book.quantity("empty_x", "cg_to_front_axle_m", 0.46 * length, 0.06 * length)
     # a body or chassis that is twisted a little stands harder on one diagonal
     book.put("cross", 0.0, 0.005 * kilos)
-    book.put(
-        "empty_y", 0.0, 0.012, "lateral place of the empty vehicle's CG, m", "cars are built nearly even"
-    )
+    lateral = vehicle.get("cg_lateral_offset_m")
+    even = (0.0, 0.012) if lateral is None else (lateral.value, lateral.std)
+    source = "cars are built nearly even" if lateral is None else lateral.source
+    book.put("empty_y", *even, "lateral place of the empty vehicle's CG, m", source)
     stated = vehicle.get("cg_height_m")
     prior = measured_cg_height(vehicle.body, None if mass is None else mass.value)
     if stated is not None:
@@ -206,30 +175,33 @@ def _suspension(book: _Book, kilos: float) -> bool:
     _bars(book)
     for axle in AXLES:
         rate = book.rows[f"spring_{axle}"][0]
-        # of the rate at 50 mm
-        book.put(f"square_{axle}", 0.0, rate * 0.03 / 0.05)
-        book.put(f"cube_{axle}", 0.0, rate * 0.06 / 0.05**2)
+        # of the rate at 50 mm: wheel rates rise with travel rather than fall
+        book.put(f"square_{axle}", rate * 0.01 / 0.05, rate * 0.02 / 0.05)
+        book.put(f"cube_{axle}", rate * 0.02 / 0.05**2, rate * 0.03 / 0.05**2)
         usual = 0.3 * 2 * np.sqrt(rate * corner)
         known = vehicle.get(f"damper_rate_{axle}_nspm")
-        mean = usual if known is None else known.value
-        book.put(f"bump_{axle}", 0.8 * mean, 0.5 * mean)
-        book.put(f"rebound_{axle}", 1.1 * mean, 0.5 * mean)
+        mean, spread = (usual, 0.5) if known is None else (known.value, 0.3)
+        # dampers hold rebound more than bump; a knee takes some of both
+        book.put(f"bump_{axle}", 0.75 * mean, spread * mean)
+        book.put(f"rebound_{axle}", 1.2 * mean, spread * mean)
         book.put(f"friction_{axle}", 60.0, 50.0)
     for wheel in CORNERS:
         rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
-        book.put(f"zero_{wheel}", 0.0, float(np.hypot(0.0015 * rate, 25.0)))
+        book.put(f"zero_{wheel}", 0.0, float(np.hypot(ZERO_M * rate, 20.0)))
         book.put(f"stuck_{wheel}", 0.0, 100.0)
         book.put(f"scale_{wheel}", 1.0, 0.01)
     book.assumptions.append(
         Assumption(
             "zero and scale error of a deflection sensor, friction at rest",
-            "1.5 mm, 1 % and 100 N a wheel",
+            f"{1e3 * ZERO_M:g} mm, 1 % and 100 N a wheel",
             "usual; unknowns of the fit",
         )
     )
     book.assumptions.append(
         Assumption(
-            "curvature of the springs", "3 % (square), 6 % (cube) at 50 mm", "usual; unknowns of the fit"
+            "curvature of the springs",
+            "1 ± 2 % (square), 2 ± 3 % (cube) at 50 mm",
+            "usual; unknowns of the fit",
         )
     )
     return springs
@@ -247,16 +219,30 @@ def _links(book: _Book, kilos: float) -> None:
         "pitch_center_brake", mean, std, "pitch_center_height_m (links' part in braking: anti-dive)", source
     )
     driven = vehicle.get("pitch_center_height_drive_m")
-    mean, std = (0.7 * mean, np.hypot(std, 0.03)) if driven is None else (driven.value, driven.std)
-    source = "between none and that of braking" if driven is None else driven.source
+    if driven is not None:
+        mean, std, source = driven.value, driven.std, driven.source
+    elif (share := vehicle.get("drive_front_share")) is not None and share.value > 0.9:
+        mean, std, source = 0.7 * mean, float(np.hypot(std, 0.03)), "between none and that of braking"
+    else:
+        # a driven rigid axle takes the shaft's torque on its links
+        mean, std, source = 0.1, 0.11, "some to all of what a driven rear axle's links may carry"
     book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
     # 1: the wheels stay upright, as those of a rigid axle; independent ones lean with the body in part, and their couples
     # (inertia of the hubs, gyroscopes) then go into the springs in that part
-    book.put("camber", 0.7, 0.3)
-    h = book.rows["empty_h"][0]
+    book.put("camber", 0.7, 0.25)
+    radius = book.rows["radius"][0]
+    # guides fixed in the body: 0; round wheels that stay over their patches: the radius less what the links carry; a body
+    # that tips about the ground: its height
     book.put(
-        "pitch_path", 0.5 * h, 0.45 * h, "height about which the body pitches over its wheels, m", SILENT
+        "pitch_path",
+        0.65 * radius,
+        0.5 * radius,
+        "height about which the body pitches over its wheels, m",
+        SILENT,
     )
+    mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
+    # a braked tyre's patch lags behind its axle, a driven one's runs ahead: see `patch_shift`
+    book.put("patch_lag", *patch_shift(mass.value if mass else None, rate.value if rate else None))
     book.put("jack_brake", 0.0, 0.04)
     book.put("jack_drive", 0.0, 0.04)
     book.put("jack_side", 0.004, 0.008)
@@ -273,9 +259,9 @@ def _links(book: _Book, kilos: float) -> None:
         *((pitch.value, pitch.std) if pitch else (1.6 * kilos, 0.4 * kilos)),
     )
     for name in ("roll_inertia", "pitch_inertia"):
-        # an unknown load changes the inertia, and data sheets mean the whole vehicle, not the body
+        # of the empty whole vehicle: what the load adds follows from its unknowns (`body_inertias`), but for its own shape
         mean, std = book.rows[name]
-        book.put(name, 0.95 * mean, float(np.hypot(std, 0.1 * mean)))
+        book.put(name, mean, float(np.hypot(std, 0.03 * mean)))
 
 
 def _sensors(book: _Book) -> None:
@@ -309,9 +295,18 @@ def _sensors(book: _Book) -> None:
             book.put(f"{kind}_scale_{axle}", 1.0, 0.015)
         for wheel in CORNERS:
             book.put(f"{kind}_zero_{wheel}", 0.0, 60.0)
+    # wheels, hubs and tyres take part in quick motion in their own ways: an inertia is seen no better than this
+    for axis in ("pitch", "roll"):
+        book.put(f"swing_{axis}", 0.0, 0.06)
     for relation in ("pitch", "roll", "vertical"):
-        for kind in ("deflection", "suspension", "tyre", "axle"):
-            book.put(f"late_{relation}_{kind}", 0.0, 0.02)
+        for kind in (
+            "deflection",
+            "suspension",
+            "tyre",
+            "axle",
+            *(["attitude"] if relation == "pitch" else []),
+        ):
+            book.put(f"late_{relation}_{kind}", 0.0, 0.03)
             book.put(f"gain_{relation}_{kind}", 0.0, 0.01 if relation == "roll" else 0.007)
 
 
@@ -319,7 +314,7 @@ def _long(book: _Book, kilos: float) -> None:
     """Drag, rolling, torque scales, lift."""
     vehicle = book.vehicle
     book.quantity("drag", "drag_area_m2", 0.75, 0.2)
-    book.put("drag_height", 0.8, 0.25)
+    book.put("drag_height", 0.7, 0.25)
     for axle in AXLES:
         book.put(f"lift_{axle}", 0.0, 0.06)
     book.quantity("rolling", "rolling_resistance", 0.012, 0.004)
@@ -331,12 +326,16 @@ def _long(book: _Book, kilos: float) -> None:
         book.put(
             name, 1.0, 0.04, name.replace("_", " torque ") + " of the log", "usual for estimated torques"
         )
+    # torque by pressure and the log's own brake torque mean the same pads: how far they may differ, beside their scales
+    book.put("pads", 0.0, 0.025)
+    book.put("brake_zero", 0.0, 60.0)
     book.put("corner_drag", 0.003 * kilos, 0.003 * kilos)
     # 1: the road turns the wheels back, which unloads the front; 0: a force at the road alone
     book.put("rolling_shift", 0.7, 0.6)
     book.put("product", 0.0, 0.06 * kilos)
-    # what brakes that hold wind up in the links, dampers' one-sidedness and the like: 6 mm of CG place
-    book.put("pitch_bias", 0.0, 0.006 * GRAVITY * kilos)
+    # what brakes that hold wind up in the links: 6 mm of CG place at rest; dampers' one-sidedness and the like: 3 mm moving
+    book.put("pitch_bias", 0.0, 0.003 * GRAVITY * kilos)
+    book.put("pitch_wound", 0.0, 0.006 * GRAVITY * kilos)
     book.put("late_long", 0.0, 0.05)
     book.put("tilt", 1.0, 0.3)
     book.put("gain_long", 0.0, 0.01)
@@ -357,20 +356,3 @@ def before_the_log(vehicle: Vehicle) -> Known:
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,
         vehicle.get("mass_kg") is not None,
     )  # fmt: skip
-
-
-def corner_loads(p: Values, sag: float | None) -> FloatArray:
-    """(4,) mass over each wheel in kg, level and at rest; fl, fr, rl, rr.
-
-    The lateral moment is shared by the axles as the masses are; what one diagonal carries more is an unknown that no
-    balance sees.
-    """
-    body = body_of(p, sag)
-    rear = body.mass * body.whole_x / p["wheelbase"]
-    front = body.mass - rear
-    half = [front / 2, rear / 2]
-    moved = [
-        load * body.whole_y / track for load, track in ((front, p["track_front"]), (rear, p["track_rear"]))
-    ]
-    level = np.array([half[0] + moved[0], half[0] - moved[0], half[1] + moved[1], half[1] - moved[1]])
-    return level + p["cross"] * np.array([1.0, -1.0, -1.0, 1.0])

@@ -144,3 +144,27 @@ def process_noise(roll: RollCoefficients, intensity: float, step: float) -> Floa
     moved = exponential(block * step)
     noise = moved[2:, 2:].T @ moved[:2, 2:]
     return np.asarray(0.5 * (noise + noise.T))
+
+
+def mirror_height(height: float, mass: float, inertia: float) -> float:
+    """I/(m h): the other height above the roll axis that gives the same motion, with K and D in proportion to it."""
+    return inertia / (mass * height)
+
+
+def height_sensitivity(height: float, mass: float, inertia: float) -> float:
+    """dc/dh = 1 - I/(m h²): nought on the flat line h = sqrt(I/m), where the motion does not tell the height."""
+    return 1 - inertia / (mass * height * height)
+
+
+def suspension_of(
+    roll: RollCoefficients, mass: float, inertia: float, *, upper: bool = True
+) -> tuple[float, float, float]:
+    """K in N·m/rad, D in N·m·s/rad and h in m from a, b, c (accelerometer on the roll axis), with m and I_x given.
+
+    c = I/(m h) + h has two heights: the upper one is above sqrt(I/m), the other is its mirror. Below the least
+    c that any height gives, 2 sqrt(I/m), the flat line's height is the nearest.
+    """
+    half = 0.5 * roll.c
+    root = math.sqrt(max(half * half - inertia / mass, 0.0))
+    height = half + root if upper else half - root
+    return roll.a * mass * height, roll.b * mass * height, height

@@ -19,8 +19,13 @@ PAPERS: dict[str, str] = {
     "suspension_map": "pipelines.reproduce.suspension_map.paper:SuspensionMapping",
     "load_transfer": "pipelines.reproduce.load_transfer.paper:LoadTransferPaper",
     "gpc_regression": "pipelines.reproduce.gpc_regression.paper:GpcRegression",
+    "berntorp": "pipelines.reproduce.berntorp.paper:Berntorp",
 }
 """Name on the command line -> "module:Class"."""
+
+RUNS = 50
+RUNS_OF = {"berntorp": 1000}
+"""Noise seeds of a study by default; of papers that say how many they ran, theirs."""
 
 
 def paper(name: str) -> Paper:

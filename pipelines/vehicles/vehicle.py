@@ -51,6 +51,7 @@ ANY_SIGN = frozenset(
         "roll_center_height_rear_m",
         "pitch_center_height_m",
         "pitch_center_height_drive_m",
+        "cg_lateral_offset_m",
     ]
 )
 SHARES = frozenset(["brake_front_share", "drive_front_share"])
@@ -58,6 +59,9 @@ VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_KEYS = frozenset({"mass_kg", "height_m"})
 SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})
 TEXT_KEYS = frozenset({"name", "body", "suspension_map"})
+
+LEAST_STD = {"cg_lateral_offset_m": 0.005}
+"""m: what a bare figure of any sign is worth at least; 0.02 where not named."""
 
 RELATIVE_STD = {"mass_kg": 0.02, "wheelbase_m": 0.003, "track_front_m": 0.005, "track_rear_m": 0.005}
 """What a bare number in a vehicle file is worth: a data sheet's figure, not a calibration."""
@@ -164,7 +168,7 @@ def _quantities(raw: Mapping[str, Any], table: str, known: frozenset[str], path:
         if std is None:
             std = abs(value) * RELATIVE_STD.get(key, DEFAULT_RELATIVE_STD)
             if key in ANY_SIGN or table == "sensors":
-                std = max(std, 0.02)
+                std = max(std, LEAST_STD.get(key, 0.02))
         found[key] = Quantity(value, std, "vehicle file", stated)
     return found
 

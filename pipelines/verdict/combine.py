@@ -1,21 +1,23 @@
 """The verdict: one answer a parameter.
 
-With one estimator it is that estimator's posterior; where several give a parameter, the one that identified it best, and
-of these the one with the narrowest interval, speaks. The intervals are not multiplied: the estimators share what was known
-before and often a relation. Published methods are witnesses: they speak only where nobody else does. Where answers that
-call themselves identified contradict each other, the interval is widened to hold them, and it is said.
+The vehicle's parameters come from one joint posterior over every relation that the estimators found (`pipelines.joint`).
+What that does not hold (roll gradient, frequencies, drag …) is the answer of the estimator that identified it best, and of
+these the one with the narrowest interval: intervals are not multiplied, as estimators share what was known before and often
+a relation. Published methods are witnesses: they speak only where nobody else does. Where answers that call themselves
+identified contradict each other, the interval is widened to hold them, and it is said.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipelines.joint.inference import infer
 from pipelines.parameters import PARAMETERS
-from pipelines.results import Estimate, FloatArray, ParameterEstimate, Prior
+from pipelines.results import Estimate, FloatArray, JointVerdict, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -48,6 +50,9 @@ MISSING: dict[str, str] = {
     "roll_inertia_kgm2": "it needs quick roll motion and the vehicle's mass",
 }
 """The core parameters, which the verdict always holds, and what each one needs."""
+
+ASIDE = ("roll_center_height_m", "pitch_arm_m", "pitch_inertia_kgm2", "drag_area_m2")
+"""Parameters of the joint posterior that few ask for: in the verdict where the drive told them or an estimator gave them."""
 
 
 @dataclass(frozen=True)
@@ -182,8 +187,41 @@ def between_methods(values: FloatArray, stds: FloatArray) -> float:
 
 def combine(estimates: Sequence[Estimate], vehicle: Vehicle) -> dict[str, ParameterEstimate]:
     """One answer for every parameter that an estimator gave, and for the core ones that none did."""
+    return dict(verdict_of(estimates, vehicle).parameters)
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """parameters: one answer each. joint: what is behind those that the joint posterior gave; None without relations."""
+
+    parameters: Mapping[str, ParameterEstimate]
+    joint: JointVerdict | None
+
+
+def verdict_of(
+    estimates: Sequence[Estimate], vehicle: Vehicle, rng: np.random.Generator | None = None
+) -> Verdict:
+    """The joint posterior's answers; for what it does not hold the best single one; else why there is none.
+
+    rng: for draws (a fixed seed without it).
+    """
+    rng = np.random.default_rng(0) if rng is None else rng
+    told = [e for e in estimates if e.status == "ran" and not e.witness]
     verdict = {name: _reconciled(name, answers) for name, answers in _given(estimates).items()}
+    joint: JointVerdict | None = None
+    try:
+        found = infer([e for estimate in told for e in estimate.evidence], vehicle, rng)
+    except np.linalg.LinAlgError:
+        # single answers stand, with their own intervals
+        found = None
+    if found is not None:
+        joint = found.record
+        verdict |= {
+            name: entry
+            for name, entry in found.parameters.items()
+            if name not in ASIDE or name in verdict or entry.status != "not_identifiable"
+        }
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)
-    return verdict
+    return Verdict(verdict, joint)

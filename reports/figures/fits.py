@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, FloatArray, Trace
+from pipelines.results import DriveResults, Estimate, FloatArray, Trace
 from pipelines.tire_forces import is_force_trace
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels
@@ -26,7 +26,7 @@ from reports.text import clean, sentence
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST = 16
+MOST = 12
 BUCKETS = 700
 
 
@@ -52,6 +52,17 @@ def is_residual(trace: Trace, column: str) -> bool:
     return "residual" in words or "innovation" in words
 
 
+def _title(trace: Trace, estimate: Estimate) -> str:
+    """Whose it is above what it is, so that a legend fits beside them."""
+    return f"{clean(estimate.estimator, 40)}\n{clean(trace.name.removeprefix(f'{estimate.estimator}: '), 44)}"
+
+
+def _label(column: str) -> str:
+    """A column's name for the legend; that it is a residual, the figure's title says."""
+    words = column.replace("_", " ")
+    return words.removesuffix(" residual") or words
+
+
 def trace_panels(results: DriveResults, *, residual: bool) -> list[TracePanel]:
     """Estimators' traces as panels, one a trace and unit: the residual columns, or all the others.
 
@@ -70,9 +81,9 @@ def trace_panels(results: DriveResults, *, residual: bool) -> list[TracePanel]:
                     continue
                 unit = unit_of(column, trace.units.get(column))
                 levels = (trace.spread.get(column, quantiles(values))) if residual else None
-                line = make_series(column.replace("_", " "), unit, trace.time_s, values, levels)
+                line = make_series(_label(column), unit, trace.time_s, values, levels)
                 by_unit.setdefault(line.unit, []).append(line)
-            title = clean(f"{trace.name} ({estimate.estimator})", 80)
+            title = _title(trace, estimate)
             found += [
                 TracePanel(title, unit, tuple(lines[:6]), sentence(trace.note))
                 for unit, lines in by_unit.items()
@@ -87,7 +98,7 @@ def draw_lines(axes: Axes, panel: TracePanel, gaps: FloatArray, duration_s: floa
         draw_series(
             axes, line, gaps, BUCKETS, LINES[place % len(LINES)], linewidth=0.9 if place == 0 else 0.8
         )
-    axes.set_title(panel.title)
+    axes.set_title(panel.title, fontsize=7.5)
     axes.set_ylabel(panel.unit)
     finish(axes)
     time_limits(axes, duration_s, panel.lines)
@@ -111,7 +122,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
         svgs = panels(
             "fits", "Measured and modelled signals over time", found[:MOST],
             lambda axes, panel: draw_lines(axes, panel, gaps, results.record.duration_s),
-            across=1, rows_a_piece=4, row_height=1.75,
+            across=2, row_height=1.32, rows_a_piece=3,
         )  # fmt: skip
     notes = " ".join(dict.fromkeys(p.note for p in found[:MOST] if p.note))
     left = f" {len(found) - MOST} more panels are not drawn." if len(found) > MOST else ""

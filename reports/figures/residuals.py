@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +12,12 @@ from reports.figures.drawing import Drawing, Missing
 from reports.figures.fits import TracePanel, draw_lines, trace_panels
 from reports.figures.series import gap_spans
 from reports.figures.style import FULL_WIDTH, INK, LINES, SOFT, finish, new_figure, styled, to_svg
-from reports.text import significant
+from reports.text import clean, significant
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST = 8
+MOST = 6
 
 
 def _spread(axes: Axes, panel: TracePanel) -> None:
@@ -47,15 +48,25 @@ def _spread(axes: Axes, panel: TracePanel) -> None:
     axes.spines["bottom"].set_visible(False)
 
 
-def _one(panel: TracePanel, gaps: FloatArray, duration_s: float, place: int) -> str:
-    figure = new_figure(FULL_WIDTH, 1.8)
-    left, right = figure.subplots(1, 2, width_ratios=(5, 1), sharey=True)
-    draw_lines(left, panel, gaps, duration_s)
-    left.axhline(0.0, color=SOFT, linewidth=0.6)
-    left.set_xlabel("time, s")
-    _spread(right, panel)
-    finish(right)
-    return to_svg(figure, f"residuals{place}", f"Residuals: {panel.title}")
+def _pair(pair: Sequence[TracePanel], gaps: FloatArray, duration_s: float, place: int) -> str:
+    """Two residuals beside each other, each with its histogram."""
+    figure = new_figure(FULL_WIDTH, 1.55)
+    grid = figure.subplots(1, 4, width_ratios=(4, 1, 4, 1), sharey=False)
+    for number, (left, right) in enumerate(((grid[0], grid[1]), (grid[2], grid[3]))):
+        if number >= len(pair):
+            left.set_axis_off()
+            right.set_axis_off()
+            continue
+        panel = pair[number]
+        draw_lines(left, panel, gaps, duration_s)
+        left.axhline(0.0, color=SOFT, linewidth=0.6)
+        left.set_xlabel("time, s")
+        _spread(right, panel)
+        finish(right)
+        right.set_ylim(*left.get_ylim())
+    return to_svg(
+        figure, f"residuals{place}", "Residuals: " + "; ".join(clean(panel.title) for panel in pair)
+    )
 
 
 def draw(results: DriveResults) -> Drawing | Missing:
@@ -66,7 +77,8 @@ def draw(results: DriveResults) -> Drawing | Missing:
     gaps = gap_spans(results.record.gaps)
     with styled():
         svgs = tuple(
-            _one(panel, gaps, results.record.duration_s, place) for place, panel in enumerate(found[:MOST])
+            _pair(found[place : min(place + 2, MOST)], gaps, results.record.duration_s, place)
+            for place in range(0, min(len(found), MOST), 2)
         )
     return Drawing(
         svgs,

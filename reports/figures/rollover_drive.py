@@ -25,8 +25,8 @@ from reports.figures.style import (
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-TALL = 2.5
-LOW = 1.5
+TALL = 2.1
+LOW = 1.0
 
 
 def _trace(results: DriveResults, name: str) -> Trace | None:

@@ -82,7 +82,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
     if not rollover.limits:
         return Missing("Not drawn: without a CG height and a track width there are no limits.")
     with styled():
-        figure = new_figure(FULL_WIDTH, 0.5 * len(rollover.limits) + 1.2)
+        figure = new_figure(FULL_WIDTH, 0.42 * len(rollover.limits) + 1.05)
         axes = figure.subplots()
         farthest = max(_whiskers(axes, rollover), _drive(axes, rollover), 0.2)
         axes.axvline(0, color=SOFT, linewidth=0.8)

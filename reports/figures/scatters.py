@@ -98,7 +98,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
             rest[:MOST],
             draw_scatter_panel,
             rows_a_piece=2,
-            row_height=2.6,
+            row_height=2.2,
             shared_x=None,
         )
     left = f" {len(rest) - MOST} more are not drawn." if len(rest) > MOST else ""

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 FULL_WIDTH = 8.6
-LEAD_WIDTH, LEAD_HEIGHT = 3.75, 2.6
+LEAD_WIDTH, LEAD_HEIGHT = 3.75, 2.3
 """Inches. A page in print takes up the full width; the first screen holds two figures side by side and a card."""
 
 INK = "#1f2933"

@@ -18,7 +18,7 @@ from reports.text import DASH, EN_DASH, clean, spec_of
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-MOST = 24
+MOST = 18
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ def _draw_panel(axes: Axes, panel: _Panel, gaps: FloatArray, duration_s: float) 
         axes.set_ylim(*limits)
     shade_gaps(axes, gaps, duration_s)
     unit = f", {spec.unit}" if spec.unit not in ("", EN_DASH, DASH) else ""
-    axes.set_title(f"{spec.title}{unit} ({clean(panel.estimator, 30)})")
+    axes.set_title(f"{spec.title}{unit}\n{clean(panel.estimator, 40)}", fontsize=7.5)
     finish(axes)
     if duration_s > 0:
         axes.set_xlim(0, max(duration_s, float(np.nanmax(track.time_s))))
@@ -79,7 +79,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
     with styled():
         svgs = panels(
             "tracks", "Estimates over the drive with 95 % intervals", found[:MOST],
-            lambda axes, panel: _draw_panel(axes, panel, gaps, duration), rows_a_piece=4, row_height=1.75,
+            lambda axes, panel: _draw_panel(axes, panel, gaps, duration), across=3, row_height=1.35, rows_a_piece=3,
         )  # fmt: skip
     left = f" {len(found) - MOST} more tracks are not drawn." if len(found) > MOST else ""
     return Drawing(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pipelines.results import DriveResults, ParameterEstimate
-from reports.blocks import Block, Cell, Column, Table
+from reports.blocks import Block, Cell, Column, Folded, Table
 from reports.sections.contract import Plots
 from reports.sections.values import decimals_of, has_result, interval_text
 from reports.sections.verdict import ordered
@@ -13,7 +13,7 @@ INTRO = "The reference is the vehicle file's [reference]: cogest reads it for th
 
 COLUMNS = (
     Column("Parameter", weight=2),
-    Column("From", weight=1.2),
+    Column("Method", weight=1.2),
     Column("Value", "right", 0),
     Column("Reference", "right", 0),
     Column("Error", "right", 0),
@@ -22,6 +22,9 @@ COLUMNS = (
     Column("Reference inside?", "left", 0),
     Column("Error, std", "right", 0),
 )
+
+FROM = 1
+"""The column that says whose value it is: not needed where all are the verdict's."""
 
 
 def _signed(value: float | None, decimals: int) -> str:
@@ -60,8 +63,9 @@ def _row(estimate: ParameterEstimate, reference: float, source: str) -> tuple[Ce
 
 
 def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
-    """One row a parameter with a reference, and one a method that estimates it; nothing without a reference."""
+    """One row a parameter with a reference, and behind a fold every method that estimates it; nothing without a reference."""
     rows: list[tuple[Cell, ...]] = []
+    of_methods: list[tuple[Cell, ...]] = []
     for estimate in ordered(results.verdict.values()):
         if estimate.reference is None:
             continue
@@ -69,5 +73,15 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
         for method in results.estimates:
             other = method.parameters.get(estimate.name)
             if other is not None and has_result(other):
-                rows.append(_row(other, estimate.reference, method.estimator))
-    return (Table(COLUMNS, tuple(rows)),) if rows else ()
+                of_methods.append(_row(other, estimate.reference, method.estimator))
+    if not rows:
+        return ()
+    table = Table(
+        tuple(c for i, c in enumerate(COLUMNS) if i != FROM),
+        tuple(tuple(c for i, c in enumerate(row) if i != FROM) for row in rows),
+        dense=True,
+    )
+    if not of_methods:
+        return (table,)
+    single = Table(COLUMNS, tuple(of_methods), dense=True)
+    return (table, Folded("Every single method against the reference", (single,)))

@@ -15,8 +15,9 @@ def _alone(found: tuple[Plot, ...]) -> tuple[Block, ...]:
 
 
 def tracks(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
-    """Estimates over the drive."""
-    return _alone(plots.get("tracks", ()))
+    """Estimates over the drive: the figures that were drawn, or why there is none."""
+    found = plots.get("tracks", ())
+    return _alone(tuple(plot for plot in found if plot.svgs) or found[:1])
 
 
 def fits(results: DriveResults, plots: Plots) -> tuple[Block, ...]:

@@ -7,21 +7,25 @@ from reports.sections import (
     errors,
     estimators,
     mapping,
+    methods,
     plots,
     provenance,
     quality,
     reading,
     rollover_page,
+    taught,
     tire_forces,
     verdict,
 )
 from reports.sections.contract import SectionSpec
 
 SECTIONS: tuple[SectionSpec, ...] = (
+    SectionSpec("taught", "What the drive taught", "Taught", taught.build, taught.INTRO),
     SectionSpec("detail", "Verdict in detail", "Detail", verdict.build_detail, verdict.DETAIL_INTRO),
     SectionSpec("rollover", "Rollover", "Rollover", rollover_page.build, rollover_page.INTRO),
     SectionSpec("tire_forces", "Tyre normal forces", "Tyre forces", tire_forces.build, tire_forces.INTRO),
     SectionSpec("errors", "Against the reference", "Reference", errors.build, errors.INTRO),
+    SectionSpec("methods", "Methods beside the verdict", "Methods", methods.build, methods.INTRO),
     SectionSpec("tracks", "Estimates over the drive", "Tracks", plots.tracks),
     SectionSpec("fits", "Fit and residuals", "Fit", plots.fits),
     SectionSpec("signals", "Signals", "Signals", plots.signals),

@@ -13,6 +13,8 @@ from reports.text import DASH, decimals_for, number, span, spec_of, with_unit
 STATUS_WORDS = {"identified": "identified", "weak": "weak", "not_identifiable": "not identifiable"}
 STATUS_TONES: dict[str, Tone] = {"identified": "good", "weak": "warn", "not_identifiable": "quiet"}
 NORMAL_95 = 1.959964
+SINGLE_WHEELS = ("corner_mass_", "tire_normal_force_")
+"""How the names of parameters of one wheel begin: long lists of them stand behind those of the vehicle."""
 
 
 def has_result(estimate: ParameterEstimate) -> bool:
@@ -46,6 +48,16 @@ def deviation_text(estimate: ParameterEstimate) -> str:
     if not has_result(estimate) or estimate.std is None or not np.isfinite(estimate.std):
         return DASH
     return f"± {number(estimate.std, max(decimals_of(estimate), decimals_for(estimate.std, 0) - 1))}"
+
+
+def spread_value_text(estimate: ParameterEstimate) -> str:
+    """Value ± standard deviation whatever the status; — where either is missing."""
+    if estimate.value is None or estimate.std is None or not np.isfinite(estimate.std):
+        return DASH
+    decimals = min(
+        decimals_for(estimate.std, spec_of(estimate.name).digits), spec_of(estimate.name).digits + 1
+    )
+    return f"{number(estimate.value, decimals)} ± {number(estimate.std, decimals)}"
 
 
 def interval_text(estimate: ParameterEstimate) -> str:

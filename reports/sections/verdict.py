@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 
 from pipelines.parameters import PARAMETERS
 from pipelines.results import DriveResults, ParameterEstimate
-from reports.blocks import Block, Cell, Column, Table
+from reports.blocks import Block, Cell, Column, Table, filled
 from reports.sections.contract import Plots
 from reports.sections.values import (
     STATUS_WORDS,
@@ -38,10 +39,14 @@ DETAIL_COLUMNS = (
     Column("Value ± std", "right", 0),
     Column("95 % interval", "right", 0),
     Column("Verdict", "left", 0),
-    Column("Why", weight=4.4),
-    Column("Prior (known before, not a result)", weight=2.2),
+    Column("Why", weight=5.6),
+    Column("Prior (known before, not a result)", weight=1.9),
 )
-DETAIL_INTRO = "Every reason in full, and every prior with its source. An interval in brackets is the prior's, no result."
+DETAIL_INTRO = (
+    "The reasons, and every prior with its source. An interval in brackets is the prior's, no result."
+)
+MOST_WHY = 420
+"""Characters of a reason in the detailed table: more than any but a list of relations; results.json has all of it."""
 
 BAR_COLUMN = 3
 LEADING = "cg_height_m"
@@ -50,6 +55,8 @@ LEADING = "cg_height_m"
 SHORT_WHY, LEADING_WHY = 52, 104
 """Characters of a reason on the first screen; all of it stands in the detailed table."""
 MOST_OPENING = 26
+MANY = 4
+"""Priors of one source from which on it is named once below the table."""
 
 
 @dataclass(frozen=True)
@@ -136,18 +143,10 @@ def _why(estimate: ParameterEstimate, told: dict[str, str], limit: int | None = 
         return f"As for {told[estimate.reason]}."
     title = spec_of(estimate.name).title
     told[estimate.reason] = title if title[1:2].isupper() else title[:1].lower() + title[1:]
-    return sentence(estimate.reason, 4000) if limit is None else sentence(gist(_pointed(estimate), limit))
-
-
-def _says_something(cell: Cell) -> bool:
-    return cell.bar is not None or cell.text not in ("", DASH)
-
-
-def _filled(columns: tuple[Column, ...], rows: tuple[tuple[Cell, ...], ...], note: str = "") -> Table:
-    """A table without the columns that say nothing in any row."""
-    kept = [i for i in range(len(columns)) if any(_says_something(row[i]) for row in rows)]
-    return Table(
-        tuple(columns[i] for i in kept), tuple(tuple(row[i] for i in kept) for row in rows), note=note
+    return (
+        sentence(gist(estimate.reason, MOST_WHY), 4000)
+        if limit is None
+        else sentence(gist(_pointed(estimate), limit))
     )
 
 
@@ -182,8 +181,8 @@ def table(results: DriveResults) -> Table:
             + (", orange mark = reference." if known else ".")
         )
     if rows:
-        notes.append("Reasons in full and the priors' sources: Verdict in detail, below.")
-    return _filled(COLUMNS, rows, " ".join(notes))
+        notes.append("Reasons and the priors' sources: Verdict in detail, below.")
+    return filled(Table(COLUMNS, rows, note=" ".join(notes)))
 
 
 def _rollover_lines(results: DriveResults) -> list[Line]:
@@ -195,14 +194,24 @@ def _rollover_lines(results: DriveResults) -> list[Line]:
     return [Line(title, estimate, (estimate.name,)) for title, estimate in named if estimate is not None]
 
 
+def _usual_source(estimates: Iterable[ParameterEstimate]) -> str | None:
+    """A source that so many priors have that it is named once; None where there is no such one."""
+    found = Counter(estimate.prior.source for estimate in estimates if estimate.prior is not None)
+    source, times = found.most_common(1)[0] if found else ("", 0)
+    return source if times >= MANY else None
+
+
 def build_detail(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
-    """The verdict with every reason in full and every prior's source."""
+    """The verdict with its reasons and every prior's source."""
     rows = []
     told: dict[str, str] = {}
-    for line in (*lines(results), *_rollover_lines(results)):
+    shown = (*lines(results), *_rollover_lines(results))
+    usual = _usual_source([line.estimate for line in shown])
+    for line in shown:
         estimate = line.estimate
         prior = estimate.prior
-        known = Cell(prior_text(estimate.name, prior), sub=clean(prior.source) if prior else "", tone="quiet")
+        source = clean(prior.source) if prior is not None and prior.source != usual else ""
+        known = Cell(prior_text(estimate.name, prior), sub=source, tone="quiet")
         rows.append(
             (
                 Cell(line.title),
@@ -213,7 +222,8 @@ def build_detail(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
                 known,
             )
         )
-    return (_filled(DETAIL_COLUMNS, tuple(rows)),) if rows else ()
+    note = f"Where a prior's source is not named, it is: {clean(usual)}." if usual else ""
+    return (filled(Table(DETAIL_COLUMNS, tuple(rows), note=note, dense=True)),) if rows else ()
 
 
 def summary(results: DriveResults) -> str:

@@ -20,6 +20,8 @@ def numbers_in(folder: Path) -> dict[str, Any]:
     results = results_in(folder)
     for estimate in results["estimates"]:
         del estimate["runtime_s"]
+    if results["joint"] is not None:
+        del results["joint"]["runtime_s"]
     return {key: value for key, value in results.items() if key != "inputs"}
 
 

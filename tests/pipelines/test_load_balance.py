@@ -248,7 +248,7 @@ def test_deflections_without_spring_rates_say_what_is_missing(
 
 def test_torque_alone_tells_mass_and_no_height(driven: tuple[Car, dict[str, FloatArray]]) -> None:
     car, columns = driven
-    drive = logged(columns, np.random.default_rng(8), "suspension")
+    drive = logged(columns, np.random.default_rng(8), "suspension", "pitch_rate")
     found = run(drive, vehicle_file(car, None)).parameters
     mass = found["mass_kg"]
     assert mass.status in ("identified", "weak")

@@ -9,8 +9,10 @@ import plant_roll as plant
 import pytest
 
 from pipelines.estimators.roll_map.estimator import RollMap
-from pipelines.estimators.roll_map.height import plain, two_peaks
-from pipelines.results import Estimate
+from pipelines.estimators.roll_map.height import plain, two_peaks, vehicle_answers
+from pipelines.estimators.roll_map.posterior import Posterior
+from pipelines.models.roll import RollCoefficients, height_sensitivity, mirror_height, suspension_of
+from pipelines.results import Estimate, Prior
 from pipelines.vehicles.vehicle import Vehicle
 
 TALL = plant.Car(
@@ -90,3 +92,56 @@ def test_peaks_of_known_densities() -> None:
 )
 def test_figures_in_sentences(value: float, std: float, text: str) -> None:
     assert plain(value, std) == text
+
+
+def test_two_heights_are_never_identified() -> None:
+    """However narrow they are against the prior."""
+    rng = np.random.default_rng(5)
+    heights = np.concatenate((rng.normal(0.5, 0.01, 10_000), rng.normal(0.7, 0.01, 10_000)))
+    values = dict.fromkeys(
+        (
+            "cg_height_m",
+            "sprung_cg_height_m",
+            "roll_arm_m",
+            "roll_inertia_kgm2",
+            "mass_kg",
+            "sprung_mass_kg",
+            "roll_stiffness_nmprad",
+            "roll_damping_nmsprad",
+            "mirror",
+        ),
+        heights,
+    )
+    flat = np.full(len(heights), 1 / len(heights))
+    prior = {"cg_height_m": Prior(0.6, 1.0, "test")}
+    found = vehicle_answers(Posterior(values, flat, 1e4), prior, True, True, (True, True), {})
+    height = found["cg_height_m"]
+    assert height.status == "weak"
+    assert "two heights fit" in height.reason
+    assert height.low is not None
+    assert height.high is not None
+    assert height.low < 0.5 < 0.7 < height.high
+    one = {name: rng.normal(0.6, 0.01, len(heights)) for name in values}
+    again = vehicle_answers(Posterior(one, flat, 1e4), prior, True, True, (True, True), {})
+    assert again["cg_height_m"].status == "identified"
+
+
+@pytest.mark.parametrize("height", [0.74, 0.60])
+def test_the_mirror_has_the_same_motion(height: float) -> None:
+    """Berntorp's model: h and I/(m h), with K and D in proportion, give the same a, b, c; both come back from them."""
+    mass, inertia, stiffness, damping = 1800.0, 500.0, 65e3, 5.5e3
+    other = mirror_height(height, mass, inertia)
+    scale = other / height
+    real, image = (
+        RollCoefficients(k / (mass * h), d / (mass * h), inertia / (mass * h) + h)
+        for k, d, h in ((stiffness, damping, height), (scale * stiffness, scale * damping, other))
+    )
+    assert (image.a, image.b, image.c) == pytest.approx((real.a, real.b, real.c), rel=1e-12)
+    assert suspension_of(real, mass, inertia) == pytest.approx((stiffness, damping, height), rel=1e-9)
+    lower = suspension_of(real, mass, inertia, upper=False)
+    assert lower == pytest.approx((scale * stiffness, scale * damping, other), rel=1e-9)
+    flat = np.sqrt(inertia / mass)
+    assert height_sensitivity(float(flat), mass, inertia) == pytest.approx(0.0, abs=1e-12)
+    assert height_sensitivity(height, mass, inertia) > 0 > height_sensitivity(other, mass, inertia)
+    # less than any height gives: the flat line's height is the nearest
+    assert suspension_of(RollCoefficients(50.0, 4.0, 1.9 * float(flat)), mass, inertia)[2] < 1.01 * flat

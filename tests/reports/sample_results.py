@@ -27,7 +27,9 @@ from pipelines.results import (
     TurnMargin,
     WheelLift,
 )
+from tests.reports.sample_distributions import particle_filter
 from tests.reports.sample_forces import mapped
+from tests.reports.sample_joint import hostile_joint, joint
 
 HOSTILE = '<script>alert("x")</script> #panic("typst") $E=mc^2$ \\u{41} `raw` *b* _i_ @ref </svg> ]]> \x00\x1b[31m\u202e 车 é'
 DURATION = 84.0
@@ -242,6 +244,7 @@ def rich() -> DriveResults:
             Estimate("quarter_car", "skipped", "needs accel_z_sprung and accel_z_unsprung on one wheel at least"),
             Estimate("load_transfer", "failed", "the normal equations are singular: lateral acceleration and roll are collinear"),
             mapped(),
+            particle_filter(),
         ),
         rollover=rollover_of(ssf, threshold),
         standing=Standing(population, population[:640], "Sedan", 61.0, ("Volvo S40 2001 (0.553 m)", "Honda Accord 1998 (0.556 m)")),
@@ -254,7 +257,7 @@ def rich() -> DriveResults:
             "No braking above 0.2 g: the pitch parameters cannot be told.",
             "64 % of the drive met the gates (speed above 3 m/s, no gap).",
         ),
-        signals=traces, notes=("Roll is from gyro and gravity, not measured.",),
+        signals=traces, notes=("Roll is from gyro and gravity, not measured.",), joint=joint(),
     )  # fmt: skip
 
 
@@ -300,7 +303,7 @@ def hostile() -> DriveResults:
         assumptions=(Assumption(HOSTILE, HOSTILE, HOSTILE),), diagnostics={HOSTILE: math.nan},
     )  # fmt: skip
     return replace(
-        good, rollover=hostile_rollover(good.rollover), vehicle_name=HOSTILE, limits=(HOSTILE,), notes=(HOSTILE,), estimates=(evil, *good.estimates[1:]),
+        good, joint=hostile_joint(HOSTILE), rollover=hostile_rollover(good.rollover), vehicle_name=HOSTILE, limits=(HOSTILE,), notes=(HOSTILE,), estimates=(evil, *good.estimates[1:]),
         signals=(evil_trace, *good.signals[1:]), assumptions=(Assumption(HOSTILE, HOSTILE, HOSTILE),),
         inputs=replace(good.inputs, logs=(HOSTILE,), command=HOSTILE, vehicle=HOSTILE),
         standing=replace(good.standing, body=HOSTILE, nearest=(HOSTILE,)),

@@ -4,12 +4,22 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pipelines.results import Assumption, Estimate
-from reports.blocks import Table
+from pipelines.results import Assumption, DriveResults, Estimate
+from reports.blocks import Folded, Table
 from reports.sections import assumptions, estimators
 from tests.reports.sample_results import rich
 
 BASE = Assumption("wheelbase_m", "2.786 ± 0.0056 m", "vehicle file")
+
+
+def _tables(results: DriveResults) -> tuple[Table, Table]:
+    """What is printed, by source, and what is folded, entry by entry."""
+    printed, folded = assumptions.build(results, {})
+    assert isinstance(printed, Table)
+    assert isinstance(folded, Folded)
+    (single,) = folded.blocks
+    assert isinstance(single, Table)
+    return printed, single
 
 
 def _table(*entries: tuple[str, Assumption]) -> list[tuple[str, ...]]:
@@ -17,8 +27,7 @@ def _table(*entries: tuple[str, Assumption]) -> list[tuple[str, ...]]:
     silent = {name: replace(p, prior=None) for name, p in plain.verdict.items()}
     ran = tuple(Estimate(name, "ran", "", assumptions=(entry,)) for name, entry in entries)
     every = tuple(dict.fromkeys(entry for _, entry in entries))
-    (table,) = assumptions.build(replace(plain, verdict=silent, estimates=ran, assumptions=every), {})
-    assert isinstance(table, Table)
+    _, table = _tables(replace(plain, verdict=silent, estimates=ran, assumptions=every))
     return [tuple(cell.text for cell in row) for row in table.rows]
 
 
@@ -42,14 +51,26 @@ def test_other_figures_or_sources_stand_apart() -> None:
 def test_what_no_estimator_names_is_for_all() -> None:
     plain = rich()
     silent = {name: replace(p, prior=None) for name, p in plain.verdict.items()}
-    (table,) = assumptions.build(replace(plain, verdict=silent, estimates=(), assumptions=(BASE,)), {})
-    assert isinstance(table, Table)
+    _, table = _tables(replace(plain, verdict=silent, estimates=(), assumptions=(BASE,)))
     assert table.rows[0][3].text == "all"
+
+
+def test_on_paper_all_of_one_source_share_a_row() -> None:
+    printed, single = _tables(rich())
+    rows = {row[0].text: row[1].text for row in printed.rows}
+    assert "track 1.549 m ± 0.008 m" in rows["Vehicle file"]
+    assert "prior: Mass 1563 ± 16" in rows["Vehicle file"]
+    assert len(printed.rows) < len(single.rows)
 
 
 def test_diagnostics_fill_rows_of_pairs() -> None:
     figures = {f"figure_{i}": float(i) for i in range(4)}
     told = replace(rich(), estimates=(Estimate("m", "ran", "", diagnostics=figures),))
-    table = estimators.build(told, {})[-1]
+    folded = estimators.build(told, {})[-1]
+    assert isinstance(folded, Folded)
+    table = folded.blocks[-1]
     assert isinstance(table, Table)
     assert [cell.text for cell in table.rows[1]] == ["figure 3", "3", "", "", "", ""]
+    (printed,) = folded.printed
+    assert isinstance(printed, Table)
+    assert [cell.text for cell in printed.rows[0]] == ["m", "figure 0 0; figure 1 1; figure 2 2; figure 3 3"]

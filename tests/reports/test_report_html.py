@@ -15,9 +15,10 @@ from sample_results import bare, rich, signals
 from parsers.drive import Decision, Gap, ImportRecord, MappedChannel
 from parsers.errors import ReportError
 from pipelines.results import ParameterEstimate, Prior, Trace
-from reports.blocks import Document
+from reports.blocks import Document, Folded
 from reports.document import build_document
 from reports.html import breakable, html_of, render_html, write_html
+from reports.sections import mapping
 from reports.sections.rollover import band_of, nhtsa_context
 
 
@@ -136,7 +137,7 @@ def test_the_first_screen_is_short_and_the_detail_is_whole() -> None:
 
 
 def test_no_check_is_passed_off_as_agreement() -> None:
-    sample = rich()
+    sample = replace(rich(), estimates=(), signals=(), joint=None)  # no figure is looked at here
     quiet = replace(
         sample.record, decisions=(), notes=("not checked against physics: lateral signs: no yaw rate",)
     )
@@ -176,7 +177,6 @@ def test_the_error_table(rich_document: Document) -> None:
     row = [c.text for c in errors.blocks[0].rows[0]]  # type: ignore[union-attr]
     assert row == [
         "CG height above ground",
-        "verdict",
         "0.558\u202fm",
         "0.549\u202fm",
         "+0.009",
@@ -188,6 +188,9 @@ def test_the_error_table(rich_document: Document) -> None:
     damping = [c.text for r in errors.blocks[0].rows if r[0].text == "Roll damping ratio" for c in r]  # type: ignore[union-attr]
     assert "outside" in damping
     assert "−2.8" in damping
+    methods = errors.blocks[1]
+    assert isinstance(methods, Folded)
+    assert [c.text for c in methods.blocks[0].rows[0]][:2] == ["CG height above ground", "roll_map"]  # type: ignore[union-attr]
 
 
 def test_without_a_reference_there_is_no_error_table(bare_document: Document) -> None:
@@ -225,6 +228,26 @@ def test_every_chapter_of_the_mapping_estimators_and_provenance(rich_html: str) 
         "row with too few columns", "18\u202f234",
     ):  # fmt: skip
         assert words in text, words
+
+
+def test_the_four_wheels_share_a_row_where_only_the_name_differs() -> None:
+    rule = "canonical column '{}'"
+    wheels = [
+        MappedChannel(f"wheel_speed_{w}", f"wheel_speed_{w}_mps", "m/s", "name", rule.format(f"wheel_speed_{w}_mps"), 9, 100.0)
+        for w in ("fl", "fr", "rl", "rr")
+    ]  # fmt: skip
+    sample = rich()
+
+    def signals_of(mapped: list[MappedChannel]) -> list[str]:
+        record = replace(sample.record, mapped=tuple(mapped))
+        table = mapping.build(replace(sample, record=record, signals=()), {})[0]
+        return [row[0].text for row in table.rows]  # type: ignore[union-attr]
+
+    assert signals_of(wheels) == ["wheel_speed_fl, fr, rl, rr"]
+    scaled = [*wheels[:3], replace(wheels[3], scale=1.02)]
+    assert signals_of(scaled) == ["wheel_speed_fl, fr, rl", "wheel_speed_rr"]
+    profile = [replace(w, rule="a profile") for w in wheels]
+    assert len(signals_of(profile)) == 4
 
 
 def test_a_bare_drive_gives_a_whole_report(bare_document: Document) -> None:

@@ -7,9 +7,11 @@ import zlib
 from dataclasses import replace
 
 import pytest
+from sample_results import rich
 
 from parsers.errors import ReportError
 from reports.blocks import Document, Paragraph, Section
+from reports.document import build_document
 from reports.pdf import pdf_of
 
 
@@ -53,3 +55,14 @@ def test_a_picture_that_typst_cannot_read_is_a_known_error(bare_document: Docume
     broken = replace(bare_document.lead[0], svgs=("<svg",), missing="")
     with pytest.raises(ReportError, match="PDF cannot be set"):
         pdf_of(replace(bare_document, lead=(broken,)))
+
+
+def test_twenty_methods_that_all_tell_the_same_stay_short() -> None:
+    sample = rich()
+    one = replace(
+        sample.estimates[0], parameters=dict(sample.verdict), diagnostics={f"figure_{i}": 1.0 for i in range(24)},
+        traces=(), tracks=(), scatters=(), reason="a reason of usual length, as methods give it",
+    )  # fmt: skip
+    many = tuple(replace(one, estimator=f"method_{i}", witness=i > 9) for i in range(20))
+    document = build_document(replace(sample, estimates=many, signals=()))
+    assert page_count(pdf_of(document)) <= 13

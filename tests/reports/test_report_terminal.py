@@ -43,11 +43,21 @@ def test_the_leading_reason_is_whole_and_the_others_are_short() -> None:
     verdict = {
         k: replace(v, reason=long) for k, v in sample.verdict.items() if k in ("cg_height_m", "mass_kg")
     }
-    told = verdict_table(replace(sample, verdict=verdict)).splitlines()
+    told = verdict_table(replace(sample, verdict=verdict, joint=None)).splitlines()
     mass = next(i for i, line in enumerate(told) if line.startswith("Mass"))
     assert " ".join(line.strip() for line in told[3:mass]) == long
     assert told[mass + 1] == "    the first clause; and a further one that goes on for a while …"
     assert len(told) == mass + 2
+
+
+def test_conflicts_and_the_next_measurement_stand_below() -> None:
+    whole = verdict_table(rich())
+    told = " ".join(line.strip() for line in whole.splitlines())
+    assert "conflict: Pitch balance by torques (load_balance) contradicts the rest: chi² 31.7" in told
+    assert "would have to be 2.6 times as wide" in told
+    assert "next, most useful: A suspension deflection sensor on each wheel. It would bring CG height" in told
+    assert "to ± 0.014 m instead of ± 0.029 m." in told
+    assert "conflict" not in verdict_table(replace(rich(), joint=None))
 
 
 def test_colour_only_when_asked_for() -> None:

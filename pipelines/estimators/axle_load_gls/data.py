@@ -59,23 +59,31 @@ def speed_channels(signals: Collection[str], vehicle: Vehicle | None = None) -> 
     return ()
 
 
+def kind_of(columns: Mapping[str, FloatArray], axle: str) -> str | None:
+    """Which sensors give this axle's load: "axle", "tyre", "suspension"; None without."""
+    names = load_channels(columns, axle)
+    return names[0].split("_")[0].replace("tire", "tyre") if names else None
+
+
 def axle_load(
     columns: Mapping[str, FloatArray], axle: str, vehicle: Vehicle
-) -> tuple[FloatArray, float, str] | None:
-    """Load of an axle in N (n,), the standard deviation of what was added to it, and how it was made; None without."""
+) -> tuple[FloatArray, float, str, float] | None:
+    """Load of an axle in N (n,), the standard deviation of what was added to it, how it was made, and what was added in N;
+    None without a sensor."""
     names = load_channels(columns, axle)
     if not names:
         return None
     total = np.sum([columns[name] for name in names], axis=0)
     if not names[0].startswith("suspension_force"):
-        return total, 0.0, " + ".join(names)
+        return total, 0.0, " + ".join(names), 0.0
     unsprung = vehicle.get(f"unsprung_mass_{axle}_kg")
     if unsprung is None:
         mass = vehicle.get("mass_kg")
         heavy = 1500.0 if mass is None else mass.value
         unsprung = Quantity(UNSPRUNG_SHARE[0] * heavy, UNSPRUNG_SHARE[1] * heavy, "usual share of the mass")
     words = f"{' + '.join(names)} + unsprung weight ({unsprung.value:.0f} kg, {unsprung.source})"
-    return total + unsprung.value * GRAVITY, unsprung.std * GRAVITY, words
+    weight = unsprung.value * GRAVITY
+    return total + weight, unsprung.std * GRAVITY, words, weight
 
 
 def speed_of(columns: Mapping[str, FloatArray], vehicle: Vehicle) -> tuple[FloatArray, str] | None:
@@ -95,7 +103,8 @@ class AxleData:
     the links carry.
     accel: accelerometer in m/s², or None. vertical: specific force normal to the road in m/s². pitch_accel: of the
     body in rad/s², + nose down, or None. speed, or None. grade: see Grade. starts: 1 where a run begins.
-    drive_rows: how many rows the drive had.
+    drive_rows: how many rows the drive had. kinds: sensors of the front and the rear axle's load ("axle", "tyre",
+    "suspension"), None where there are none; added: weight in N that was put to them.
     """
 
     time_s: FloatArray
@@ -120,6 +129,8 @@ class AxleData:
     speed_words: str
     drive_rows: int
     rows: np.ndarray
+    kinds: tuple[str | None, str | None] = (None, None)
+    added: tuple[float, float] = (0.0, 0.0)
 
     @property
     def size(self) -> int:
@@ -155,7 +166,7 @@ class AxleData:
         return [(int(i), int(j)) for i, j in zip(begin, [*begin[1:], self.size], strict=True)]
 
 
-def _by_springs(part: tuple[FloatArray, float, str] | None) -> float:
+def _by_springs(part: tuple[FloatArray, float, str, float] | None) -> float:
     """1 where an axle's load is from suspension forces, else 0."""
     return 1.0 if part is not None and part[2].startswith("suspension_force") else 0.0
 
@@ -234,4 +245,6 @@ def collect(
         speed_words="" if found is None else found[1],
         drive_rows=len(prepared.time_s),
         rows=rows,
+        kinds=(kind_of(columns, "front") if front else None, kind_of(columns, "rear") if rear else None),
+        added=(front[3] if front else 0.0, rear[3] if rear else 0.0),
     )

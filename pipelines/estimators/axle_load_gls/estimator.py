@@ -30,6 +30,7 @@ from pipelines.estimators.axle_load_gls.data import (
     load_channels,
     speed_channels,
 )
+from pipelines.estimators.axle_load_gls.evidence import Seen, evidence
 from pipelines.estimators.axle_load_gls.figures import (
     assumptions,
     figures,
@@ -85,12 +86,13 @@ SETTINGS: tuple[Setting, ...] = (
 
 @dataclass(frozen=True)
 class _Solved:
-    """One drive's balance and what was taken along."""
+    """One drive's balance and what was taken along. offset: of the accelerometer, as the log alone shows it."""
 
     data: AxleData
     balance: Balance
     pitch: Pitch
     errors: Errors
+    offset: tuple[float, float] | None
     notes: tuple[Assumption, ...]
 
 
@@ -178,6 +180,8 @@ class AxleLoadGls:
         }
         height = found["cg_height_m"]
         track = () if height.status == "not_identifiable" else height_track(data, balance, height)
+        seen = Seen(data, balance, solved.pitch, solved.errors, solved.offset, wheelbase.value, integrate)
+        still = balance.force_spread < value(settings, "least_excitation")
         return Estimate(
             estimator=self.name,
             status="ran",
@@ -191,6 +195,7 @@ class AxleLoadGls:
             ),
             diagnostics=figures(data, balance),
             used_fraction=data.size / max(data.drive_rows, 1),
+            evidence=evidence(seen, vehicle, draws, told is None, still),
         )
 
     @staticmethod
@@ -242,33 +247,41 @@ def _solve(
         axle = vehicle.get("cg_to_front_axle_m")
         height = float(np.clip(balance.moments[0] / kilograms, 0.1 * wheelbase, 0.5 * wheelbase))
         pitch = usual_pitch(vehicle, wheelbase, 0.5 * wheelbase if axle is None else axle.value, height)
-    offset = _force_offset(data, integrate, pitch, value(settings, "accel_offset_std"))
+    seen = _force_offset(data, integrate, pitch)
     mean_load = max(data.front or 0.0, data.rear or 0.0)
     errors = Errors(
         value(settings, "load_scale_std"), value(settings, "load_offset_std") * mean_load,
-        value(settings, "force_scale_std"), offset, value(settings, "model_std"),
+        value(settings, "force_scale_std"), _expected_offset(data, integrate, seen, value(settings, "accel_offset_std")),
+        value(settings, "model_std"),
     )  # fmt: skip
     notes = [Assumption("force normal to the road", data.vertical_words, "log")]
     if data.speed is not None:
         notes.append(note)
     if data.pitch_accel is not None:
         notes.append(Assumption("pitch inertia", f"{inertia[0]:.0f} ± {inertia[1]:.0f} kg·m²", inertia[2]))
-    return _Solved(data, balance, pitch, errors, tuple(notes))
+    return _Solved(data, balance, pitch, errors, seen, tuple(notes))
 
 
-def _force_offset(data: AxleData, integrate: bool, pitch: Pitch, std: float) -> tuple[float, float]:
-    """Constant error of the force along the road, m/s²: the accelerometer's, as far as speed and grade show it."""
-    source = data.grade_source
-    if integrate:
-        return 0.0, GRAVITY * source.std
+def _force_offset(data: AxleData, integrate: bool, pitch: Pitch) -> tuple[float, float] | None:
+    """The accelerometer's constant error, m/s², as speed and grade show it, and its doubt; None where they do not."""
+    if integrate or data.speed is None:
+        return None
     assert data.accel is not None
-    if data.speed is None:
-        return 0.0, std
+    source = data.grade_source
     measured = source.kind == "road_grade"
     angle = source.angle[data.rows] if measured else np.zeros(data.size)
-    rate = data.speed_rate()
-    force = rate + GRAVITY * np.sin(angle)
-    seen = float(np.mean(data.accel - (1 + pitch.gain) * force))
+    force = data.speed_rate() + GRAVITY * np.sin(angle)
     doubt = GRAVITY * (source.std if measured else FLAT_STD)
-    weight = std**2 / (std**2 + doubt**2) if std > 0 else 0.0
-    return weight * seen, math.sqrt(weight) * doubt if std > 0 else 0.0
+    return float(np.mean(data.accel - (1 + pitch.gain) * force)), doubt
+
+
+def _expected_offset(
+    data: AxleData, integrate: bool, seen: tuple[float, float] | None, std: float
+) -> tuple[float, float]:
+    """Constant error of the force along the road, m/s²: the grade's, or the accelerometer's with what is usual."""
+    if integrate:
+        return 0.0, GRAVITY * data.grade_source.std
+    if seen is None or std <= 0:
+        return 0.0, std
+    weight = std**2 / (std**2 + seen[1] ** 2)
+    return weight * seen[0], math.sqrt(weight) * seen[1]

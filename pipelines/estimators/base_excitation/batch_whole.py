@@ -19,6 +19,15 @@ MODEL_ERROR = 0.015
 PLACE_ERROR = 0.006
 """The same for the CG's place, as a share of wheelbase and track."""
 
+GENTLE_MPS2 = 8.0
+"""RMS of the hubs below which these errors are the larger share: friction, tilt and the links' forces have a size of their own."""
+
+
+def rougher(hub_rms: float) -> float:
+    """Factor on the model's errors for how lively the drive was."""
+    return math.hypot(1.0, GENTLE_MPS2 / max(hub_rms, 0.1))
+
+
 HEAVE_DAMPING_ERROR = 0.25
 USUAL_HARDENING, STOP_SHARE = 0.3, 0.6
 MOST_STIFFER = 0.25
@@ -72,8 +81,9 @@ def stiffer_axles(fit: HeaveFit, vehicle: Vehicle) -> tuple[float, float]:
     return ahead + hard[0], behind + hard[1]
 
 
-def body_of(fit: HeaveFit, covariance: FloatArray, vehicle: Vehicle) -> BodyFigures:
-    """Masses and place with their spreads; covariance with the springs' part."""
+def body_of(fit: HeaveFit, covariance: FloatArray, vehicle: Vehicle, hub_rms: float) -> BodyFigures:
+    """Masses and place with their spreads; covariance with the springs' part. hub_rms: how lively the drive was, m/s²."""
+    model, place = (rougher(hub_rms) * share for share in (MODEL_ERROR, PLACE_ERROR))
     seen_front, seen_rear, lateral = (float(v) for v in fit.values[:3])
     more = stiffer_axles(fit, vehicle)
     # bushes and guides add stiffness and never take any: the middle of what they may add
@@ -90,15 +100,15 @@ def body_of(fit: HeaveFit, covariance: FloatArray, vehicle: Vehicle) -> BodyFigu
     return BodyFigures(
         front_kg=front,
         rear_kg=rear,
-        front_std=spread((1, 0, 0), math.hypot(MODEL_ERROR * front, doubt[0])),
-        rear_std=spread((0, 1, 0), math.hypot(MODEL_ERROR * rear, doubt[1])),
-        sum_std=spread((1, 1, 0), math.hypot(MODEL_ERROR * sprung, sum(doubt))),
+        front_std=spread((1, 0, 0), math.hypot(model * front, doubt[0])),
+        rear_std=spread((0, 1, 0), math.hypot(model * rear, doubt[1])),
+        sum_std=spread((1, 1, 0), math.hypot(model * sprung, sum(doubt))),
         upwards=0.0,
         behind=(
             behind,
-            spread((-behind / sprung, (1 - behind) / sprung, 0), math.hypot(PLACE_ERROR, uneven)),
+            spread((-behind / sprung, (1 - behind) / sprung, 0), math.hypot(place, uneven)),
         ),
-        left=(left, spread((-left / sprung, -left / sprung, 1 / sprung), PLACE_ERROR)),
+        left=(left, spread((-left / sprung, -left / sprung, 1 / sprung), place)),
         said=(
             f"heave of four corners over {fit.blocks.count} blocks of {fit.blocks.rows / fit.blocks.rate_hz:g} s; bushes "
             f"and guides may stiffen the suspension by up to {more[0]:.0%} in front and {more[1]:.0%} behind, half of "

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from pipelines.estimators.base import Setting, Settings
 from pipelines.estimators.base_excitation.answers import (
     CORNER_MASSES,
+    SPLIT_SHARE,
     answer,
     body_answers,
     corner_answer,
@@ -42,6 +44,7 @@ from pipelines.estimators.base_excitation.data import (
     collect_ride,
     spring_assumptions,
 )
+from pipelines.estimators.base_excitation.evidence import CornerSeen, corner_evidence, heave_evidence
 from pipelines.estimators.base_excitation.method import RideMethod
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Assumption, Estimate, ParameterEstimate, Track
@@ -159,7 +162,7 @@ class BaseExcitationBatch(RideMethod):
             quantity = data.springs[pair[0]]
             moved = fit.spring_slopes[number] * quantity.std / quantity.value
             covariance += np.outer(moved, moved)
-        found, assumed = body_answers(body_of(fit, covariance, vehicle), vehicle, self.name)
+        found, assumed = body_answers(body_of(fit, covariance, vehicle, data.hub_rms), vehicle, self.name)
         found["suspension_damping_nspm"] = mean_damping(fit, covariance, vehicle, self.name)
         spread = found["sprung_mass_kg"].std or math.inf
         return Estimate(
@@ -172,6 +175,7 @@ class BaseExcitationBatch(RideMethod):
             assumptions=(*spring_assumptions(data), assumed, *self._assumed(nuisance)),
             diagnostics=figures,
             used_fraction=fit.blocks.count * fit.blocks.rows / max(len(prepared.time_s), 1),
+            evidence=(heave_evidence(fit, data, vehicle),),
         )
 
     def _parts(
@@ -190,6 +194,7 @@ class BaseExcitationBatch(RideMethod):
         assumptions = list(spring_assumptions(data))
         dampings: list[tuple[float, float]] = []
         best: tuple[str, CornerFit, float] | None = None
+        seen: list[CornerSeen] = []
         reasons = []
         for wheels in groups(data.corners):
             fit = fit_corner(joined(data, wheels), nuisance, block_s=block_s, band_hz=band)
@@ -198,16 +203,19 @@ class BaseExcitationBatch(RideMethod):
             if fit is None or why:
                 reasons.append(f"{label}: {why}")
                 continue
-            share = self._corner_share(fit, data, wheels, coupling)
+            chance = self._corner_chance(fit, wheels, coupling)
+            quantity = data.springs[wheels[0]]
+            share = math.hypot(chance, quantity.std / quantity.value)
+            seen.append(CornerSeen(wheels, fit.mass_kg, chance * fit.mass_kg, quantity.value))
             for w in wheels:
                 answered, assumed = self._corner(w, fit, share, len(wheels), vehicle)
                 found[answered.name] = answered
                 assumptions.append(assumed)
             damping = float(fit.values[1] + fit.values[2]) / 2
-            chance = (
+            scatter = (
                 math.sqrt(float(fit.covariance[1, 1] + fit.covariance[2, 2] + 2 * fit.covariance[1, 2])) / 2
             )
-            dampings.append((damping, math.hypot(chance, math.hypot(share, DAMPING_ERROR) * damping)))
+            dampings.append((damping, math.hypot(scatter, math.hypot(share, DAMPING_ERROR) * damping)))
             figures |= figures_of(fit, label)
             if best is None:
                 best = (wheels[0], fit, share)
@@ -218,7 +226,9 @@ class BaseExcitationBatch(RideMethod):
         found["suspension_damping_nspm"] = answer(
             "suspension_damping_nspm", figure(damping, std), vehicle, self.name, "mean of both directions"
         )
-        return self._parts_told(prepared, found, figures, best, tuple(dict.fromkeys(assumptions)), nuisance)
+        told = self._parts_told(prepared, found, figures, best, tuple(dict.fromkeys(assumptions)), nuisance)
+        relation = corner_evidence(seen, SPLIT_SHARE)
+        return replace(told, evidence=() if relation is None else (relation,))
 
     def _parts_told(
         self,
@@ -246,13 +256,10 @@ class BaseExcitationBatch(RideMethod):
         )
 
     @staticmethod
-    def _corner_share(fit: CornerFit, data: RideData, wheels: tuple[str, ...], coupling: float) -> float:
-        """Standard deviation of a corner's sprung mass as a share of it."""
-        quantity = data.springs[wheels[0]]
+    def _corner_chance(fit: CornerFit, wheels: tuple[str, ...], coupling: float) -> float:
+        """Standard deviation of a corner's sprung mass as a share of it, its spring taken as exact."""
         coupled = 2 * coupling / 3 if len(wheels) == 2 else coupling
-        return math.hypot(
-            math.hypot(fit.relative_std, quantity.std / quantity.value), math.hypot(coupled, BENCH_ERROR)
-        )
+        return math.hypot(fit.relative_std, coupled, BENCH_ERROR)
 
     def _corner(
         self, wheel: str, fit: CornerFit, share: float, wheels: int, vehicle: Vehicle

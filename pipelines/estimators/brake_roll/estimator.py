@@ -10,6 +10,7 @@ from parsers.drive import Drive
 from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.brake_roll.answers import Found, answer
 from pipelines.estimators.brake_roll.data import BrakeRollData, collect_data, prepare_drive
+from pipelines.estimators.brake_roll.evidence import evidence
 from pipelines.estimators.brake_roll.figures import batch_figures, batch_scatters, batch_traces
 from pipelines.estimators.brake_roll.parts import lateral_part, mass_part, slip_part
 from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle, known_of
@@ -99,6 +100,7 @@ class BrakeRollBatch:
             assumptions=_assumptions(data, known, settings),
             diagnostics=batch_figures(data, found),
             used_fraction=_used(data, found),
+            evidence=evidence(found, data, known, value_of(settings, "drive_torque_std"), vehicle),
         )  # fmt: skip
 
     def _nothing(

@@ -56,7 +56,7 @@ def segments_of(prepared: Prepared) -> tuple[IntArray, IntArray]:
     )
 
 
-def _gain(data: BrakeRollData) -> tuple[float, float]:
+def forward_gain(data: BrakeRollData) -> tuple[float, float]:
     """What accel_x reads per m/s² of specific force in the road plane, and how well that is known.
 
     The nose dives in proportion to the specific force, so that the alignment with the speed tells it.
@@ -86,7 +86,7 @@ def slip_part(
         return None, "braking: no brake torque"
     if not data.true.told:
         return None, "braking: the speed could not be aligned with accel_x: its delay is not known"
-    gain, gain_std = _gain(data)
+    gain, gain_std = forward_gain(data)
     rows, pressed = _slip_rows(prepared, data, data.true.speed, known)
     columns = SlipData(
         prepared.rate_hz, prepared.cutoff_hz, data.true.speed, data.f_x / gain, data.front, data.rear,
@@ -218,7 +218,7 @@ def mass_part(
         brake = data.front_torque + data.rear_torque
     if brake is None and data.drive is None:
         return None, "mass: no brake or drive torque"
-    gain, gain_std = _gain(data)
+    gain, gain_std = forward_gain(data)
     relative = BRAKE_TORQUE_STD
     if data.by_pressure and known.gain is not None:
         relative = known.gain.std / known.gain.value

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from pipelines.estimators.load_balance.attitude import nod
 from pipelines.estimators.load_balance.data import AIR, Columns
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, Terms, add, make_relation
 from pipelines.joint.unknowns import Known, Values, body_of
@@ -16,17 +17,18 @@ from pipelines.models.roll import GRAVITY
 
 
 def along_terms(
-    sag: float | None, drive: bool, brake: bool, by_pressure: bool, gain: float, guessed: bool
+    sag: float | None, drive: bool, brake: bool, by_pressure: bool, gain: float, guessed: bool, springs: bool
 ) -> Coefficients:
     """The longitudinal balance, over the radius: forces. Rows are split into braking and not braking.
 
-    guessed: the body's pitch follows from the acceleration and what is usual, not from deflections.
+    guessed: the body's pitch follows from the acceleration, not from deflections: by springs and tyres where their
+    rates are known (springs), else by what is usual.
     """
 
     def coefficients(p: Values) -> Terms:
         body, terms = body_of(p, sag), Terms()
         # where pitch is guessed, its motion on the road is missing: simulated cars came out 2-5 % too light
-        grip = 1 + p["gain_long"] * (3.0 if guessed else 1.0)
+        grip = 1 + p["gain_long"] * (1.5 if guessed and springs else 3.0 if guessed else 1.0)
         scale = {"brake": p["brake_scale"], "drive": p["drive_scale"]}
         if by_pressure:
             scale["brake"] = p["brake_gain"] / gain
@@ -37,8 +39,11 @@ def along_terms(
         radius = p["radius"]
         for mode, name in (("brake", "on"), ("drive", "off")):
             mass = grip * radius * body.mass / scale[mode]
-            add(terms, f"fx_{mode}", -mass)
-            add(terms, f"fx_tilt_{mode}", -mass * (p["tilt"] if guessed else 1.0))
+            if guessed and springs:
+                add(terms, f"fx_{mode}", -mass * (1 + (0.5 + 0.5 * p["tilt"]) * GRAVITY * nod(p, mode, sag)))
+            else:
+                add(terms, f"fx_{mode}", -mass)
+                add(terms, f"fx_tilt_{mode}", -mass * (p["tilt"] if guessed else 1.0))
             add(terms, f"fz_{name}", -mass * p["askew_pitch"])
             add(terms, name, -mass * (p["offset_x"] + GRAVITY * p["rolling"]))
             add(terms, f"v2_{name}", -radius * 0.5 * AIR * p["drag"] / scale[mode])
@@ -53,6 +58,33 @@ def along_terms(
     return coefficients
 
 
+def pads_terms(gain: float) -> Coefficients:
+    """Brake torque as logged against pressure times the vehicle file's gain: each has a scale, and both mean the same pads."""
+
+    def coefficients(p: Values) -> Terms:
+        return {
+            "brake": p["brake_scale"],
+            "pushed": -p["brake_gain"] / gain * (1 + p["pads"]),
+            "one": p["brake_zero"],
+        }
+
+    return coefficients
+
+
+def pads_relation(data: Columns, known: Known) -> Relation | None:
+    """It binds the two scales; None where torque or pressure or its gain is missing."""
+    c = data.columns
+    if not data.has("brake", "pushed"):
+        return None
+    gain = float(known.mean[known.index("brake_gain")])
+    # at rest brakes hold as much as they must and not what pressure gives
+    where = (c["v"] > 3.0) & (c["on"] > 0.98)
+    return make_relation(
+        "along by pressure", "brake torque against brake pressure", data, {}, pads_terms(gain), ("on", "pushed"),
+        where.astype(float), known, least_s=5.0,
+    )  # fmt: skip
+
+
 def along_relation(data: Columns, known: Known) -> Relation | None:
     """The balance of torques, or None where there are none or the longitudinal acceleration is missing."""
     drive, brake = data.has_torque
@@ -64,8 +96,7 @@ def along_relation(data: Columns, known: Known) -> Relation | None:
     extra = {
         "off": off,
         "fx_tilt_drive": c["fx_tilt"] - c["fx_tilt_brake"],
-        "v2_on": c["v2"] * on,
-        "v2_off": c["v2"] * off,
+        "v2_off": c["v2"] - c["v2_on"],
     }
     if "fz" in c:
         extra |= {"fz_on": c["fz"] * on, "fz_off": c["fz"] * off}
@@ -75,7 +106,9 @@ def along_relation(data: Columns, known: Known) -> Relation | None:
     if not brake:
         where = where & (on < 0.02)
     gain = float(known.mean[known.index("brake_gain")])
-    terms = along_terms(data.sag, drive, brake, "by_pressure" in c, gain, "deflection" not in data.kinds)
+    terms = along_terms(
+        data.sag, drive, brake, "by_pressure" in c, gain, "deflection" not in data.kinds, known.springs
+    )
     # the torques are the instruments: a rough road shakes the acceleration, and its shaking would lower the mass
     names = ("on", "off", "brake", "drive", "v2_on", "v2_off", "dfx", "fy2")
     return make_relation("along", "torque against longitudinal acceleration", data, extra, terms, names,

@@ -111,8 +111,8 @@ def _digits(name: str) -> int:
 MISSING = {
     "mass": "it needs suspension deflections with spring rates, suspension or tyre forces, axle loads, or drive and brake "
     "torque with the longitudinal acceleration",
-    "height": "it needs braking and accelerating, or cornering, seen by suspension deflections (with spring rates) or by "
-    "suspension, tyre or axle forces",
+    "height": "it needs braking and accelerating, or cornering, seen by suspension deflections (with spring rates), by "
+    "suspension, tyre or axle forces, or by the pitch rate with spring rates and torques",
     "place": "it needs suspension deflections with spring rates, or suspension, tyre or axle forces",
 }
 

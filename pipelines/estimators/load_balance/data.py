@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from parsers.jit import kernel
+from pipelines.estimators.load_balance.nodding import nodding_columns
+from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
 from pipelines.joint.unknowns import CORNERS, TYRE_SHARE, Known
 from pipelines.models.roll import GRAVITY
-from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
 
@@ -24,11 +24,11 @@ BLOCK_S = 12.0
 STICK_M = 0.001
 """Travel within which dry friction turns round."""
 
-STICK_HZ = 8.0
-"""Low-pass of the deflection for friction: above it there is more noise than motion."""
-
 SOFTER = 7.0
 """How much more a body leans than on its tyres alone, where no deflection tells it."""
+
+CRAWL = 0.3
+"""m/s below which wheels are taken not to roll."""
 
 BRAKING = 0.7
 """m/s² of deceleration from which the brakes are taken to be on where no brake signal is in the log."""
@@ -57,50 +57,6 @@ class Columns:
         return all(n in self.columns and bool(np.isfinite(self.columns[n]).any()) for n in names)
 
 
-@kernel
-def _stop(travel: FloatArray, limit: float, out: FloatArray) -> None:
-    """The stop operator (elastic up to `limit`, then sliding), between -1 and 1: dry friction with a memory.
-
-    Small noise moves it to and fro and does not make it forget. travel, out: (n,).
-    """
-    state = 0.0
-    for i in range(1, travel.size):
-        state = min(max(state + travel[i] - travel[i - 1], -limit), limit)
-        out[i] = state / limit
-
-
-class _Smoother:
-    """Low-passes, differentiates and thins columns segment by segment; missing stretches stay missing."""
-
-    def __init__(self, prepared: Prepared, band_hz: float) -> None:
-        self.prepared = prepared
-        self.band_hz = band_hz
-        self.step = max(1, int(prepared.rate_hz / (4 * band_hz)))
-        rows = [np.arange(s.start, s.stop, self.step) for s in prepared.segments]
-        self.rows = np.concatenate(rows) if rows else np.zeros(0, dtype=np.int64)
-
-    def whole(self, values: FloatArray, rate: int = 0) -> FloatArray:
-        """(n,) low-passed, and differentiated `rate` times, at the full number of rows."""
-        out = np.full(len(values), np.nan)
-        for s in self.prepared.segments:
-            part = values[s.start : s.stop]
-            there = np.isfinite(part)
-            if there.sum() < 4:
-                continue
-            if not there.all():
-                at = np.arange(len(part))
-                part = np.interp(at, at[there], part[there])
-            part = lowpass(part, self.prepared.rate_hz, self.band_hz)
-            for _ in range(rate):
-                part = np.gradient(part) * self.prepared.rate_hz
-            out[s.start : s.stop] = np.where(there, part, np.nan)
-        return out
-
-    def __call__(self, values: FloatArray, rate: int = 0) -> FloatArray:
-        """As `whole`, thinned."""
-        return np.asarray(self.whole(values, rate)[self.rows])
-
-
 def _levelled(prepared: Prepared, tilt: FloatArray) -> FloatArray:
     """The vertical specific force with its mean set to gravity: a vehicle does not rise for ever.
 
@@ -127,28 +83,16 @@ def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
     return out
 
 
-def _friction(calm: FloatArray, prepared: Prepared) -> FloatArray:
-    """The state of dry friction, segment by segment; it starts in the middle."""
-    out = np.full(len(calm), np.nan)
-    for s in prepared.segments:
-        part = np.ascontiguousarray(calm[s.start : s.stop])
-        if np.isfinite(part).all():
-            state = np.zeros(len(part))
-            _stop(part, STICK_M, state)
-            out[s.start : s.stop] = state
-    return out
-
-
-def _corner_columns(prepared: Prepared, smooth: _Smoother) -> dict[str, FloatArray]:
+def _corner_columns(prepared: Prepared, smooth: Smoother) -> dict[str, FloatArray]:
     """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, friction."""
     found: dict[str, FloatArray] = {}
-    calm = _Smoother(prepared, STICK_HZ)
+    calm = Smoother(prepared, STICK_HZ)
     for wheel in CORNERS:
         d = prepared.columns[f"suspension_deflection_{wheel}"]
         rate = _rate_of(d, prepared)
         parts = {
             "d": d, "d2": d * d, "d3": d**3, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
-            "stick": _friction(calm.whole(d), prepared),
+            "stick": friction_state(calm.whole(d), prepared, STICK_M),
         }  # fmt: skip
         for name, column in parts.items():
             found[f"{name}_{wheel}"] = smooth(column)
@@ -211,7 +155,7 @@ def _tilted(prepared: Prepared, angles: tuple[FloatArray, FloatArray]) -> FloatA
 
 
 def _inertial(
-    prepared: Prepared, smooth: _Smoother, angles: tuple[FloatArray, FloatArray]
+    prepared: Prepared, smooth: Smoother, angles: tuple[FloatArray, FloatArray]
 ) -> dict[str, FloatArray]:
     """Accelerations, their rates, and angular accelerations (gyros, or the deflections' where there are none)."""
     c, n = prepared.columns, len(prepared.time_s)
@@ -246,9 +190,13 @@ def _pedals(
     found: dict[str, FloatArray] = {}
     gain = known.mean[known.index("brake_gain")]
     pressure = c.get("brake_pressure")
-    if brake is None and pressure is not None and gain > 2e-6 and gain != 1.0:
-        brake = gain * np.maximum(pressure, 0.0)
-        found["by_pressure"] = np.ones(n)
+    if pressure is not None and gain > 2e-6 and gain != 1.0:
+        pushed = gain * np.maximum(pressure, 0.0)
+        if brake is None:
+            brake = pushed
+            found["by_pressure"] = np.ones(n)
+        else:
+            found["pushed"] = pushed
     if brake is not None:
         found["brake"] = np.abs(brake)
         on = found["brake"] > 0.02 * max(float(np.nanmax(found["brake"], initial=0.0)), 1.0)
@@ -282,7 +230,7 @@ def _kinds(prepared: Prepared) -> tuple[str, ...]:
     return tuple(found)
 
 
-def _at_rest(prepared: Prepared, smooth: _Smoother) -> FloatArray:
+def _at_rest(prepared: Prepared, smooth: Smoother) -> FloatArray:
     """(n,) 1 at rest, 0 moving, NaN near the change of one into the other."""
     still = prepared.standstill
     if len(still) == 0:
@@ -299,7 +247,7 @@ def _at_rest(prepared: Prepared, smooth: _Smoother) -> FloatArray:
 
 def collect(prepared: Prepared, known: Known, band_hz: float) -> Columns:
     """All columns of the balances from a prepared drive; empty where it has no segments."""
-    smooth = _Smoother(prepared, band_hz)
+    smooth = Smoother(prepared, band_hz)
     kinds = _kinds(prepared) if prepared.segments else ()
     c = prepared.columns
     angles = _angles(prepared, known, "deflection" in kinds)
@@ -322,7 +270,11 @@ def collect(prepared: Prepared, known: Known, band_hz: float) -> Columns:
     found["v"], found["v2"] = smooth(speed), smooth(speed * speed)
     found["vdot"] = smooth(speed, 1) if v is not None else found.get("fx", found["v"])
     found["vyaw"] = found["v"] * found["yaw"]
-    found |= {n: smooth(pedals[n]) for n in ("brake", "drive", "on") if n in pedals}
+    found |= {n: smooth(pedals[n]) for n in ("brake", "drive", "on", "pushed") if n in pedals}
+    found["on_rolling"] = smooth(pedals["on"] * (speed > CRAWL))
+    found["v2_on"] = smooth(pedals["on"] * speed * speed)
+    if v is not None:
+        found |= nodding_columns(prepared, found, smooth)
     if "by_pressure" in pedals:
         found["by_pressure"] = np.ones(len(rest))
     sag = None

@@ -13,9 +13,11 @@ import numpy as np
 from parsers.drive import Drive
 from parsers.signals import WHEELS
 from pipelines.estimators.base import Need, Setting, Settings
-from pipelines.estimators.load_balance.along import along_relation
+from pipelines.estimators.load_balance.along import along_relation, pads_relation
 from pipelines.estimators.load_balance.answers import answers, behind_the_axles, unanswered
+from pipelines.estimators.load_balance.attitude import attitude_relation
 from pipelines.estimators.load_balance.data import Columns, collect
+from pipelines.estimators.load_balance.evidence import evidence_of
 from pipelines.estimators.load_balance.figures import traces, tracks
 from pipelines.estimators.load_balance.relations import relations
 from pipelines.estimators.load_balance.solve import Fit, solve
@@ -33,7 +35,7 @@ SOURCES: tuple[tuple[str, ...], ...] = (
 )
 TORQUES = ("brake_torque", "drive_torque", "brake_pressure")
 OPTIONAL = (
-    "accel_y", "accel_z", "roll_rate", "pitch_rate", "yaw_rate", "speed", "gps_speed_2d", "brake_pressure",
+    "accel_y", "accel_z", "pitch", "roll_rate", "pitch_rate", "yaw_rate", "speed", "gps_speed_2d", "brake_pressure",
     "brake_torque", "drive_torque",
     *(f"{kind}_{w}" for kind in ("wheel_speed", "brake_torque", "drive_torque") for w in WHEELS),
 )  # fmt: skip
@@ -54,6 +56,7 @@ CONTRADICTION = (
     "file's masses, springs and lengths"
 )
 HEAVY_KG = 3700.0
+MASSES = ("mass_kg", "sprung_mass_kg")
 HEIGHTS = ("cg_height_m", "sprung_cg_height_m", "roll_arm_m")
 HEAVY = (
     "deflections do not tell it of a vehicle of this weight: the dry friction and progressive springs of such axles are as large "
@@ -61,7 +64,10 @@ HEAVY = (
 )
 """Empty mass beyond which spring deflections are not taken for forces in load transfer, and what is said then."""
 
-UNSEEN = "it needs suspension deflections with spring_rate_front_npm and spring_rate_rear_npm, or suspension, tyre or axle forces"
+UNSEEN = (
+    "it needs suspension deflections with spring_rate_front_npm and spring_rate_rear_npm, or suspension, tyre or axle forces; "
+    "for the height the pitch rate with these rates and torques will do"
+)
 
 
 def _value(settings: Settings, name: str) -> float:
@@ -125,14 +131,18 @@ class LoadBalance:
             )
         data = collect(prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz))
         along = along_relation(data, known)
-        found = relations(data, known) + (() if along is None else (along,))
+        nod = attitude_relation(data, known)
+        found = relations(data, known) + tuple(
+            r for r in (nod, along, None if along is None else pads_relation(data, known)) if r is not None
+        )
         if not found:
             return self._nothing(known, vehicle, self._lacks(data, known))
         fit = solve(found, known)
         parameters = answers(fit, data, vehicle.reference)
-        if len(found) == 1 and along is not None:
-            # torques tell the mass; what they seem to tell of the place is the load's prior alone
-            parameters = {n: p for n, p in parameters.items() if n in ("mass_kg", "sprung_mass_kg")}
+        if not data.kinds:
+            # torques tell the mass, the nose's motion the height; what they seem to tell of the place is the load's prior alone
+            told = MASSES if nod is None else (*MASSES, *HEIGHTS)
+            parameters = {n: p for n, p in parameters.items() if n in told}
         if fit.inflation > CONTRADICTED:
             reason = f"{CONTRADICTION} (misfit {fit.inflation:.1f} times what is usual)"
             return replace(
@@ -156,6 +166,7 @@ class LoadBalance:
             tracks=tracks(fit, data), traces=traces(fit, data),
             assumptions=(*known.assumptions, self._filter(prepared, settings)),
             diagnostics=self._figures(fit, data), used_fraction=used,
+            evidence=evidence_of(fit, data, heavy=empty is not None and empty.value > HEAVY_KG),
         )  # fmt: skip
 
     def _nothing(self, known: Known, vehicle: Vehicle, reason: str) -> Estimate:

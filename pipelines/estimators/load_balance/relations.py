@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.estimators.load_balance.data import AIR, Columns
+from pipelines.joint.body import body_inertias
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -52,9 +53,9 @@ class Relation:
     unknowns: tuple[int, ...]
 
     def vector(self, p: Values) -> FloatArray:
-        """(k,) coefficients of the columns."""
+        """(k,) coefficients of the columns; (k, n) where the values are (n,) of many vehicles."""
         terms = self.coefficients(p)
-        return np.array([terms[name] for name in self.columns])
+        return np.array(np.broadcast_arrays(*(terms[name] for name in self.columns)))
 
 
 def add(terms: Terms, name: str, value: float) -> None:
@@ -191,8 +192,17 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         lever, terms = levers(p, body), Terms()
         FORCES[kind](p, lever, terms)
         gain = 1 + p[f"gain_pitch_{kind}"]
-        links = (0.0, 0.0) if whole else (p["pitch_center_brake"], p["pitch_center_drive"])
+        # tyre loads and axle loads see the patches' lag as well: `behind_the_axles` takes it from their heights
+        links = (
+            (0.0, 0.0)
+            if whole
+            else (p["pitch_center_brake"] - p["patch_lag"], p["pitch_center_drive"] - p["patch_lag"])
+        )
         brake, drive = (gain * (body.moment - body.mass * link) for link in links)
+        # drag passes the tyres by, and rolling resistance is no brake's
+        pressure = 0.5 * AIR * p["drag"]
+        add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
+        add(terms, "v2_on", -(links[0] - links[1]) * pressure)
         mean = 0.5 * (brake + drive)
         _forward(p, body, mean, terms, (brake, drive))
         add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])
@@ -200,11 +210,12 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
         add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
         lift = lever[0] * p["lift_front"] + lever[2] * p["lift_rear"]
-        add(terms, "v2", 0.5 * AIR * (p["drag"] * p["drag_height"] + (0.0 if whole else lift)))
-        add(terms, "pitch_acc", p["pitch_inertia"])
+        add(terms, "v2", pressure * (p["drag_height"] - links[1]) + 0.5 * AIR * (0.0 if whole else lift))
+        add(terms, "pitch_acc", body_inertias(p)[1] * (1 + p["swing_pitch"]))
         add(terms, "yaw2", p["product"])
         if not whole:
             add(terms, "one", p["pitch_bias"])
+            add(terms, "rest", p["pitch_wound"])
         add(terms, "move", p["rolling_shift"] * body.mass * GRAVITY * p["rolling"] * p["radius"])
         return _scaled(terms, _stiffness(kind, p, lever, bars=False) / nominal)
 
@@ -238,7 +249,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         if whole:
             add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * axis)
         add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
-        add(terms, "roll_acc", -p["roll_inertia"])
+        add(terms, "roll_acc", -body_inertias(p)[0] * (1 + p["swing_roll"]))
         mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
         add(terms, "fz", -mass * left)
         return _scaled(terms, _stiffness(kind, p, lever, bars=True) / nominal)
@@ -293,6 +304,7 @@ def make_relation(
     instruments: Sequence[str],
     where: FloatArray,
     known: Known,
+    least_s: float = 20.0,
 ) -> Relation | None:
     """Table and instruments on the rows where all of them are there; None where nearly nothing is."""
     at = known.at(np.zeros(len(known.names)))
@@ -302,7 +314,7 @@ def make_relation(
     z = np.column_stack([pool[n] for n in named])
     table = np.column_stack([pool[n] for n in used])
     good = np.isfinite(table).all(axis=1) & np.isfinite(z).all(axis=1) & (where > 0)
-    if good.sum() < 20 * data.rate_hz:
+    if good.sum() < least_s * data.rate_hz:
         return None
     z = z[good]
     size = np.sqrt(np.mean(z * z, axis=0))

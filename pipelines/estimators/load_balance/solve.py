@@ -111,8 +111,9 @@ def _reduce(relation: Relation, known: Known, u: FloatArray, first: bool) -> Red
     scattered = (scores - scores.mean(axis=0)).T @ (scores - scores.mean(axis=0)) * b / max(b - 1, 1)
     z = relation.instruments * weight[:, None]
     rows = _correlation_rows(weight * residual, max(10, len(residual) // max(b, 1)))
-    variance = float(np.mean((weight * residual) ** 2))
-    even = variance * rows * (z.T @ z)
+    # row by row: residuals are small where little road passes, and instruments may count those rows above all
+    score = z * residual[:, None]
+    even = rows * (score.T @ score)
     share = b / (b + 2.0 * z.shape[1])
     covariance = share * scattered + (1 - share) * even
     gross = np.abs(relation.table * theta).max(axis=1)

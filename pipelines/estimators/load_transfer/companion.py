@@ -33,6 +33,7 @@ from pipelines.estimators.load_transfer.data import (
     known_of,
     prepare_struts,
 )
+from pipelines.estimators.load_transfer.evidence import evidence
 from pipelines.estimators.load_transfer.figures import force_traces, mass_tracks
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
@@ -111,12 +112,14 @@ class LoadTransferBatch:
         if wrong is not None:
             return self._nothing(wrong, vehicle)
         parameters = self._parameters(found, standing, data, known, vehicle)
+        moving = data.moving and found.blocks >= LEAST_STRETCHES
         return Estimate(
             self.name, "ran", "the strut forces of the whole drive were fitted", parameters,
             tracks=mass_tracks(found, data, known, parameters),
             traces=force_traces(self.name, data, prepared, found.fitted),
             assumptions=assumptions(data, known, errors), diagnostics=_figures(found, data),
             used_fraction=data.size / max(data.drive_rows, 1),
+            evidence=evidence(found, data, known, vehicle, standing, moving),
         )  # fmt: skip
 
     def _parameters(
@@ -159,6 +162,13 @@ def _halves(known: Known) -> FloatArray:
     return np.array([front, -front, rear, -rear])
 
 
+def _about_cg(found: BatchFit, known: Known) -> FloatArray:
+    """(4,) levers of the struts behind the sprung CG, m: what the links lift of the whole body has no moment there."""
+    loads = found.coefficients[STATIC]
+    behind = float(loads[2:].sum() / loads.sum())
+    return known.wheelbase.value * np.array([-behind, -behind, 1 - behind, 1 - behind])
+
+
 def _standing(
     found: BatchFit, data: StrutData, known: Known, vehicle: Vehicle, errors: Errors, model: float
 ) -> Standing:
@@ -191,9 +201,8 @@ def pitch_arm(found: BatchFit, sprung: float, known: Known, vehicle: Vehicle) ->
 
     Beside it the struts see the unsprung masses held at their hubs, the wheels' spin, and the tyres' patches.
     """
-    rear = known.wheelbase.value * np.array([0.0, 0.0, 1.0, 1.0])
     both = np.zeros_like(found.coefficients)
-    both[ALONG] = both[BRAKING] = rear
+    both[ALONG] = both[BRAKING] = _about_cg(found, known)
     flat = both.ravel()
     arm = float(flat @ found.coefficients.ravel()) / sprung
     spread = math.sqrt(max(float(flat @ found.covariance @ flat), 0.0)) / sprung
@@ -210,9 +219,9 @@ def pitch_arm(found: BatchFit, sprung: float, known: Known, vehicle: Vehicle) ->
 
 def drag_area(found: BatchFit, sprung: float, known: Known) -> tuple[float, float]:
     """Drag area, m², and its standard deviation: the force is taken to act as high as the arm of driving."""
-    rear = known.wheelbase.value * np.array([0.0, 0.0, 1.0, 1.0])
-    moment, spread = found.combine(rear, DRAG)
-    arm, _ = found.combine(rear, ALONG)
+    lever = _about_cg(found, known)
+    moment, spread = found.combine(lever, DRAG)
+    arm, _ = found.combine(lever, ALONG)
     arm = max(arm / sprung, 0.1)
     area = moment / (0.5 * AIR * arm)
     return area, math.hypot(spread / (0.5 * AIR * arm), 0.25 * area, LIFT_M2)

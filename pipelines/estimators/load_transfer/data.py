@@ -319,7 +319,7 @@ def collect(prepared: Prepared, known: Known) -> StrutData | None:
             level[axis], doubt[axis] = (zero if instead is None else instead), GRAVITY * ROAD_STD[axis] * 3
         else:
             column = column - GRAVITY * TYRES * _standing(angle, column)
-            offset, doubt[axis] = _offset(column, instead, beside[axis], axis, 0.8 if leaning else 1.0)
+            offset, doubt[axis] = _offset(column, instead, beside[axis], axis, 0.9 if leaning else 1.0)
             level[axis] = column - offset
     normal_gravity = _normal_gravity(level["x"], paths["x"] if raw["x"] is not None else None, rate_hz)
     normal = None if vertical is None else _levelled(vertical, level["x"], level["y"], normal_gravity)

@@ -24,8 +24,8 @@ IDENTIFIED, WEAK = 0.5, 0.9
 IDENTIFIED_ALONE, WEAK_ALONE = 0.08, 0.2
 """The same for parameters without a prior: standard deviation over value."""
 
-DISCREPANCY = {"b": 0.08, "c": 0.10, "rate_gain": 0.03}
-DISCREPANCY_AXLES = {"b": 0.12, "c": 0.12, "rate_gain": 0.03}
+DISCREPANCY = {"b": 0.10, "c": 0.16, "rate_gain": 0.03}
+DISCREPANCY_AXLES = {"b": 0.12, "c": 0.16, "rate_gain": 0.03}
 """Relative error of the linear two-state model itself: tyres in series under damped springs, dampers with a knee (b is
 that of their working point), sensors' filters. For an angle against the horizon, and for one against the axles, whose
 tyres' motion is not seen."""

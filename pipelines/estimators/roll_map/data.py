@@ -3,137 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy.fft import irfft, next_fast_len, rfft, rfftfreq
-from scipy.ndimage import uniform_filter1d
-from scipy.signal import welch
 
 from parsers.channels import IntArray
+from pipelines.estimators.roll_map.spectrum import Band, Shifter, motion_band, sharpened
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import BoolArray, Prepared
 from pipelines.prepare.roll_angle import RollSource
 from pipelines.prepare.spans import runs
 from pipelines.results import FloatArray
 
+PROBE_ROWS = 256
 EDGE_S = 0.3
+LOWEST_BAND_HZ = 0.8
 WINDOW_S = 6.0
 """The filter's ends are not scored for EDGE_S; WINDOW_S around lively lateral acceleration are kept."""
-
-LEAST_POWER = 0.005
-NOISE_TIMES = 30.0
-LOWEST_BAND_HZ = 0.8
-SLOW_HZ = 0.17
-"""The band ends where the input falls below this share of its peak or this near to its noise, but not below
-0.8 Hz; below 0.17 Hz roads' banks change as well."""
-
-
-@dataclass(frozen=True)
-class _Part:
-    """One segment's spectrum: rows start..stop, continued by `pad` rows at both ends, less a straight line."""
-
-    start: int
-    stop: int
-    pad: int
-    size: int
-    spectrum: NDArray[np.complex128]
-    omega: FloatArray
-    first: float
-    slope: float
-
-
-class Shifter:
-    """A band-limited column that can be read at any delay, segment by segment.
-
-    Works on the spectrum, with the ends continued by turning the signal about its end points, so that a delay of a
-    fraction of a sample smooths nothing. `held` prepares it for a first-order hold: straight lines between samples
-    weaken a motion by sinc² (5 % at an eighth of the rate), which is made good beforehand.
-    """
-
-    def __init__(
-        self,
-        values: FloatArray,
-        starts: IntArray,
-        stops: IntArray,
-        rate_hz: float,
-        *,
-        held: bool = False,
-    ) -> None:
-        """values: (n,) finite inside the segments."""
-        self._n = len(values)
-        self._rate = rate_hz
-        self._parts = [
-            self._part(values[start:stop], start, rate_hz, held)
-            for start, stop in zip(starts.tolist(), stops.tolist(), strict=True)
-        ]
-
-    @staticmethod
-    def _part(part: FloatArray, start: int, rate_hz: float, held: bool) -> _Part:
-        pad = min(len(part) - 1, int(2 * rate_hz))
-        before = 2 * part[0] - part[pad:0:-1]
-        after = 2 * part[-1] - part[-2 : -pad - 2 : -1]
-        long = np.concatenate((before, part, after))
-        first, slope = float(long[0]), float((long[-1] - long[0]) / (len(long) - 1))
-        size = next_fast_len(len(long), real=True)
-        level = long - first - slope * np.arange(len(long))
-        spectrum = rfft(np.concatenate((level, np.zeros(size - len(long)))))
-        frequency = rfftfreq(size)
-        if held:
-            spectrum = spectrum / np.sinc(frequency) ** 2
-        return _Part(
-            start, start + len(part), pad, size, spectrum, 2 * np.pi * rate_hz * frequency, first, slope
-        )
-
-    def slope(self, delay_s: float) -> FloatArray:
-        """(n,) the rate of change per second of the column `delay_s` earlier; zero outside the segments."""
-        out = np.zeros(self._n)
-        for part in self._parts:
-            turned = part.spectrum * (1j * part.omega) * np.exp(-1j * part.omega * delay_s)
-            turned[-1] = turned[-1].real
-            moved = irfft(turned, n=part.size)
-            out[part.start : part.stop] = (
-                moved[part.pad : part.pad + part.stop - part.start] + part.slope * self._rate
-            )
-        return out
-
-    def delayed(self, delay_s: float) -> FloatArray:
-        """(n,) the column `delay_s` earlier: value(t - delay_s); zero outside the segments."""
-        out = np.zeros(self._n)
-        for part in self._parts:
-            moved = irfft(part.spectrum * np.exp(-1j * part.omega * delay_s), n=part.size)
-            rows = np.arange(part.pad, part.pad + part.stop - part.start)
-            line = part.first + part.slope * (rows - delay_s * self._rate)
-            out[part.start : part.stop] = moved[rows[0] : rows[-1] + 1] + line
-        return out
-
-
-def lively_band(values: FloatArray, pieces: list[tuple[int, int]], rate_hz: float) -> tuple[float, float]:
-    """The frequency in Hz up to which lateral acceleration holds motion and not just noise; and the share of its
-    power below SLOW_HZ.
-
-    An input's noise biases a fit that takes the input as it is (errors in variables): where there is more noise than
-    motion, the fit learns that the body does not answer, and b and c came out two to three times too large in a slow
-    slalom. So everything is low-passed once more, alike, where the input's power falls below 1/200 of its peak or 30
-    times the noise (the density in the top third of the band, where no vehicle rolls).
-    """
-    width = min(max(b - a for a, b in pieces), max(16, round(12 * rate_hz)))
-    power = np.zeros(width // 2 + 1)
-    weight = 0.0
-    frequency = np.linspace(0, rate_hz / 2, len(power))
-    for start, stop in pieces:
-        if stop - start < width:
-            continue
-        frequency, part = welch(values[start:stop], rate_hz, "hann", nperseg=width, detrend="constant")
-        power += part * (stop - start)
-        weight += stop - start
-    density = uniform_filter1d(power / weight, 3, mode="nearest")
-    top = (frequency > 0.3 * rate_hz) & (frequency < 0.45 * rate_hz)
-    noise = float(np.median(density[top])) if top.any() else 0.0
-    strong = np.flatnonzero(density >= max(LEAST_POWER * float(density.max()), NOISE_TIMES * noise))
-    highest = float(frequency[strong[-1]]) if len(strong) else 0.0
-    slow = float(power[1:][frequency[1:] <= SLOW_HZ].sum() / max(float(power[1:].sum()), 1e-300))
-    return float(np.clip(1.2 * highest, LOWEST_BAND_HZ, 0.5 * rate_hz)), slow
 
 
 @dataclass(frozen=True)
@@ -159,6 +45,8 @@ class RollData:
     whole_rate: FloatArray
     yaw: FloatArray
     shifter: Shifter
+    clean_shifter: Shifter
+    band: Band | None
     yaw_shifter: Shifter | None
     against_axles: bool
     has_roll: bool
@@ -166,7 +54,10 @@ class RollData:
     has_yaw: bool
     rate_shift_s: float
     band_hz: float
+    top_hz: float
+    every: int
     slow_share: float
+    input_noise: float
     drive_rows: int
     rate_with_accel: bool = False
 
@@ -174,6 +65,45 @@ class RollData:
     def size(self) -> int:
         """Rows in use."""
         return len(self.rows)
+
+    @cached_property
+    def taken(self) -> tuple[IntArray, IntArray, IntArray]:
+        """The rows that are compared with the model, and where each segment's start and stop among them."""
+        taken = scored_rows(self.starts, self.stops, self.every, 1 / self.step_s)
+        return taken, np.searchsorted(taken, self.starts), np.searchsorted(taken, self.stops)
+
+    def cleaned(self) -> RollData:
+        """The same with the part of the input that is motion."""
+        return replace(self, shifter=self.clean_shifter)
+
+    def probe(self) -> RollData:
+        """A single sample of 1 m/s² amid quiet, on the same channels."""
+        starts, stops = np.array([0]), np.array([PROBE_ROWS])
+        accel, quiet = np.zeros(PROBE_ROWS), np.zeros(PROBE_ROWS)
+        accel[PROBE_ROWS // 2] = 1.0
+        if not self.whole:
+            accel = lowpass(accel, 1 / self.step_s, self.band_hz)
+        nothing = np.full(PROBE_ROWS, np.nan)
+        return replace(
+            self,
+            rows=np.arange(PROBE_ROWS),
+            starts=starts,
+            stops=stops,
+            accel=accel,
+            roll=quiet if self.has_roll else nothing,
+            rate=quiet if self.has_rate else nothing,
+            whole_roll=quiet,
+            whole_rate=quiet,
+            yaw=quiet,
+            shifter=Shifter(accel, starts, stops, 1 / self.step_s, held=True),
+            clean_shifter=Shifter(accel, starts, stops, 1 / self.step_s, held=True, band=self.band),
+            yaw_shifter=None,
+        )
+
+    @property
+    def whole(self) -> bool:
+        """Whether the whole band is in use."""
+        return self.band_hz >= 0.45 / self.step_s
 
     @property
     def quickness(self) -> float:
@@ -245,9 +175,14 @@ def _coarse_lag(roll: FloatArray, rate: FloatArray, segments: list[tuple[int, in
 
 
 def collect(
-    prepared: Prepared, roll: RollSource | None, least_excitation: float, most_rows: int
+    prepared: Prepared,
+    roll: RollSource | None,
+    least_excitation: float,
+    most_rows: int,
+    *,
+    wide: bool = False,
 ) -> RollData | None:
-    """Cut the excited stretches out of a prepared drive; None where nothing is left."""
+    """Cut the excited stretches out of a prepared drive; None where nothing is left. wide: the whole band (see `fit_best`)."""
     if not prepared.segments:
         return None
     rate_hz = prepared.rate_hz
@@ -256,7 +191,7 @@ def collect(
     for segment in prepared.segments:
         inside[segment.start : segment.stop] = True
     level = prepared.standstill_offset.get("accel_y", (0.0, 0.0))[0]
-    keep = _capped(lively(accel, inside, rate_hz, least_excitation, level), accel, rate_hz, most_rows)
+    keep = _capped(lively(accel, inside, rate_hz, least_excitation, level), accel, rate_hz, 2 * most_rows)
     pieces: list[tuple[int, int]] = []
     for segment in prepared.segments:
         for first, past in runs(keep[segment.start : segment.stop]):
@@ -272,70 +207,98 @@ def collect(
         if column in prepared.columns:
             columns[name] = prepared.columns[column]
     against_axles = use_angle and roll is not None and roll.against == "axles"
-    found = _cut(columns, pieces, rate_hz, against_axles)
+    found = _cut(columns, pieces, rate_hz, prepared.cutoff_hz, against_axles, wide)
     return replace(found, rate_with_accel="roll_rate" in prepared.together)
 
 
 def _cut(
-    columns: dict[str, FloatArray], pieces: list[tuple[int, int]], rate_hz: float, against_axles: bool
+    columns: dict[str, FloatArray],
+    pieces: list[tuple[int, int]],
+    prepared_hz: float,
+    cutoff_hz: float,
+    against_axles: bool,
+    wide: bool,
 ) -> RollData:
-    """The pieces of all columns, cut together and low-passed alike to the band that holds motion."""
-    rows = np.concatenate([np.arange(a, b) for a, b in pieces])
-    lengths = np.array([b - a for a, b in pieces])
+    """The pieces of all columns, cut together and taken at twice the cutoff; low-passed to the lively band unless `wide`."""
+    rows = np.concatenate([np.arange(a, b, 2) for a, b in pieces])
+    rate_hz = prepared_hz / 2
+    lengths = np.array([(b - a + 1) // 2 for a, b in pieces])
     stops = np.cumsum(lengths)
     starts = stops - lengths
     segments = list(zip(starts.tolist(), stops.tolist(), strict=True))
-    band, slow_share = lively_band(columns["accel"], pieces, rate_hz)
+    cut = {name: _whole(column, pieces, prepared_hz, cutoff_hz) for name, column in columns.items()}
+    band = motion_band(cut["accel"], segments, rate_hz)
+    every, band_hz = 1, rate_hz / 2
+    if not wide:
+        band_hz = min(max(1.2 * band.sure_hz, LOWEST_BAND_HZ), rate_hz / 2)
+        every = max(1, int(rate_hz / (2 * band_hz)))
+        cut = {name: _narrowed(column, segments, band_hz, rate_hz) for name, column in cut.items()}
     lag = 0.0
-    if "roll" in columns and "rate" in columns:
-        lag = _coarse_lag(columns["roll"][rows], columns["rate"][rows], segments, rate_hz)
-    cut: dict[str, FloatArray] = {}
-    for name, column in columns.items():
-        parts = [_narrowed(column[a:b], rate_hz, band) for a, b in pieces]
-        cut[name] = np.concatenate(parts)
+    if "roll" in cut and "rate" in cut:
+        lag = _coarse_lag(cut["roll"], cut["rate"], segments, rate_hz)
     nothing = np.full(len(rows), np.nan)
     angle, rate, yaw = (cut.get(name, nothing) for name in ("roll", "rate", "yaw"))
     has_yaw = bool(np.isfinite(yaw).all())
     if lag:
         moved = Shifter(np.nan_to_num(rate), starts, stops, rate_hz).delayed(-lag)
         rate = np.where(np.isfinite(rate), moved, np.nan)
-    scored = _scored(len(rows), segments, rate_hz, band)
+    scored = np.zeros(len(rows), dtype=bool)
+    scored[scored_rows(starts, stops, every, rate_hz)] = True
+    accel = cut["accel"]
     return RollData(
         step_s=1 / rate_hz,
         rows=rows,
         starts=starts,
         stops=stops,
-        accel=cut["accel"],
+        accel=accel,
         roll=np.where(scored, angle, np.nan),
         rate=np.where(scored, rate, np.nan),
         whole_roll=angle,
         whole_rate=rate,
         yaw=yaw if has_yaw else np.zeros(len(rows)),
         shifter=Shifter(cut["accel"], starts, stops, rate_hz, held=True),
+        clean_shifter=Shifter(cut["accel"], starts, stops, rate_hz, held=True, band=band),
+        band=band,
         yaw_shifter=Shifter(yaw, starts, stops, rate_hz, held=True) if has_yaw else None,
         against_axles=against_axles,
         has_roll=bool(np.isfinite(angle[scored]).any()),
         has_rate=bool(np.isfinite(rate[scored]).any()),
         has_yaw=has_yaw,
         rate_shift_s=lag,
-        band_hz=band,
-        slow_share=slow_share,
+        band_hz=band_hz,
+        top_hz=band.top_hz,
+        every=every,
+        slow_share=band.slow_share,
+        input_noise=band.noise / 2,
         drive_rows=len(columns["accel"]),
     )
 
 
-def _narrowed(part: FloatArray, rate_hz: float, band_hz: float) -> FloatArray:
-    """A piece of a column, low-passed to the band; one with holes counts as missing."""
-    if not np.isfinite(part).all():
-        return np.full(len(part), np.nan)
-    return lowpass(part, rate_hz, band_hz) if band_hz < 0.45 * rate_hz else part
+def _whole(column: FloatArray, pieces: list[tuple[int, int]], rate_hz: float, cutoff_hz: float) -> FloatArray:
+    """The pieces of a column at half the rate; one with holes counts as missing."""
+    parts = [column[a:b] for a, b in pieces]
+    return np.concatenate(
+        [
+            sharpened(part, rate_hz, cutoff_hz)
+            if np.isfinite(part).all()
+            else np.full((len(part) + 1) // 2, np.nan)
+            for part in parts
+        ]
+    )
 
 
-def _scored(n: int, segments: list[tuple[int, int]], rate_hz: float, band_hz: float) -> BoolArray:
-    """Rows that are compared with the model: at twice the band, and not at the ends, where the filters settle."""
-    scored = np.zeros(n, dtype=bool)
-    every = max(1, int(rate_hz / (2 * band_hz)))
-    edge = round(max(EDGE_S, 0.5 / band_hz) * rate_hz)
+def _narrowed(
+    column: FloatArray, segments: list[tuple[int, int]], band_hz: float, rate_hz: float
+) -> FloatArray:
+    """A column low-passed to the band; a segment with holes counts as missing."""
+    out = np.full(len(column), np.nan)
     for start, stop in segments:
-        scored[start + edge : stop - edge : every] = True
-    return scored
+        if np.isfinite(column[start:stop]).all():
+            out[start:stop] = lowpass(column[start:stop], rate_hz, band_hz)
+    return out
+
+
+def scored_rows(starts: IntArray, stops: IntArray, every: int, rate_hz: float) -> IntArray:
+    """Rows that are compared with the model: at twice the band, and not at the ends, where the filters settle."""
+    edge = max(round(EDGE_S * rate_hz), every)
+    return np.concatenate([np.arange(a + edge, b - edge, every) for a, b in zip(starts, stops, strict=True)])

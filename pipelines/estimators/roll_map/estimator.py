@@ -16,11 +16,13 @@ from parsers.drive import Drive
 from parsers.signals import SUSPENSION_DEFLECTIONS
 from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.roll_map.answers import coefficients_of
+from pipelines.estimators.roll_map.choose import fit_best
 from pipelines.estimators.roll_map.data import RollData, collect
+from pipelines.estimators.roll_map.evidence import evidence_of
 from pipelines.estimators.roll_map.figures import fit_traces, gradient_track, height_track, roll_scatter
 from pipelines.estimators.roll_map.fit import RollFit, fit_roll
 from pipelines.estimators.roll_map.model import known_parameters
-from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle
+from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle, usable
 from pipelines.estimators.roll_map.words import (
     assumptions_of_fit,
     conflicts,
@@ -129,15 +131,15 @@ class RollMap:
             angle = ["roll_rate"]
         optional = ["roll_rate", "yaw_rate", "speed", *pairs]
         cutoff = _value(settings, "cutoff_hz")
-        # at twice the cutoff the low-passed noise is nearly white again, which the likelihood takes it for
+        # twice as dense as the likelihood takes them: it makes the low-pass good and thins them itself
         first = prepare_signals(
-            drive, ["accel_y", *angle], rate_hz=2 * cutoff, cutoff_hz=cutoff, optional=optional
+            drive, ["accel_y", *angle], rate_hz=4 * cutoff, cutoff_hz=cutoff, optional=optional
         )
         if first.cutoff_hz >= cutoff or not first.segments:
             return first
         cutoff = first.cutoff_hz
         again = prepare_signals(
-            drive, ["accel_y", *angle], rate_hz=2 * cutoff, cutoff_hz=cutoff, optional=optional
+            drive, ["accel_y", *angle], rate_hz=4 * cutoff, cutoff_hz=cutoff, optional=optional
         )
         return replace(again, notes=tuple(dict.fromkeys((*first.notes, *again.notes))))
 
@@ -148,8 +150,8 @@ class RollMap:
         ranked = rank_roll(prepared, vehicle) if prepared.segments else ()
         roll = ranked[0] if ranked else None
         data = None
+        least = _value(settings, "least_excitation")
         if prepared.segments and (roll is not None or "roll_rate" in prepared.columns):
-            least = _value(settings, "least_excitation")
             data = collect(prepared, roll, least, round(_value(settings, "max_rows")))
         before = before_the_log(vehicle, rng, round(_value(settings, "draws")))
         spread = 0.0 if data is None else float(np.std(data.accel))
@@ -157,14 +159,21 @@ class RollMap:
         if data is None or not seen or spread < _value(settings, "least_spread"):
             return self._nothing(prepared, before, vehicle, spread, data)
         edges = np.unique(np.linspace(0, data.size, TRACK_POINTS + 1).round().astype(np.int64))[1:]
-        known = known_parameters(
-            data,
-            self._rate_offset(prepared),
-            _value(settings, "max_delay_s"),
-            _value(settings, "delay_std_s"),
-            self._lever(vehicle),
-        )
-        fit = fit_roll(data, known, edges)
+
+        def fitted(rows: RollData) -> RollFit:
+            known = known_parameters(
+                rows,
+                self._rate_offset(prepared),
+                _value(settings, "max_delay_s"),
+                _value(settings, "delay_std_s"),
+                self._lever(vehicle),
+            )
+            return fit_roll(rows, known, edges)
+
+        def whole() -> RollData | None:
+            return collect(prepared, roll, least, round(_value(settings, "max_rows")), wide=True)
+
+        data, fit = fit_best(data, whole, fitted)
         if fit.explained < LEAST_EXPLAINED:
             return self._nothing(prepared, before, vehicle, spread, data, not_following(fit))
         if fit.values["a"] < LEAST_STIFFNESS:
@@ -258,6 +267,9 @@ class RollMap:
             assumptions=(*assumptions_of_fit(data, fit, roll, prepared), *before.assumptions),
             diagnostics=figures,
             used_fraction=data.size / max(data.drive_rows, 1),
+            evidence=evidence_of(
+                usable(before, coefficients, data.against_axles)[0], data.against_axles, vehicle, self.name
+            ),
         )
 
     @staticmethod
@@ -278,6 +290,7 @@ class RollMap:
             "quickness_radps": fit.quickness,
             "samples": float(data.size),
             "band_hz": data.band_hz,
+            "whole_band": float(fit.whole_band),
             "scoring_steps": float(fit.steps),
             "converged": float(fit.converged),
             "correlation_factor_a": float(fit.covariance[i, i] / fit.white_covariance[i, i]),

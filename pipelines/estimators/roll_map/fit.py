@@ -9,22 +9,26 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import t as student
 
 from parsers.channels import IntArray
-from pipelines.estimators.roll_map.data import RollData, Shifter
-from pipelines.estimators.roll_map.model import BANK_TIME_S, CLIP, Known, friction_damping, run
+from pipelines.estimators.roll_map.data import RollData
+from pipelines.estimators.roll_map.likelihood import Problem, Slopes, climb, named
+from pipelines.estimators.roll_map.model import BANK_TIME_S, Known, friction_damping, run
+from pipelines.estimators.roll_map.spectrum import Shifter
+from pipelines.estimators.roll_map.spread import coloured_covariance, honest_covariance, long_run_covariance
 from pipelines.results import FloatArray
 
 CORRELATION_S = 2.0
 START_ROWS = 3000
 MOST_STEPS = 40
-SETTLED = 0.01
 START_STEPS = 10
+STRAYED = 3.0
+"""Nats that the polished answer may cost; more than that means that it ran away."""
 
 
 FRICTION_MPS2 = 0.08
@@ -37,10 +41,10 @@ goes with the lateral acceleration on roads that bank into their bends."""
 class RollFit:
     """The fit. values: by name. covariance: (p, p) in the order of `known`, with the white-noise one beside it.
 
-    scores: (n, p) the log-likelihood's gradient, row by row. normalised: (n, m) innovations in standard deviations.
+    normalised: (n, m) innovations in standard deviations.
     explained: share of the roll signal's variance that the simulation gives (negative where it does worse than none).
     quickness: rad/s, of the input (RMS of its rate over its RMS). doubt: of a, relative: what friction and banked bends leave
-    open (`_doubt`). friction_damping:
+    open (`_doubt`). whole_band: see `fit_best`. friction_damping:
     linear damping (of b) that a unit of friction is worth over the drive. edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
     """
 
@@ -48,7 +52,6 @@ class RollFit:
     values: Mapping[str, float]
     covariance: FloatArray
     white_covariance: FloatArray
-    scores: FloatArray
     edges: IntArray
     information: FloatArray
     gradient: FloatArray
@@ -60,6 +63,7 @@ class RollFit:
     friction_damping: float
     steps: int
     converged: bool
+    whole_band: bool = False
 
     def index(self, name: str) -> int:
         """Place of a parameter in the matrices."""
@@ -69,97 +73,6 @@ class RollFit:
         """Standard deviation of a parameter."""
         i = self.index(name)
         return math.sqrt(self.covariance[i, i])
-
-
-def _named(known: Sequence[Known], x: FloatArray) -> dict[str, float]:
-    return {k.name: float(value) for k, value in zip(known, x, strict=True)}
-
-
-def _cost(error: FloatArray, variance: FloatArray) -> float:
-    """Minus the log-likelihood (without its constant), with Huber's loss."""
-    square = error * error / variance
-    size = np.sqrt(square)
-    loss = np.where(size <= CLIP, 0.5 * square, CLIP * size - 0.5 * CLIP * CLIP)
-    return float(np.nansum(loss) + 0.5 * np.nansum(np.log(variance)))
-
-
-class _Problem:
-    """Cost, gradient and information of one set of data."""
-
-    def __init__(self, data: RollData, known: tuple[Known, ...]) -> None:
-        self.data, self.known = data, known
-        self.mean = np.array([k.mean for k in known])
-        self.weight = np.array([1 / k.std**2 for k in known])
-        self.low = np.array([k.low for k in known])
-        self.high = np.array([k.high for k in known])
-        self.step = np.array([k.step for k in known])
-
-    def prior_cost(self, x: FloatArray) -> float:
-        return 0.5 * float(np.sum(self.weight * (x - self.mean) ** 2))
-
-    def run(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return run(self.data, _named(self.known, x))[:2]
-
-    def cost(self, x: FloatArray) -> float:
-        error, variance = self.run(x)
-        value = _cost(error, variance) + self.prior_cost(x)
-        return value if math.isfinite(value) else math.inf
-
-    def jacobians(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Slopes (p, n, m) of the normalised innovations and of their log variances, and the innovations (n, m)."""
-        error, variance = self.run(x)
-        spread = np.sqrt(variance)
-        slope = np.empty((len(x), *error.shape))
-        growth = np.empty_like(slope)
-        for i, step in enumerate(self.step):
-            moved = x.copy()
-            moved[i] += step if x[i] + step <= self.high[i] else -step
-            other, wider = self.run(moved)
-            slope[i] = np.nan_to_num((other - error) / (moved[i] - x[i]) / spread)
-            growth[i] = np.nan_to_num((np.log(wider) - np.log(variance)) / (moved[i] - x[i]))
-        return slope, growth, error / spread
-
-    def scores(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Scores (n, p) of the data, then what `jacobians` gives."""
-        slope, growth, normalised = self.jacobians(x)
-        nu = np.nan_to_num(normalised)
-        psi = np.clip(nu, -CLIP, CLIP)
-        scores = -(slope * psi + 0.5 * growth * (1 - psi * nu)).sum(axis=2).T
-        # a missing output has no variance, hence no score: its growth is zero already
-        return scores, slope, growth, normalised
-
-
-def _information(slope: FloatArray, growth: FloatArray) -> FloatArray:
-    """(p, p) expected information of a stretch of rows."""
-    flat, flat_growth = slope.reshape(len(slope), -1), growth.reshape(len(growth), -1)
-    return np.asarray(flat @ flat.T + 0.5 * flat_growth @ flat_growth.T)
-
-
-def _climb(problem: _Problem, x: FloatArray, most: int) -> tuple[FloatArray, float, int, bool]:
-    """Damped scoring from x. Returns the point, its cost, the steps taken, and whether it settled."""
-    cost = problem.cost(x)
-    damping = 1e-3
-    for count in range(most):
-        scores, slope, growth, _ = problem.scores(x)
-        information = _information(slope, growth)
-        gradient = scores.sum(axis=0) - problem.weight * (x - problem.mean)
-        curvature = information + np.diag(problem.weight)
-        scale = np.sqrt(np.diag(curvature))
-        gained = 0.0
-        for _ in range(12):
-            matrix = curvature / np.outer(scale, scale) + damping * np.eye(len(x))
-            move = np.linalg.solve(matrix, gradient / scale) / scale
-            trial = np.clip(x + move, problem.low, problem.high)
-            trial_cost = problem.cost(trial)
-            if trial_cost < cost:
-                gained = cost - trial_cost
-                x, cost = trial, trial_cost
-                damping = max(damping / 8, 1e-9)
-                break
-            damping = max(damping, 1e-6) * 8
-        if gained < SETTLED:
-            return x, cost, count + 1, True
-    return x, cost, most, False
 
 
 def _part(data: RollData, most: int) -> RollData:
@@ -182,14 +95,15 @@ def _part(data: RollData, most: int) -> RollData:
         whole_roll=data.whole_roll[:n],
         whole_rate=data.whole_rate[:n],
         yaw=data.yaw[:n],
-        shifter=Shifter(accel, starts, stops, 1 / data.step_s, held=True),
+        shifter=(sent := Shifter(accel, starts, stops, 1 / data.step_s, held=True)),
+        clean_shifter=sent,
         yaw_shifter=Shifter(data.yaw[:n], starts, stops, 1 / data.step_s, held=True)
         if data.has_yaw
         else None,
     )
 
 
-def _starts(problem: _Problem) -> list[FloatArray]:
+def _starts(problem: Problem) -> list[FloatArray]:
     """Starting points: the angle's slope over the acceleration gives a; c and b around those of cars."""
     data = problem.data
     first = problem.mean.copy()
@@ -212,33 +126,6 @@ def _starts(problem: _Problem) -> list[FloatArray]:
     return starts
 
 
-def _long_run_covariance(scores: FloatArray, lags: int) -> FloatArray:
-    """Sum of the scores' autocovariances up to `lags`, with Bartlett's weights (Newey-West): (p, p).
-
-    Triangular weights are those of sums over windows of lags + 1 rows, so that no lag need be taken on its own.
-    """
-    centred = scores - scores.mean(axis=0)
-    window = lags + 1
-    nothing = np.zeros((window, scores.shape[1]))
-    running = np.cumsum(np.concatenate((nothing, centred, nothing[1:])), axis=0)
-    sums = running[window:] - running[:-window]
-    return np.asarray(sums.T @ sums / window)
-
-
-def _honest_covariance(
-    information: FloatArray, prior: FloatArray, long_run: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    """Laplace's covariance, and the same widened in every direction in which the scores vary more than ideal."""
-    curvature = information + np.diag(prior)
-    scale = 1 / np.sqrt(np.diag(curvature))
-    values, vectors = np.linalg.eigh(curvature * np.outer(scale, scale))
-    root = (vectors / np.sqrt(np.maximum(values, 1e-12))).T * scale
-    ratio = root @ (long_run + np.diag(prior)) @ root.T
-    spread, axes = np.linalg.eigh(0.5 * (ratio + ratio.T))
-    widened = axes @ np.diag(np.maximum(spread, 1.0)) @ axes.T
-    return np.asarray(root.T @ root), np.asarray(root.T @ widened @ root)
-
-
 def _few_banks(data: RollData) -> float:
     """By how much variances grow where bank and motion are equally slow (a slow circle).
 
@@ -248,7 +135,8 @@ def _few_banks(data: RollData) -> float:
     """
     free = max(data.size * data.step_s / BANK_TIME_S, 5.0) - 3
     grown = (1 + 3 / free) * float(student.ppf(0.975, free) / 1.96) ** 2
-    return 1 + data.slow_share * (grown - 1)
+    # it takes a slow motion and a slow bank: a manoeuvre with a few slow moments keeps what its quick ones teach
+    return 1 + data.slow_share**2 * (grown - 1)
 
 
 def _doubt(data: RollData, values: Mapping[str, float]) -> float:
@@ -276,36 +164,73 @@ def _explained(data: RollData, values: Mapping[str, float]) -> float:
     return 1 - float(np.nanvar(miss)) / variance if variance > 1e-14 else 0.0
 
 
+def _summed(problem: Problem, taught: FloatArray) -> FloatArray:
+    """(p, p) of all parameters, from the slopes of the motion's over some rows."""
+    flat = taught.reshape(len(taught), -1)
+    found = np.zeros((len(problem.known), len(problem.known)))
+    found[np.ix_(problem.motion, problem.motion)] = flat @ flat.T
+    return found
+
+
+def _covariances(
+    problem: Problem, x: FloatArray, taught: FloatArray, slopes: Slopes
+) -> tuple[FloatArray, FloatArray]:
+    """(p, p) of all parameters: of white noise, and the honest one. The levels stand for themselves."""
+    motion, levels = problem.motion, problem.levels
+    data = problem.data
+    lags = round(CORRELATION_S / (data.step_s * data.every))
+    taken = data.taken[0]
+    white, wide = (np.zeros((len(x), len(x))) for _ in range(2))
+    of_levels = problem.of_levels(x).information() + np.diag(problem.weight[levels])
+    for matrix in (white, wide):
+        matrix[np.ix_(levels, levels)] = np.linalg.inv(of_levels)
+    flat = taught.reshape(len(taught), -1)
+    block = np.ix_(motion, motion)
+    white[block], wide[block] = honest_covariance(
+        flat @ flat.T,
+        problem.weight[motion],
+        coloured_covariance(taught, slopes.normalised),
+        long_run_covariance(slopes.scores()[taken], lags),
+        1.5 * len(taken) / (lags + 1),
+        float(np.clip(data.slow_share, 0.0, 1.0)),
+    )
+    wide[block] *= _few_banks(data)
+    return white, wide
+
+
 def fit_roll(data: RollData, known: tuple[Known, ...], edges: IntArray) -> RollFit:
     """Fit; `edges` are rows up to which the running sums are wanted (the last is the data's size). Three starts on a part of the data, the best of them on all of it."""
-    part = _Problem(_part(data, START_ROWS), known)
-    tried = [_climb(part, start, START_STEPS) for start in _starts(part)]
-    best = min(tried, key=lambda item: item[1])[0]
-    problem = _Problem(data, known)
-    x, cost, steps, converged = _climb(problem, best, MOST_STEPS)
-    scores, slope, growth, normalised = problem.scores(x)
-    cuts = [0, *(int(edge) for edge in edges)]
-    pieces = list(itertools.pairwise(cuts))
-    information = np.cumsum([_information(slope[:, i:j], growth[:, i:j]) for i, j in pieces], axis=0)
-    gradient = np.cumsum([scores[i:j].sum(axis=0) for i, j in pieces], axis=0)
-    lags = round(CORRELATION_S / data.step_s)
-    white, wide = _honest_covariance(information[-1], problem.weight, _long_run_covariance(scores, lags))
-    wide = wide * _few_banks(data)
+    part = Problem(_part(data, START_ROWS), known)
+    tried = [climb(part, start, START_STEPS, 1)[0] for start in _starts(part)]
+    best = min(tried, key=lambda x: part.cost(x, None))
+    problem = Problem(data, known)
+    x, steps, converged = climb(problem, best, MOST_STEPS)
+    if data.whole:
+        moved = problem.polished(x)
+        x = moved if problem.cost(moved, named(known, x)) < problem.cost(x, named(known, x)) + STRAYED else x
+    slopes = problem.of_motion(x, named(known, x))
+    taught = problem.taught(x)
+    scores = slopes.scores()
+    white, wide = _covariances(problem, x, taught, slopes)
+    values = named(known, x)
+    pieces = list(itertools.pairwise([0, *(int(edge) for edge in edges)]))
+    information = np.cumsum([_summed(problem, taught[:, i:j]) for i, j in pieces], axis=0)
+    gradient = np.zeros((len(pieces), len(known)))
+    gradient[:, problem.motion] = np.cumsum([scores[i:j].sum(axis=0) for i, j in pieces], axis=0)
     return RollFit(
         known=known,
-        values=_named(known, x),
+        values=values,
         covariance=wide,
         white_covariance=white,
-        scores=scores,
         edges=edges,
         information=information,
         gradient=gradient,
-        cost=cost,
-        normalised=normalised,
-        explained=_explained(data, _named(known, x)),
+        cost=problem.cost(x, None),
+        normalised=slopes.normalised,
+        explained=_explained(data, values),
         quickness=data.quickness,
-        doubt=_doubt(data, _named(known, x)),
-        friction_damping=friction_damping(data, _named(known, x)),
+        doubt=_doubt(data, values),
+        friction_damping=friction_damping(data, values),
         steps=steps,
         converged=converged,
     )

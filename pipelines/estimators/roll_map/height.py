@@ -151,9 +151,12 @@ def vehicle_answers(
         if not told:
             untold.add(name)
             reasons[name] = _same(slow)
+    # two heights that fit as well as each other are no answer, however narrow their spread against the prior's
+    parted = two_peaks(posterior.values["cg_height_m"], posterior.weight) is not None
+    best: Identification = "weak" if parted else "identified"
     found: dict[str, ParameterEstimate] = {}
     for name, words in reasons.items():
-        ceiling: Identification = "not_identifiable" if name in untold else "identified"
+        ceiling: Identification = "not_identifiable" if name in untold else best
         found[name] = from_draws(
             name,
             posterior.values[name],

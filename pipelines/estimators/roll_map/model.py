@@ -49,7 +49,7 @@ class Known:
 USUAL_ROLL = RollCoefficients(90.0, 7.0, 0.8)
 """A car's roll motion, for the spectrum of what the road and noise make of it."""
 
-NOISES = ("log_roll_noise", "log_rate_noise", "log_push", "log_bank")
+NOISES = ("log_roll_noise", "log_rate_noise", "log_push", "log_bank", "log_input_noise")
 
 
 ONE_UNIT_S = 0.01
@@ -113,6 +113,16 @@ def known_parameters(
         found.append(Known("log_roll_noise", math.log(0.003), 2.0, 0.01, math.log(1e-6), math.log(0.3)))
     if data.has_rate:
         found.append(Known("log_rate_noise", math.log(0.01), 2.0, 0.01, math.log(1e-5), math.log(1.0)))
+    found.append(
+        Known(
+            "log_input_noise",
+            0.5 * math.log(max(data.input_noise, 1e-8)),
+            0.05,
+            0.01,
+            math.log(1e-5),
+            math.log(1.0),
+        )
+    )
     found.append(Known("log_push", math.log(0.1), 2.0, 0.01, math.log(1e-4), math.log(20.0)))
     if data.has_roll:
         found.append(Known("log_bank", math.log(0.003), 1.5, 0.01, math.log(1e-5), math.log(0.3)))
@@ -157,7 +167,7 @@ def _without_curves(
 
 
 def _input(data: RollData, p: Mapping[str, float]) -> tuple[RollCoefficients, FloatArray]:
-    """The linear model and its input (n,): see `_simulated`."""
+    """The linear model and its input (n,): see `simulated`."""
     gravity = GRAVITY if data.holds_course else 0.0
     accel = data.shifter.delayed(p["delay"])
     if data.yaw_shifter is not None and "lever" in p:
@@ -178,7 +188,7 @@ def friction_damping(data: RollData, p: Mapping[str, float]) -> float:
     return float(np.sum(held[1:] * way)) / max(power, 1e-12)
 
 
-def _simulated(data: RollData, p: Mapping[str, float]) -> FloatArray:
+def simulated(data: RollData, p: Mapping[str, float]) -> FloatArray:
     """(n, m) measurement minus the motion that the model makes of the acceleration alone.
 
     A vehicle that holds its course on a banked road reads g times the bank: the accelerometer is not independent of
@@ -227,42 +237,57 @@ def _simulated(data: RollData, p: Mapping[str, float]) -> FloatArray:
     return error
 
 
-def run(data: RollData, p: Mapping[str, float]) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Innovations and variances (n, m), and measurement minus simulation (n, m); angle before rate.
+def whitened(
+    data: RollData, p: Mapping[str, float], miss: FloatArray, *, clip: float = CLIP
+) -> tuple[FloatArray, FloatArray]:
+    """Innovations and variances (n, m) of what a simulation leaves over.
 
-    What the simulation leaves over is noise of the sensors, bank, and roll motion that the road and the
-    acceleration's noise make. That motion's spectrum is taken to be a usual car's, not that of the parameters: else
-    the colour of the noise, and not the answer to the acceleration, would decide on b and c (in a slow slalom on a
-    banked road c came out three times too large).
+    That is noise of the sensors, bank, the accelerometer's noise as the simulation takes it for motion, and roll motion that the
+    road makes. The last one's spectrum is taken to be a usual car's, not that of the parameters: else the colour of the noise, and
+    not the answer to the acceleration, would decide on b and c (in a slow slalom on a banked road c came out three times too large).
     """
-    miss = _simulated(data, p)
-    fade = math.exp(-data.step_s / BANK_TIME_S)
+    taken, starts, stops = data.taken
+    step = data.step_s * data.every
+    fade = math.exp(-step / BANK_TIME_S)
     bank = math.exp(2 * p["log_bank"]) if "log_bank" in p else 0.0
-    phi = np.zeros((3, 3))
-    phi[:2, :2] = discretise(USUAL_ROLL, data.step_s)[0]
-    phi[2, 2] = fade
-    q = np.zeros((3, 3))
-    q[:2, :2] = process_noise(USUAL_ROLL, math.exp(2 * p["log_push"]), data.step_s)
-    q[2, 2] = bank * (1 - fade * fade)
+    own = _input(data, p)[0]
+    phi = np.zeros((5, 5))
+    phi[:2, :2] = discretise(USUAL_ROLL, step)[0]
+    phi[2:4, 2:4] = discretise(own, step)[0]
+    phi[4, 4] = fade
+    q = np.zeros((5, 5))
+    q[:2, :2] = process_noise(USUAL_ROLL, math.exp(2 * p["log_push"]), step)
+    q[2:4, 2:4] = process_noise(own, math.exp(2 * p["log_input_noise"]), step)
+    q[4, 4] = bank * (1 - fade * fade)
     rows: list[list[float]] = []
     noise: list[float] = []
     if data.has_roll:
-        rows.append([1.0, 0.0, 1.0])
+        rows.append([1.0, 0.0, 1.0, 0.0, 1.0])
         noise.append(math.exp(2 * p["log_roll_noise"]))
     if data.has_rate:
-        rows.append([0.0, p.get("rate_gain", 1.0), 0.0])
+        gain = p.get("rate_gain", 1.0)
+        rows.append([0.0, gain, 0.0, gain, 0.0])
         noise.append(math.exp(2 * p["log_rate_noise"]))
+    here = miss[taken]
     error, variance = innovations(
-        miss,
-        np.zeros((data.size, 3)),
-        np.zeros_like(miss),
-        (data.starts, data.stops),
+        here,
+        np.zeros((len(taken), 5)),
+        np.zeros_like(here),
+        (starts, stops),
         phi=phi,
         q=q,
         c=np.array(rows),
         r=np.array(noise),
-        x0=np.zeros((len(data.starts), 3)),
-        p0=np.diag([0.03**2, 0.2**2, max(bank, 1e-12)]),
-        clip=CLIP,
+        x0=np.zeros((len(data.starts), 5)),
+        p0=np.diag([1e-8, 1e-8, 0.03**2, 0.2**2, max(bank, 1e-12)]),
+        clip=clip,
     )
-    return error, variance, miss
+    everywhere = np.full((2, *miss.shape), np.nan)
+    everywhere[:, taken] = error, variance
+    return everywhere[0], everywhere[1]
+
+
+def run(data: RollData, p: Mapping[str, float]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Innovations and variances (n, m), and measurement minus simulation (n, m); angle before rate."""
+    miss = simulated(data, p)
+    return (*whitened(data, p, miss), miss)

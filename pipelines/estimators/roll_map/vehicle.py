@@ -133,7 +133,7 @@ def _possible_inertia(before: VehiclePart, coefficients: Coefficients, against_a
     return bool(away < 3 * (std**2 + coefficients.covariance[2, 2]) ** 0.5)
 
 
-def _usable(
+def usable(
     before: VehiclePart, coefficients: Coefficients, against_axles: bool
 ) -> tuple[Coefficients, list[str]]:
     """The coefficients, without b and c where they cannot be this vehicle's, and a sentence on that."""
@@ -163,7 +163,7 @@ def explain_vehicle(
         if data.against_axles
         else "of the body against the horizon (tyres included)"
     )
-    coefficients, sentences = _usable(before, coefficients, data.against_axles)
+    coefficients, sentences = usable(before, coefficients, data.against_axles)
     sensor = _sensor_draws(before, vehicle, coefficients, data.against_axles, rng)
     found = log_answers(coefficients, sensor, before.imu_known, what, vehicle.reference, rng)
     if before.draws is None:

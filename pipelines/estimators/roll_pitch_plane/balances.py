@@ -67,6 +67,12 @@ def _bent(values: FloatArray, moment: float) -> Column:
     return Column("curve", values * np.abs(values), 0.0, CURVE_SHARE * moment / CURVE_AT)
 
 
+def usual_size(values: FloatArray) -> float:
+    """Size of an acceleration (n,) at which a straight line through nought fits load transfer that bends: 0 without rows."""
+    power = float(np.sum(values**2))
+    return float(np.sum(np.abs(values) ** 3)) / power if power > 0 else 0.0
+
+
 def _accel_noise(planes: Planes) -> float:
     """Variance that a usual accelerometer's noise leaves below the cutoff."""
     return ACCEL_NOISE**2 * min(1.0, planes.rate_hz / 2 / ACCEL_HZ)

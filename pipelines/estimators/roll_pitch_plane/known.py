@@ -24,11 +24,12 @@ GYROSCOPE = (0.7, 0.4)
 FEET = (0.7, 0.35)
 LEAN_GAIN = (0.0115, 0.004)
 NET_MOMENT = 0.005
+ROLL_RADPS = 8.8
 """Mean and standard deviation where the file is silent. UNSPRUNG_SHARE: of the sprung mass, an axle. LEAN: by what share
 of the body's roll the wheels lean with it (0 a rigid axle). GYROSCOPE: what the struts see of the wheels' gyroscopic moment.
 FEET: how far the wheels' feet move sideways under a leaning body as the roll centre says (1 independent wheels, 0 a rigid
 axle with a Panhard rod). LEAN_GAIN: lean against the axles, rad a m/s². NET_MOMENT: what a balance may miss of a moment
-that goes with the angular acceleration, as a share of the whole moment."""
+that goes with the angular acceleration, as a share of the whole moment. ROLL_RADPS: frequency at which bodies roll."""
 
 
 @dataclass

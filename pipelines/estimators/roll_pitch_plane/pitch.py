@@ -19,8 +19,9 @@ from pipelines.estimators.roll_pitch_plane.answers import (
     unexplained,
     unknown,
 )
-from pipelines.estimators.roll_pitch_plane.balances import carried, pitching
+from pipelines.estimators.roll_pitch_plane.balances import carried, pitching, usual_size
 from pipelines.estimators.roll_pitch_plane.data import CORNERS, FORCE_NEEDS, Planes, collect
+from pipelines.estimators.roll_pitch_plane.evidence import pitch_evidence
 from pipelines.estimators.roll_pitch_plane.figures import assumptions, diagnostics, growing, traces
 from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import (
@@ -52,7 +53,7 @@ LINK_STD_M = 0.05
 """How much the axes of hub and foot differ in height: what the unsprung masses' inertia turns the body about."""
 
 
-HARD_MPS2, HARD_SHARE = 3.5, 0.025
+HARD_MPS2, HARD_SHARE = 3.5, 0.01
 """Deceleration from which the pitch arm bends, and by what share a m/s² more."""
 
 
@@ -102,11 +103,13 @@ class PitchPlane:
         errors = unexplained(sensor_errors(settings), found.pitch, found.load.value("mass"))
         masses = draw_masses(draws, found.planes, found.load, errors)
         parameters = _answers(found, masses, draws, errors, vehicle, setting(settings, "least_longitudinal"))
+        told = parameters["pitch_inertia_kgm2"].status != "not_identifiable"
         return Estimate(
             self.name, "ran", f"the struts' pitch moment was fitted to {100 * found.pitch.explained:.1f} %", parameters,
             tracks=_tracks(found, parameters), traces=traces(found.planes, found.pitch, "pitch_moment", "pitch"),
             assumptions=assumptions(prepared, found.planes, draws.assumptions, "pitch_acc"),
             diagnostics=diagnostics(found.pitch), used_fraction=len(found.planes.time_s) / max(found.planes.drive_rows, 1),
+            evidence=pitch_evidence(found.pitch, found.planes, found.load.value("mass"), errors) if told else (),
         )  # fmt: skip
 
 
@@ -157,7 +160,11 @@ def _body(found: PitchFit, m: Masses, draws: Draws, errors: SensorErrors, vehicl
     longer = draws.normal(1.0, known.std / known.value)
     length = known.value * longer
     scale = m.force_scale / draws.normal(1.0, errors.accel_scale) * longer
-    brake, drive = c["fx_brake"] * scale, c["fx_drive"] * scale
+    # a drive that brakes at one strength does not part the arm from its bend: the arm is that of the braking that was driven
+    brake = (
+        c["fx_brake"] + c["curve"] * usual_size(found.planes.columns["fx"][found.planes.braking])
+    ) * scale
+    drive = c["fx_drive"] * scale
     # beside the body: the unsprung masses at the height of their hubs, and the wheels' spin
     hubs = m.unsprung * (m.radius + draws.normal(0.0, LINK_STD_M)) + m.spin
     arm = (

@@ -21,6 +21,7 @@ from pipelines.estimators.roll_pitch_plane.answers import (
 )
 from pipelines.estimators.roll_pitch_plane.balances import Wheels, carried, rolling
 from pipelines.estimators.roll_pitch_plane.data import CORNERS, FORCE_NEEDS, Planes, collect
+from pipelines.estimators.roll_pitch_plane.evidence import roll_evidence
 from pipelines.estimators.roll_pitch_plane.figures import assumptions, diagnostics, growing, traces
 from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import (
@@ -30,6 +31,7 @@ from pipelines.estimators.roll_pitch_plane.known import (
     LEAN_GAIN,
     NET_MOMENT,
     ROLL_CENTER,
+    ROLL_RADPS,
     TRACK,
     WHEEL_INERTIA,
     Draws,
@@ -57,9 +59,8 @@ NAMES = ("roll_inertia_kgm2", "roll_arm_m", "sprung_mass_kg", "cg_lateral_offset
 
 QUIET_SHARE = 0.01
 LEAST_POWER = 0.01
-ROLL_RADPS = 8.8
 """Residual as a share of a side's load times its lever below which the mean moment tells the lateral place all the same; variance of the
-lateral acceleration, m²/s⁴, below which its lean is not measured; frequency at which bodies roll."""
+lateral acceleration, m²/s⁴, below which its lean is not measured."""
 
 
 @dataclass(frozen=True)
@@ -108,11 +109,13 @@ class RollPlane:
         errors = unexplained(sensor_errors(settings), found.roll, found.load.value("mass"))
         masses = draw_masses(draws, found.planes, found.load, errors)
         parameters = _answers(found, masses, draws, errors, vehicle, setting(settings, "least_lateral"))
+        told = parameters["roll_inertia_kgm2"].status != "not_identifiable"
         return Estimate(
             self.name, "ran", f"the struts' roll moment was fitted to {100 * found.roll.explained:.1f} %", parameters,
             tracks=_tracks(found, parameters), traces=traces(found.planes, found.roll, "roll_moment", "roll"),
             assumptions=assumptions(prepared, found.planes, draws.assumptions, "roll_acc"),
             diagnostics=diagnostics(found.roll), used_fraction=len(found.planes.time_s) / max(found.planes.drive_rows, 1),
+            evidence=roll_evidence(found.roll, found.planes, found.wheels, found.load.value("mass"), errors) if told else (),
         )  # fmt: skip
 
 

@@ -14,6 +14,7 @@ from pipelines.simulation.loads import Load, loaded, truth
 from pipelines.simulation.logs.vehicle import data_sheet, rolling_radii_m
 from pipelines.simulation.manoeuvres.base import Options, Scenario, figures_of
 from pipelines.simulation.manoeuvres.registry import make_scenario
+from pipelines.simulation.plant.random_vehicle import random_vehicle
 from pipelines.simulation.plant.run import simulate
 from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle
 from pipelines.simulation.records import GRAVITY, PlantRun
@@ -67,15 +68,22 @@ class SimulatedLog:
         return float(self.run.time_s[-1]) < self.scenario.demand.duration_s - 1.0
 
 
-def preset(name: str) -> PlantVehicle:
-    """A preset vehicle. Raises SettingsError for an unknown name, naming the nearest."""
+RANDOM = "random"
+"""The name for a vehicle that nobody built: the seed says which."""
+_VEHICLE_STREAM = 3
+
+
+def preset(name: str, seed: int = 0) -> PlantVehicle:
+    """A preset vehicle, or the seed's random one. Raises SettingsError for an unknown name, naming the nearest."""
+    if name == RANDOM:
+        return random_vehicle(np.random.default_rng([seed, _VEHICLE_STREAM]))
     if name not in PRESETS:
-        near = difflib.get_close_matches(name, PRESETS, n=1, cutoff=0.4)
+        near = difflib.get_close_matches(name, (*PRESETS, RANDOM), n=1, cutoff=0.4)
         raise SettingsError(
             f"there is no vehicle {name!r}",
             hint=f"did you mean {near[0]!r}?"
             if near
-            else f"known are {', '.join(PRESETS)}, or give a vehicle file",
+            else f"known are {', '.join((*PRESETS, RANDOM))}, or give a vehicle file",
         )
     return PRESETS[name]
 

@@ -13,7 +13,10 @@ from pipelines.simulation.plant.vehicle import PlantVehicle
 
 _EXAMPLE = "write MASS@x=BEHIND_FRONT_AXLE,y=LEFT,z=ABOVE_GROUND or PLACE:MASS, e.g. 120@x=1.6,y=0,z=1.75 or roof:120"
 _PERSON_KG = 75.0
-_ROOF_M = {"Sedan": 1.45, "SUV": 1.72, "Van": 2.20, "Truck": 3.00}
+_ROOF_M = {
+    "Sedan": 1.45, "Hatchback": 1.47, "Wagon": 1.48, "SUV": 1.72, "Minivan": 1.74, "Pickup": 1.80, "Van": 2.20,
+    "Truck": 3.00,
+}  # fmt: skip
 """Height of the roof above ground by body; another body takes that of an SUV."""
 
 

@@ -20,6 +20,12 @@ PERFECT_HZ = 100.0
 Units = Callable[[Mount], tuple[SensorUnit, ...]]
 
 
+def _imu(mount: Mount) -> tuple[SensorUnit, ...]:
+    wheels = parts.wheels()
+    speed = tuple(s for s in wheels.sensors if s.signal == "speed")
+    return (parts.production_imu(mount), replace(wheels, sensors=speed))
+
+
 def _production(mount: Mount) -> tuple[SensorUnit, ...]:
     return (parts.production_imu(mount), parts.wheels(), parts.driver(), parts.torques(), parts.gps(1.0))
 
@@ -87,6 +93,7 @@ def _perfect(mount: Mount) -> tuple[SensorUnit, ...]:
 SENSOR_SETS: Mapping[str, tuple[str, Units]] = {
     "deflection": ("production CAN signals and four ride height sensors", _deflection),
     "production": ("CAN only: 6 axes, wheel speeds, steering, pressure, torques, GPS at 1 Hz", _production),
+    "imu": ("6 axes and the vehicle's speed, nothing else", _imu),
     "ins": ("navigation unit with roll and pitch, wheel speeds, pressure, torques, GPS at 10 Hz", _ins),
     "axle_load": ("a truck's rear axle load and road slope beside its CAN signals (Wu)", _axle_load),
     "vertical": ("accelerometers on body and hub at each wheel, 200 Hz (Pence)", _vertical),

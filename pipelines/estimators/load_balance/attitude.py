@@ -1,0 +1,88 @@
+"""The pitch balance by the horizon: the nose's motion in braking and driving against springs and tyres in series.
+
+    theta + tau theta' + rub = -C [m (h - h_links) f_x + path g theta + 4 I_w v'/R + h_D D + I_yy q'] + H m_s (f_z - g)
+
+C: compliance of springs and tyres about the pitch axis; tau: dampers over springs; rub: dry friction with its memory; H: what
+pressing the body down pitches it where axles differ. theta is against the horizon and holds the road's grade too, which
+does not know when the driver brakes: every column is high-passed alike, and the instruments are changes of speed, slow
+and straight ones above all, where little road passes under the wheels.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipelines.estimators.load_balance.data import AIR, Columns
+from pipelines.estimators.load_balance.relations import Coefficients, Relation, Terms, add, make_relation
+from pipelines.joint.body import body_inertias
+from pipelines.joint.unknowns import AXLES, Known, Values, body_of
+from pipelines.models.roll import GRAVITY
+
+
+def pitch_compliance(p: Values) -> tuple[float, float]:
+    """rad per N·m about the pitch axis: of the springs, and of the tyres in series."""
+    square = p["wheelbase"] * p["wheelbase"]
+    springs = 0.5 * (1 / p["spring_front"] + 1 / p["spring_rear"]) / square
+    return springs, 1 / p["tyre_rate"] / square
+
+
+def nod(p: Values, mode: str, sag: float | None) -> float:
+    """rad of nose-down pitch on springs and tyres for 1 m/s² of f_x. mode: "brake" or "drive" (links differ)."""
+    body = body_of(p, sag)
+    springs, tyres = pitch_compliance(p)
+    moment = body.moment + body.mass * p["patch_lag"]
+    return -(springs * (moment - body.mass * p[f"pitch_center_{mode}"]) + tyres * moment)
+
+
+def _damping_s(p: Values) -> float:
+    """Dampers over springs, s: the axles' mean by their share of the pitch."""
+    share = {a: 1 / p[f"spring_{a}"] for a in AXLES}
+    lag = sum(share[a] * 0.5 * (p[f"bump_{a}"] + p[f"rebound_{a}"]) / p[f"spring_{a}"] for a in AXLES)
+    return lag / (share["front"] + share["rear"])
+
+
+def attitude_terms(sag: float | None) -> Coefficients:
+    """The balance as angles: 1 for the measured pitch, so that nothing is won by shrinking stiffness and mass."""
+
+    def coefficients(p: Values) -> Terms:
+        body, terms = body_of(p, sag), Terms()
+        springs, tyres = pitch_compliance(p)
+        both = springs + tyres
+        hubs = p["unsprung_front"] + p["unsprung_rear"]
+        path = hubs * p["radius"] + body.sprung * p["pitch_path"]
+        add(terms, "tip", 1 + both * path * GRAVITY)
+        lag = _damping_s(p)
+        add(terms, "dtip", lag)
+        gain = 1 + p["gain_pitch_attitude"]
+        for mode in ("brake", "drive"):
+            add(terms, f"quick_fx_{mode}", -gain * nod(p, mode, sag))
+        add(terms, "quick_dfx", lag * tyres * body.moment - p["late_pitch_attitude"] * both * body.moment)
+        add(terms, "quick_vdot", both * 4 * p["wheel_inertia"] / p["radius"])
+        pressure = 0.5 * AIR * p["drag"]
+        add(terms, "quick_v2", pressure * (both * p["drag_height"] - springs * p["pitch_center_drive"]))
+        # drag passes the tyres by, and rolling resistance is no brake's
+        apart = springs * (p["pitch_center_brake"] - p["pitch_center_drive"])
+        add(terms, "quick_v2_on", -apart * pressure)
+        add(terms, "quick_on_rolling", -apart * p["rolling"] * body.mass * GRAVITY)
+        add(terms, "quick_pitch_acc", both * body_inertias(p)[1])
+        ahead, behind = body.x, p["wheelbase"] - body.x
+        uneven = 0.5 * (behind / p["spring_front"] - ahead / p["spring_rear"]) / p["wheelbase"] ** 2
+        add(terms, "quick_fz", -uneven * body.sprung)
+        rub = sum(p[f"friction_{a}"] / p[f"spring_{a}"] for a in AXLES) / p["wheelbase"]
+        add(terms, "tip_stick", p["rub"] * rub)
+        return terms
+
+    return coefficients
+
+
+INSTRUMENTS = ("slope_on", "slope_off", "slope_square", "slope_sign", "jerk", "jolt")
+
+
+def attitude_relation(data: Columns, known: Known) -> Relation | None:
+    """The balance, or None where pitch, speed or the springs' rates are missing."""
+    if "deflection" in data.kinds or not known.springs or not data.has("tip", "slope_on"):
+        return None
+    return make_relation(
+        "pitch by attitude", "pitch balance by the pitch angle", data, {}, attitude_terms(data.sag), INSTRUMENTS,
+        np.ones(len(data.time_s)), known,
+    )  # fmt: skip

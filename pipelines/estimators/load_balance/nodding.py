@@ -1,0 +1,78 @@
+"""The columns of the pitch balance by the horizon: quick changes alone, of the pitch angle and of what makes it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+
+import numpy as np
+
+from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
+from pipelines.prepare.lowpass import lowpass
+from pipelines.prepare.prepared import Prepared
+from pipelines.results import FloatArray
+
+SLOWEST_HZ = 0.1
+"""What changes slower is grade, offset and drift."""
+
+SLOW_MPS, STRAIGHT_RADPS = 8.0, 0.08
+"""Speed and yaw rate from which an instrument counts less: more road passes, and the pitch gyro sees banked turning."""
+
+STICK_RAD = 0.0008
+"""Pitch within which the axles' dry friction turns round: about a millimetre at each."""
+
+
+def _quick(column: FloatArray, rate_hz: float, breaks: FloatArray) -> FloatArray:
+    """High-passed stretch by stretch, zero phase; rows that are missing stay so."""
+    out = np.full(len(column), np.nan)
+    edges = np.flatnonzero(np.diff(breaks, prepend=np.nan, append=np.nan) != 0)
+    for start, stop in pairwise(edges):
+        part = column[start:stop]
+        if np.isfinite(part).all() and stop - start > rate_hz / SLOWEST_HZ:
+            out[start:stop] = part - lowpass(part, rate_hz, SLOWEST_HZ)
+    return out
+
+
+def _tip(prepared: Prepared) -> FloatArray | None:
+    """(n,) pitch against the horizon where it is logged, else what the gyro sums to; None without either."""
+    c = prepared.columns
+    angle, gyro = c.get("pitch"), c.get("pitch_rate")
+    if angle is not None and np.isfinite(angle).mean() > 0.9:
+        return np.asarray(angle)
+    if gyro is None or np.isfinite(gyro).mean() <= 0.9:
+        return None
+    out = np.full(len(gyro), np.nan)
+    for s in prepared.segments:
+        out[s.start : s.stop] = np.cumsum(gyro[s.start : s.stop]) / prepared.rate_hz
+    return out
+
+
+def nodding_columns(
+    prepared: Prepared, found: Mapping[str, FloatArray], smooth: Smoother
+) -> dict[str, FloatArray]:
+    """The balance's columns and instruments, on the thinned rows; empty where a signal is missing."""
+    tip = _tip(prepared)
+    if tip is None or not {"fx_brake", "fx_drive", "dfx", "vdot", "v", "yaw", "on", "v2_on"} <= set(found):
+        return {}
+    rate = prepared.rate_hz / smooth.step
+    segment = np.full(len(prepared.time_s), -1.0)
+    for i, s in enumerate(prepared.segments):
+        segment[s.start : s.stop] = i
+    breaks = segment[smooth.rows]
+
+    def quick(column: FloatArray) -> FloatArray:
+        return _quick(column, rate, breaks)
+
+    calm = Smoother(prepared, STICK_HZ)
+    rub = friction_state(calm.whole(tip), prepared, STICK_RAD)
+    made = {"tip": quick(smooth(tip)), "dtip": quick(smooth(tip, 1)), "tip_stick": quick(smooth(rub))}
+    for name in ("fx_brake", "fx_drive", "dfx", "vdot", "v2", "v2_on", "on_rolling", "pitch_acc"):
+        made[f"quick_{name}"] = quick(found[name])
+    made["quick_fz"] = quick(found["fz"]) if "fz" in found else np.zeros(len(breaks))
+    weight = 1 / (1 + (found["v"] / SLOW_MPS) ** 2) / (1 + (found["yaw"] / STRAIGHT_RADPS) ** 2)
+    slope = found["vdot"]
+    shapes = {
+        "slope_on": slope * found["on"], "slope_off": slope * (1 - found["on"]), "slope_square": slope * np.abs(slope),
+        "slope_sign": np.tanh(2 * slope), "jerk": np.gradient(slope) * rate, "jolt": np.gradient(np.gradient(slope)) * rate**2,
+    }  # fmt: skip
+    return made | {name: quick(shape) * weight for name, shape in shapes.items()}

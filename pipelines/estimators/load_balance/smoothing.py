@@ -1,0 +1,69 @@
+"""Columns low-passed alike, thinned, differentiated, and the state of dry friction: segment by segment."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from parsers.jit import kernel
+from pipelines.prepare.lowpass import lowpass
+from pipelines.prepare.prepared import Prepared
+from pipelines.results import FloatArray
+
+STICK_HZ = 8.0
+"""Low-pass of a deflection (or an angle) for friction: above it there is more noise than motion."""
+
+
+@kernel
+def _stop(travel: FloatArray, limit: float, out: FloatArray) -> None:
+    """The stop operator (elastic up to `limit`, then sliding), between -1 and 1: dry friction with a memory.
+
+    Small noise moves it to and fro and does not make it forget. travel, out: (n,).
+    """
+    state = 0.0
+    for i in range(1, travel.size):
+        state = min(max(state + travel[i] - travel[i - 1], -limit), limit)
+        out[i] = state / limit
+
+
+class Smoother:
+    """Low-passes, differentiates and thins columns segment by segment; missing stretches stay missing."""
+
+    def __init__(self, prepared: Prepared, band_hz: float) -> None:
+        self.prepared = prepared
+        self.band_hz = band_hz
+        self.step = max(1, int(prepared.rate_hz / (4 * band_hz)))
+        rows = [np.arange(s.start, s.stop, self.step) for s in prepared.segments]
+        self.rows = np.concatenate(rows) if rows else np.zeros(0, dtype=np.int64)
+
+    def whole(self, values: FloatArray, rate: int = 0) -> FloatArray:
+        """(n,) low-passed, and differentiated `rate` times, at the full number of rows."""
+        out = np.full(len(values), np.nan)
+        for s in self.prepared.segments:
+            part = values[s.start : s.stop]
+            there = np.isfinite(part)
+            if there.sum() < 4:
+                continue
+            if not there.all():
+                at = np.arange(len(part))
+                part = np.interp(at, at[there], part[there])
+            part = lowpass(part, self.prepared.rate_hz, self.band_hz)
+            for _ in range(rate):
+                part = np.gradient(part) * self.prepared.rate_hz
+            out[s.start : s.stop] = np.where(there, part, np.nan)
+        return out
+
+    def __call__(self, values: FloatArray, rate: int = 0) -> FloatArray:
+        """As `whole`, thinned."""
+        return np.asarray(self.whole(values, rate)[self.rows])
+
+
+def friction_state(calm: FloatArray, prepared: Prepared, limit: float) -> FloatArray:
+    """(n,) state of dry friction between -1 and 1, segment by segment; it starts in the middle. limit: travel to turn it."""
+    out = np.full(len(calm), np.nan)
+    for s in prepared.segments:
+        part = np.ascontiguousarray(calm[s.start : s.stop])
+        if np.isfinite(part).all():
+            state = np.zeros(len(part))
+            _stop(part, limit, state)
+            out[s.start : s.stop] = state
+    return out

@@ -1,0 +1,144 @@
+"""The roll motion as evidence: the coefficients a, b, c of c p'' + b p' + a p = f, and what a vehicle would make of them.
+
+With κ = K / (K + K_tyre), M the moment of a unit of lateral acceleration about the axis (tyres' lean included):
+
+    a = K (1 - κ) / M        b = D (1 - κ)² / M        c = (I + z (M - κ m_u R)) / M - κ b² / ((1 - κ) a)
+
+I: of the body about its CG, z: its height above the accelerometer. Against the axles K, D and M are the suspension's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
+from pipelines.estimators.roll_map.posterior import KNEE
+from pipelines.estimators.roll_map.priors import TYRE_RATIO
+from pipelines.evidence import Evidence, Unknown, Values
+from pipelines.joint.outputs import (
+    body_at,
+    inertias_of,
+    roll_axis_of,
+    roll_damping_of,
+    roll_stiffness_of,
+)
+from pipelines.results import FloatArray
+from pipelines.vehicles.vehicle import Vehicle
+
+LEAST = 0.01
+"""Information, in units of the fit's own weak priors, below which a direction is not handed on."""
+
+DEPENDS = (
+    "wheelbase", "track_front", "track_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
+    "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "spring_front", "spring_rear",
+    "square_front", "square_rear", "cube_front", "cube_rear",
+    "bar_front", "bar_rear", "bump_front", "bump_rear", "rebound_front", "rebound_rear", "roll_center_front",
+    "roll_center_rear", "roll_inertia", "imu_h",
+)  # fmt: skip
+
+
+def _tyres(vehicle: Vehicle) -> Unknown:
+    """A tyre's vertical rate where it is stated, else the road's stiffness in roll over the suspension's."""
+    rate = vehicle.get("tire_vertical_rate_npm")
+    if rate is None:
+        return Unknown("tyre_ratio", *TYRE_RATIO)
+    return Unknown("tyre_rate", rate.value, max(rate.std, 0.01 * rate.value))
+
+
+def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
+    """a, b, c and the rate gain of the vehicles."""
+    body = body_at(values, {})
+    axis = roll_axis_of(values, body)
+    stiffness, damping = roll_stiffness_of(values, {}), roll_damping_of(values) * values["damping_factor"]
+    own = body.sprung * (body.h - axis)
+    hub = body.unsprung * np.asarray(values["radius"])
+    ground = body.sprung * axis + hub
+    if "tyre_rate" in values:
+        width = 0.5 * (np.asarray(values["track_front"]) + values["track_rear"])
+        kappa = stiffness / (stiffness + values["tyre_rate"] * width**2)
+    else:
+        ratio = np.clip(values["tyre_ratio"], 0.6, 0.99)
+        kappa = (1 - ratio) / (1 + ratio * ground / own)
+    moment = own + kappa * ground
+    reach = body.h - np.asarray(values["imu_h"])
+    road_a, road_b = stiffness * (1 - kappa) / moment, damping * (1 - kappa) ** 2 / moment
+    share = (1 - kappa) * own / moment
+    if against_axles:
+        c = (inertias_of(values)[0] / own + reach) / share
+        return [stiffness / own, damping / own, np.asarray(c), np.asarray(1 / share)]
+    inertia = (inertias_of(values)[0] + reach * (moment - kappa * hub)) / moment
+    return [
+        road_a,
+        road_b,
+        np.asarray(inertia - kappa / (1 - kappa) * road_b**2 / road_a),
+        np.asarray(1 / share),
+    ]
+
+
+def _predict(weights: FloatArray, against_axles: bool) -> Callable[[Values], FloatArray]:
+    count = weights.shape[1]
+
+    def predict(values: Values) -> FloatArray:
+        return np.asarray(
+            weights @ np.array(np.broadcast_arrays(*_coefficients(values, against_axles)[:count]))
+        )
+
+    return predict
+
+
+def _whitened(coefficients: Coefficients, against_axles: bool) -> tuple[FloatArray, FloatArray] | None:
+    """Independent combinations (m, k) of the coefficients, each of unit variance, and their values (m,)."""
+    likelihood = likelihood_of(coefficients, against_axles=against_axles)
+    scale = coefficients.prior_std
+    values, vectors = np.linalg.eigh(likelihood.information * np.outer(scale, scale))
+    kept = values > LEAST
+    if not kept.any():
+        return None
+    root = np.sqrt(values[kept])
+    observed = (vectors.T @ (scale * likelihood.linear))[kept] / root
+    return (root[:, None] * vectors.T[kept]) / scale, observed
+
+
+def _some(coefficients: Coefficients, chosen: list[int]) -> Coefficients:
+    """The coefficients with all but the chosen ones as unknown as before."""
+    wide = np.diag((100 * coefficients.prior_std) ** 2)
+    wide[np.ix_(chosen, chosen)] = coefficients.covariance[np.ix_(chosen, chosen)]
+    return replace(coefficients, covariance=wide)
+
+
+def evidence_of(
+    coefficients: Coefficients, against_axles: bool, vehicle: Vehicle, source: str
+) -> tuple[Evidence, ...]:
+    """The coefficients' likelihood without the fit's own priors.
+
+    Against the axles the steady part (a) stands for itself: it is the roll balance by deflections, which other
+    estimators see as well; damping and inertia are not. Empty where the motion told nothing, or without the mass.
+    """
+    if vehicle.get("mass_kg") is None:
+        return ()
+    # a motion that is too slow for them gives damping and inertia with the model's errors and without their spread
+    quick = zip((1, 2), quick_enough(coefficients), strict=True)
+    slow = [i for i, told in quick if not told]
+    coefficients = _some(coefficients, [i for i in range(len(coefficients.mean)) if i not in slow])
+    parts = [("horizon", "roll motion against the horizon", coefficients)]
+    if against_axles:
+        rest = list(range(1, len(coefficients.mean)))
+        parts = [
+            ("spring deflections", "steady roll against the axles", _some(coefficients, [0])),
+            ("quick spring deflections", "quick roll motion against the axles", _some(coefficients, rest)),
+        ]
+    own = (_tyres(vehicle), Unknown("damping_factor", 1.0, KNEE))
+    names = (*DEPENDS, *(o.name for o in own))
+    found = []
+    for carrier, title, part in parts:
+        seen = _whitened(part, against_axles)
+        if seen is not None:
+            weights, observed = seen
+            predict = _predict(weights, against_axles)
+            found.append(
+                Evidence("roll", carrier, title, source, observed, np.eye(len(observed)), predict, names, own)
+            )
+    return tuple(found)

@@ -1,0 +1,238 @@
+"""What the roll fit minimises, and how: two blocks that take turns, the motion's parameters and the noises' levels.
+
+The accelerometer's own noise goes into the simulation and not into the body: noise in a regressor. Left alone it is taken for motion
+that the body does not follow, and b, c and the delay came out by four of their bounds too large in a slow slalom, however exact
+the filter. Its level is known (the floor of its spectrum), and so what it adds to the squares of the innovations is known for every
+motion: that much is taken off (corrected least squares). The weights come from the motion of the turn before, so that the colour of
+what is left over decides on weights and on nothing else. The levels come from the whole likelihood, with the motion held.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.channels import IntArray
+from pipelines.estimators.roll_map.data import RollData
+from pipelines.estimators.roll_map.model import CLIP, NOISES, Known, simulated, whitened
+from pipelines.results import FloatArray
+
+SETTLED, TURNED = 0.01, 0.05
+MOST_TURNS = 5
+POLISHED = 3
+QUIET = ("stiffening", "friction", "lever", "roll_offset", "rate_offset", "yaw_leak", "delay")
+"""What a single sample of noise has nothing to do with."""
+
+
+def named(known: Sequence[Known], x: FloatArray) -> dict[str, float]:
+    """Values by name."""
+    return {k.name: float(value) for k, value in zip(known, x, strict=True)}
+
+
+def _squares(error: FloatArray, variance: FloatArray) -> float:
+    """Half the sum of the normalised squares, with Huber's loss."""
+    square = error * error / variance
+    size = np.sqrt(square)
+    return float(np.nansum(np.where(size <= CLIP, 0.5 * square, CLIP * size - 0.5 * CLIP * CLIP)))
+
+
+@dataclass(frozen=True)
+class Slopes:
+    """At one point: normalised innovations (n, m), their slopes and those of the log variances (p, n, m) in a block's parameters.
+
+    given: (p,) slope of the half of the squares that the input's noise adds.
+    """
+
+    normalised: FloatArray
+    slope: FloatArray
+    growth: FloatArray
+    given: FloatArray | None = None
+
+    def scores(self) -> FloatArray:
+        """(n, p) the gradient of the log-likelihood, row by row."""
+        nu = np.nan_to_num(self.normalised)
+        psi = np.clip(nu, -CLIP, CLIP)
+        found = -(self.slope * psi + 0.5 * self.growth * (1 - psi * nu)).sum(axis=2).T
+        return np.asarray(
+            found if self.given is None else found + self.given * self.normalised_rows()[:, None]
+        )
+
+    def normalised_rows(self) -> FloatArray:
+        """(n,) each row's share of the sum over all rows."""
+        there = np.isfinite(self.normalised).any(axis=1)
+        return np.asarray(there / max(int(there.sum()), 1))
+
+    def information(self) -> FloatArray:
+        """(p, p) expected."""
+        flat, growth = self.slope.reshape(len(self.slope), -1), self.growth.reshape(len(self.growth), -1)
+        return np.asarray(flat @ flat.T + 0.5 * growth @ growth.T)
+
+
+class Problem:
+    """Cost and slopes of one set of data. motion, levels: places of the two blocks' parameters."""
+
+    def __init__(self, data: RollData, known: tuple[Known, ...], held: frozenset[str] = frozenset()) -> None:
+        """held: parameters that stay where they start."""
+        self.data, self.known = data, known
+        self.mean = np.array([k.mean for k in known])
+        self.weight = np.array([1 / k.std**2 for k in known])
+        self.low = np.array([k.low for k in known])
+        self.high = np.array([k.high for k in known])
+        self.step = np.array([k.step for k in known])
+        self.probe = data.probe()
+        self.rows = int(np.isfinite(data.roll if data.has_roll else data.rate).sum())
+        free = [i for i, k in enumerate(known) if k.name not in held]
+        self.motion: IntArray = np.array([i for i in free if known[i].name not in NOISES])
+        self.levels: IntArray = np.array([i for i in free if known[i].name in NOISES])
+
+    def prior_cost(self, x: FloatArray) -> float:
+        """Minus the log prior."""
+        return 0.5 * float(np.sum(self.weight * (x - self.mean) ** 2))
+
+    def innovations(self, x: FloatArray, weights: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+        """Innovations and variances of the motion x, weighed as at `weights`."""
+        return whitened(self.data, weights, simulated(self.data, named(self.known, x)))
+
+    def carried(self, x: FloatArray, weights: Mapping[str, float]) -> float:
+        """What the input's noise adds to the sum of the normalised squares, by the answer to a single sample of it."""
+        values = named(self.known, x) | dict.fromkeys(QUIET, 0.0)
+        error, variance = whitened(self.probe, weights, simulated(self.probe, values), clip=1e9)
+        a_sample = math.exp(2 * weights["log_input_noise"]) / self.data.step_s
+        return self.rows * self.data.every * a_sample * float(np.nansum(error * error / variance))
+
+    def cost(self, x: FloatArray, weights: Mapping[str, float] | None) -> float:
+        """Half the squares less what the input's noise adds to them; without weights the whole likelihood. With the prior."""
+        error, variance = self.innovations(x, named(self.known, x) if weights is None else weights)
+        value = _squares(error, variance) + self.prior_cost(x)
+        value += (
+            0.5 * float(np.nansum(np.log(variance))) if weights is None else -0.5 * self.carried(x, weights)
+        )
+        return value if math.isfinite(value) else math.inf
+
+    def _moved(self, x: FloatArray, i: int) -> tuple[FloatArray, float]:
+        step = float(self.step[i] if x[i] + self.step[i] <= self.high[i] else -self.step[i])
+        other = x.copy()
+        other[i] += step
+        return other, step
+
+    def of_levels(self, x: FloatArray) -> Slopes:
+        """The levels' slopes, which are in the weights alone."""
+        here = named(self.known, x)
+        miss = simulated(self.data, here)
+        error, variance = whitened(self.data, here, miss)
+        slope, growth = (np.zeros((len(self.levels), *error.shape)) for _ in range(2))
+        for row, i in enumerate(self.levels.tolist()):
+            other, step = self._moved(x, i)
+            moved, wider = whitened(self.data, named(self.known, other), miss)
+            slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
+            growth[row] = np.nan_to_num(np.log(wider / variance) / step)
+        return Slopes(error / np.sqrt(variance), slope, growth)
+
+    def of_motion(self, x: FloatArray, weights: Mapping[str, float]) -> Slopes:
+        """The motion's slopes; what the input's noise adds is spread over the rows as `given`."""
+        error, variance = self.innovations(x, weights)
+        slope = np.zeros((len(self.motion), *error.shape))
+        given = np.zeros(len(self.motion))
+        noise = self.carried(x, weights)
+        for row, i in enumerate(self.motion.tolist()):
+            other, step = self._moved(x, i)
+            moved = self.innovations(other, weights)[0]
+            slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
+            given[row] = 0.5 * (self.carried(other, weights) - noise) / step
+        return Slopes(error / np.sqrt(variance), slope, np.zeros_like(slope), given)
+
+    def _taught(self, data: RollData, x: FloatArray, values: Mapping[str, float]) -> FloatArray:
+        """(p, n, m) what the motion's parameters do to the normalised innovations of some data, weighed as at x."""
+        here = named(self.known, x)
+        base = simulated(data, {**here, **values})
+        slope = np.zeros((len(self.motion), *base.shape))
+        for row, i in enumerate(self.motion.tolist()):
+            other, step = self._moved(x, i)
+            change = (simulated(data, {**named(self.known, other), **values}) - base) / step
+            error, variance = whitened(data, here, change, clip=1e9)
+            slope[row] = np.nan_to_num(error / np.sqrt(variance))
+        return slope
+
+    def taught(self, x: FloatArray) -> FloatArray:
+        """(p, n, m) what the motion's parameters do to the normalised innovations, by the part of the input that is motion.
+
+        The noise of the input teaches nothing: it is left out here, and so is what the parameters do to the weights.
+        """
+        return self._taught(self.data.cleaned(), x, {})
+
+    def polished(self, x: FloatArray) -> FloatArray:
+        """The motion where the innovations have no part along `taught` but what the input's noise gives both.
+
+        The cleaned slopes are instruments: the input's noise beyond its motion, which the squares weigh and this does not,
+        costs a tenth of the spread in a short manoeuvre.
+        """
+        quiet = dict.fromkeys(QUIET, 0.0)
+        for _ in range(POLISHED):
+            here = named(self.known, x)
+            taught = self.taught(x)
+            error, variance = self.innovations(x, here)
+            psi = np.clip(np.nan_to_num(error / np.sqrt(variance)), -CLIP, CLIP)
+            noise, spread = whitened(self.probe, here, simulated(self.probe, here | quiet), clip=1e9)
+            both = self._taught(self.probe.cleaned(), x, quiet) * np.nan_to_num(noise / np.sqrt(spread))
+            a_sample = math.exp(2 * here["log_input_noise"]) / self.data.step_s
+            gradient = self.rows * self.data.every * a_sample * both.sum(axis=(1, 2)) - (taught * psi).sum(
+                axis=(1, 2)
+            )
+            gradient -= (self.weight * (x - self.mean))[self.motion]
+            flat = taught.reshape(len(taught), -1)
+            curvature = flat @ flat.T + np.diag(self.weight[self.motion])
+            scale = np.sqrt(np.diag(curvature))
+            moved = x.copy()
+            moved[self.motion] += (
+                np.linalg.solve(curvature / np.outer(scale, scale), gradient / scale) / scale
+            )
+            x = np.clip(moved, self.low, self.high)
+        return x
+
+
+def _climb(
+    problem: Problem, x: FloatArray, weights: Mapping[str, float] | None, most: int
+) -> tuple[FloatArray, float, int]:
+    """Damped scoring of the motion (with weights) or the levels from x: the point, what was gained, and the steps."""
+    block = problem.levels if weights is None else problem.motion
+    cost = first = problem.cost(x, weights)
+    damping = 1e-3
+    count = 0
+    for count in range(1, most + 1):  # noqa: B007
+        slopes = problem.of_levels(x) if weights is None else problem.of_motion(x, weights)
+        gradient = slopes.scores().sum(axis=0) - problem.weight[block] * (x - problem.mean)[block]
+        curvature = slopes.information() + np.diag(problem.weight[block])
+        scale = np.sqrt(np.diag(curvature))
+        gained = 0.0
+        for _ in range(12):
+            matrix = curvature / np.outer(scale, scale) + damping * np.eye(len(block))
+            trial = x.copy()
+            trial[block] += np.linalg.solve(matrix, gradient / scale) / scale
+            trial = np.clip(trial, problem.low, problem.high)
+            trial_cost = problem.cost(trial, weights)
+            if trial_cost < cost:
+                gained = cost - trial_cost
+                x, cost = trial, trial_cost
+                damping = max(damping / 8, 1e-9)
+                break
+            damping = max(damping, 1e-6) * 8
+        if gained < SETTLED:
+            break
+    return x, first - cost, count
+
+
+def climb(
+    problem: Problem, x: FloatArray, most: int, turns: int = MOST_TURNS
+) -> tuple[FloatArray, int, bool]:
+    """The blocks in turn until neither gains anything. Returns the point, the scoring steps and whether it settled."""
+    steps = 0
+    for _ in range(turns):
+        x, motion, taken = _climb(problem, x, named(problem.known, x), most)
+        x, levels, more = _climb(problem, x, None, most)
+        steps += taken + more
+        if motion < TURNED and levels < TURNED:
+            return x, steps, True
+    return x, steps, False

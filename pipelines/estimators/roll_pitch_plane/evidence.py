@@ -1,0 +1,117 @@
+"""What quick motion told of the body's inertias, for the joint posterior: the coefficients of the angular accelerations.
+
+What these balances tell of arms and masses is the same relation as load_balance's and load_transfer_batch's by suspension
+forces; the inertias are not, as those look below 2 or 3 Hz. The inertial unit sits above the CG, so that its horizontal
+forces hold a part of the angular accelerations, which the prediction allows for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from pipelines.estimators.load_transfer.evidence import BODY, SCALES, mean_scale, roll_moment
+from pipelines.estimators.roll_pitch_plane.answers import SensorErrors
+from pipelines.estimators.roll_pitch_plane.balances import Wheels
+from pipelines.estimators.roll_pitch_plane.data import Planes
+from pipelines.estimators.roll_pitch_plane.fit import LinearFit
+from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_CENTER, ROLL_RADPS
+from pipelines.evidence import Evidence, FloatArray, Kind, Values
+from pipelines.joint.from_parameters import evidence_of, loaded_body, without_prior
+from pipelines.joint.outputs import inertias_of
+from pipelines.models.roll import GRAVITY
+
+CARRIER = "suspension forces in quick motion"
+
+
+INERTIA = ("load_h", "load_x", "load_y", "empty_h", "empty_y", "radius", "track_front", "track_rear")
+"""What the body's inertia hangs on beside the masses: see `body_inertias`."""
+
+
+def _of(
+    fit: LinearFit,
+    name: str,
+    mass: float,
+    errors: SensorErrors,
+    doubts: tuple[float, ...],
+    kind: Kind,
+    source: str,
+    inertia: Callable[[Values], float | FloatArray],
+    names: tuple[str, ...],
+) -> Evidence | None:
+    """The coefficient without its prior. doubts: what it may be wrong by, kg m²."""
+    value = fit.value(name)
+    prior = {"roll_acc": (0.4 * mass, mass), "pitch_acc": (1.5 * mass, 3 * mass)}[name]
+    model = sum(d**2 for d in (*doubts, errors.inertia_model * value, errors.accel_scale * value))
+    told = without_prior(
+        np.array([value]), np.array([[fit.std(name) ** 2 + model]]), np.array([prior[0]]), np.array([prior[1]])
+    )  # fmt: skip
+    if told is None:
+        return None
+    axis = "roll" if kind == "roll" else "pitch"
+    title = f"{axis} moment of the struts against {axis} acceleration"
+    return evidence_of(
+        kind,
+        CARRIER,
+        title,
+        source,
+        told,
+        lambda values: [inertia(values)],
+        tuple(dict.fromkeys((*BODY, *SCALES, *names))),
+    )
+
+
+def roll_evidence(
+    fit: LinearFit, planes: Planes, wheels: Wheels, mass: float, errors: SensorErrors
+) -> tuple[Evidence, ...]:
+    """Roll inertia of the body about its CG."""
+    feet = (
+        float(np.hypot(FEET[1] * ROLL_CENTER[0], FEET[0] * ROLL_CENTER[1])) * mass * GRAVITY / ROLL_RADPS**2
+    )
+    doubt = fit.doubt("roll_acc", NET_MOMENT * float(np.std(planes.columns["roll_moment"])))
+    # moments of the feet that were not taken off before the fit
+    left = (FEET[0] * ROLL_CENTER[0] * mass * GRAVITY - wheels.feet) / ROLL_RADPS**2
+
+    def inertia(values: Values) -> float | FloatArray:
+        body, moment = loaded_body(values), roll_moment(values)
+        above = values["imu_h"] - body.h
+        lean = 1 - values["camber"]
+        share = body.x / values["wheelbase"]
+        arm = body.h - (1 - share) * values["roll_center_front"] - share * values["roll_center_rear"]
+        hubs = body.unsprung * values["radius"] * lean * (arm - lean * values["radius"])
+        return (inertias_of(values)[0] - moment * above - hubs - left) / mean_scale(values)
+
+    names = (
+        *INERTIA, "roll_inertia", "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "imu_h",
+    )  # fmt: skip
+    made = _of(fit, "roll_acc", mass, errors, (doubt, feet), "roll", "roll_plane", inertia, names)
+    return () if made is None else (made,)
+
+
+def pitch_evidence(fit: LinearFit, planes: Planes, mass: float, errors: SensorErrors) -> tuple[Evidence, ...]:
+    """Pitch inertia of the body about its CG."""
+    doubt = fit.doubt("pitch_acc", NET_MOMENT * float(np.std(planes.columns["pitch_moment"])))
+
+    def inertia(values: Values) -> float | FloatArray:
+        body = loaded_body(values)
+        links = 0.5 * (values["pitch_center_brake"] + values["pitch_center_drive"])
+        spin = 4 * values["wheel_inertia"] / values["radius"]
+        moment = body.moment - body.mass * links + spin
+        above, ahead = values["imu_h"] - body.h, body.x - values["imu_x"]
+        hubs = (body.unsprung * values["radius"] + spin) * (body.h - values["radius"])
+        # the vertical accelerometer reads pitch where it sits ahead of the CG
+        place = body.sprung * (body.x - 0.5 * values["wheelbase"]) * ahead
+        return (inertias_of(values)[1] - moment * above - hubs + place) / mean_scale(values)
+
+    names = (
+        *INERTIA,
+        "pitch_inertia",
+        "pitch_center_brake",
+        "pitch_center_drive",
+        "wheel_inertia",
+        "imu_h",
+        "imu_x",
+    )
+    made = _of(fit, "pitch_acc", mass, errors, (doubt,), "pitch", "pitch_plane", inertia, names)
+    return () if made is None else (made,)

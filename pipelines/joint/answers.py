@@ -1,0 +1,227 @@
+"""From the joint posterior to answers: values with intervals, statuses, reasons, and what was learned of each."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipelines.evidence import Evidence, Kind
+from pipelines.joint.conflict import Check, held
+from pipelines.joint.information import Spread, bits
+from pipelines.joint.posterior import Joint
+from pipelines.results import (
+    FloatArray,
+    Identification,
+    Learned,
+    NextMeasurement,
+    ParameterEstimate,
+    Prior,
+    Share,
+)
+
+GOOD, FAIR = 0.5, 0.75
+"""Posterior over prior spread up to which a parameter is identified, and weak."""
+
+GOOD_ALONE: Mapping[str, tuple[float, float]] = {
+    "cg_lateral_offset_m": (0.03, 0.1), "roll_center_height_m": (0.03, 0.1)
+}  # fmt: skip
+"""m: largest spreads for "identified" and "weak" where a share of the value says nothing."""
+
+LARGEST: Mapping[str, float] = {
+    "mass_kg": 0.035, "sprung_mass_kg": 0.035, "cg_height_m": 0.06, "sprung_cg_height_m": 0.07,
+    "cg_to_front_axle_m": 0.05, "roll_stiffness_nmprad": 0.08, "roll_arm_m": 0.08, "roll_inertia_kgm2": 0.12,
+    "roll_damping_nmsprad": 0.2, "pitch_arm_m": 0.08, "pitch_inertia_kgm2": 0.12, "drag_area_m2": 0.15,
+}  # fmt: skip
+"""Relative spread beyond which nothing is called identified, however little was known before."""
+
+SAMPLED = 1.07
+"""Factor on sampled spreads: on ridges that open out the sampler's came out up to 7 % too narrow (benchmarks/joint_mcmc.py)."""
+
+HARDLY = 0.05
+"""Bits below which a relation is not named, and a parameter counts as not learned."""
+
+SEEN_BY: Mapping[str, tuple[Kind, ...]] = {
+    "cg_lateral_offset_m": ("roll",),
+    "cg_to_front_axle_m": ("pitch", "ride"),
+    "cg_height_m": ("pitch", "roll"), "sprung_cg_height_m": ("pitch", "roll"), "roll_arm_m": ("pitch", "roll"),
+    "roll_stiffness_nmprad": ("roll",), "roll_damping_nmsprad": ("roll",), "roll_inertia_kgm2": ("roll",),
+    "roll_center_height_m": ("roll",), "pitch_arm_m": ("pitch",), "pitch_inertia_kgm2": ("pitch", "ride"),
+    "drag_area_m2": ("longitudinal", "pitch"),
+}  # fmt: skip
+"""The physics that sees a parameter. What a known mass alone makes of it (how much load there is, put where loads are) is
+what was known before, however narrow."""
+
+SOURCE = "vehicle file and what is known of the load"
+GRID = 121
+NAMED = 3
+"""Relations named in a reason; the report's table has all of them."""
+
+
+NEEDS: Mapping[str, str] = {
+    "mass": "it needs suspension deflections with spring rates, suspension or tyre forces, axle loads, or drive and brake "
+    "torque with the longitudinal acceleration",
+    "height": "it needs braking and accelerating, or cornering, seen by suspension deflections (with spring rates) or by "
+    "suspension, tyre or axle forces, or roll against the horizon with a known roll stiffness",
+    "place": "it needs suspension deflections with spring rates, or suspension, tyre or axle forces",
+    "pitch": "it needs quick braking and accelerating seen by suspension deflections, forces or the pitch rate",
+    "drag": "it needs steady driving at several speeds with drive torque",
+    "motion": "it needs quick roll motion (0.5-1 Hz steering) with lateral acceleration and roll, roll rate or deflections",
+}
+
+
+@dataclass(frozen=True)
+class Told:
+    """What the posterior holds of one parameter: mean and spread with all widening, draws where it was sampled."""
+
+    value: float
+    std: float
+    low: float
+    high: float
+    draws: FloatArray | None
+
+
+def _needs(name: str) -> str:
+    if name in ("roll_damping_nmsprad", "roll_inertia_kgm2"):
+        return NEEDS["motion"]
+    if name in ("pitch_inertia_kgm2", "drag_area_m2"):
+        return NEEDS["pitch" if "pitch" in name else "drag"]
+    if "mass_kg" in name or name.startswith("corner_mass"):
+        return NEEDS["mass"]
+    return NEEDS["height" if any(w in name for w in ("height", "arm", "stiffness")) else "place"]
+
+
+def digits_of(name: str) -> int:
+    """Digits after the point in words."""
+    return 4 if name.endswith("_m") else 0
+
+
+def told(
+    name: str,
+    value: float,
+    gradient: FloatArray,
+    joint: Joint,
+    checks: Sequence[Check],
+    factor: float,
+    draws: FloatArray | None,
+) -> Told:
+    """The parameter's mean and interval: Laplace's, or of draws (n,); widened for contradictions."""
+    more = held(joint, checks, gradient)
+    if draws is None:
+        std = math.sqrt(factor**2 * float(gradient @ joint.covariance @ gradient) + more)
+        return Told(value, std, value - 1.96 * std, value + 1.96 * std, None)
+    mean, own = float(np.mean(draws)), float(np.std(draws))
+    wide = math.sqrt((SAMPLED * factor) ** 2 + more / max(own, 1e-300) ** 2)
+    spread = mean + wide * (draws - mean)
+    low, high = (float(q) for q in np.quantile(spread, (0.025, 0.975)))
+    return Told(mean, wide * own, low, high, spread)
+
+
+def status_of(
+    name: str, value: float, std: float, prior: Spread | None, kinds: Collection[Kind]
+) -> Identification:
+    """Identified, weak or not: the spread against what was known, and on its own. kinds: of the relations there."""
+    if name in SEEN_BY and not set(SEEN_BY[name]) & set(kinds):
+        return "not_identifiable"
+    ratio = std / max(prior.std, 1e-12) if prior is not None else 0.0
+    status: Identification = (
+        "identified" if ratio <= GOOD else "weak" if ratio <= FAIR else "not_identifiable"
+    )
+    close, near = GOOD_ALONE.get(name, (math.inf, math.inf))
+    if std > near:
+        return "not_identifiable"
+    relative = std / max(abs(value), 1e-12)
+    largest = LARGEST.get(name, math.inf)
+    if status == "identified" and (std > close or (name not in GOOD_ALONE and relative > largest)):
+        status = "weak"
+    if prior is None and name not in GOOD_ALONE and relative > 3 * min(largest, 0.1):
+        return "not_identifiable"
+    return status
+
+
+def listed(names: Sequence[str]) -> str:
+    """The first few, and how many more there are."""
+    more = len(names) - NAMED
+    return ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else "")
+
+
+def reason_of(name: str, status: Identification, shares: Sequence[Share], file_std: float, std: float) -> str:
+    """In words: which relations brought it, and what it would have been without."""
+    digits = digits_of(name)
+    brought = [s for s in shares if s.bits > HARDLY]
+    words = listed([f"{s.relation} (± {s.std_without:.{digits}f} without it)" for s in brought])
+    if not words:
+        words = "all relations alike: " + listed([s.relation for s in shares])
+    if status == "not_identifiable":
+        if std < 0.02 * file_std:
+            return f"known before to ± {file_std:.{digits}f}"
+        return f"this drive adds little to what was known: {_needs(name)}"
+    if status == "weak":
+        return f"from {words}; the interval is still wide: {_needs(name)}"
+    return f"from {words}"
+
+
+def prior_record(prior: Spread) -> Prior:
+    """As results hold it."""
+    return Prior(prior.mean, prior.std, SOURCE)
+
+
+def estimate_of(
+    name: str,
+    answer: Told,
+    prior: Spread | None,
+    shares: Sequence[Share],
+    reference: float | None,
+    evidence: Sequence[Evidence],
+) -> ParameterEstimate:
+    """The verdict's entry. evidence: the drive's relations that were counted."""
+    status = status_of(name, answer.value, answer.std, prior, {e.kind for e in evidence})
+    file_std = prior.std if prior is not None else math.inf
+    reason = reason_of(name, status, shares, file_std, answer.std)
+    if prior is None and status == "not_identifiable":
+        return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
+    if prior is not None and status == "not_identifiable":
+        # what the drive adds to it is no result of its own
+        low, high = prior.mean - 1.96 * prior.std, prior.mean + 1.96 * prior.std
+        return ParameterEstimate(
+            name, prior.mean, prior.std, low, high, status, f"{reason}; the figures are what was known before",
+            prior_record(prior), reference, ("prior",),
+        )  # fmt: skip
+    record = None if prior is None else prior_record(prior)
+    who = tuple(dict.fromkeys(e.source for e in evidence))
+    return ParameterEstimate(
+        name, answer.value, answer.std, answer.low, answer.high, status, reason, record, reference, who
+    )
+
+
+def _smooth(draws: FloatArray, grid: FloatArray) -> FloatArray:
+    """Kernel density of draws with Silverman's width on their central part."""
+    low, high = np.quantile(draws, (0.16, 0.84))
+    width = max(1.06 * 0.5 * float(high - low) * len(draws) ** -0.2, 1e-12)
+    z = (grid[:, None] - draws[None, :]) / width
+    return np.asarray(np.exp(-0.5 * z * z).mean(axis=1) / (width * math.sqrt(2 * math.pi)))
+
+
+def learned_of(
+    name: str,
+    answer: Told,
+    prior: Spread,
+    shares: tuple[Share, ...],
+    following: tuple[NextMeasurement, ...],
+) -> Learned:
+    """Bits, shares, what next, and both densities on one grid."""
+    few = prior.draws[:1500]
+    low, high = np.quantile(few, (0.005, 0.995))
+    low, high = min(low, answer.value - 4 * answer.std), max(high, answer.value + 4 * answer.std)
+    inside = np.linspace(answer.value - 4 * answer.std, answer.value + 4 * answer.std, GRID // 2)
+    grid = np.unique(np.concatenate([np.linspace(low, high, GRID - len(inside)), inside]))
+    z = (grid - answer.value) / max(answer.std, 1e-12)
+    density = np.exp(-0.5 * z * z) / (max(answer.std, 1e-12) * math.sqrt(2 * math.pi))
+    if answer.draws is not None:
+        density = _smooth(answer.draws, grid)
+    return Learned(
+        name, prior_record(prior), bits(prior.std, answer.std), shares, following, grid,
+        _smooth(few, grid), np.asarray(density),
+    )  # fmt: skip

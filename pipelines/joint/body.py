@@ -1,0 +1,111 @@
+"""The body that the unknowns make: the empty vehicle of the vehicle file plus a load of unknown mass at an unknown place.
+
+So mass, CG place and height stay consistent whatever the relations teach.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipelines.models.roll import GRAVITY
+from pipelines.results import FloatArray
+
+TYRE_SHARE = 1.15
+"""Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
+
+Values = Mapping[str, float]
+"""The unknowns by name, SI."""
+
+
+@dataclass(frozen=True)
+class Body:
+    """The loaded vehicle. Lengths m: x behind the front axle, y left, h above ground; sprung and whole."""
+
+    sprung: float
+    unsprung: float
+    x: float
+    y: float
+    h: float
+    mass: float
+    whole_x: float
+    whole_y: float
+    whole_h: float
+
+    @property
+    def moment(self) -> float:
+        """m h of the whole vehicle, kg m: what load transfer sees."""
+        return self.mass * self.whole_h
+
+
+def body_of(p: Values, sag: float | None) -> Body:
+    """Put empty vehicle and load together.
+
+    sag: how much lower the loaded body stands than the empty one, m; None: not measured, so what springs and tyres give.
+    """
+    if sag is None:
+        sag = TYRE_SHARE * GRAVITY * p["load"] / (2 * (p["spring_front"] + p["spring_rear"]))
+    unsprung = p["unsprung_front"] + p["unsprung_rear"]
+    empty = p["empty_mass"] - unsprung
+    sprung = empty + p["load"]
+    length, hub = p["wheelbase"], p["radius"]
+    x = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * length + p["load"] * p["load_x"]) / sprung
+    y = (p["empty_mass"] * p["empty_y"] + p["load"] * p["load_y"]) / sprung
+    rest = p["empty_mass"] * p["empty_h"] - unsprung * hub
+    h = (rest + p["load"] * p["load_h"]) / sprung - sag
+    mass = sprung + unsprung
+    return Body(
+        sprung, unsprung, x, y, h, mass,
+        (sprung * x + p["unsprung_rear"] * length) / mass,
+        sprung * y / mass,
+        (sprung * h + unsprung * hub) / mass,
+    )  # fmt: skip
+
+
+LOAD_SPREAD = (0.12, 0.25)
+"""m²: a load's own inertia about its own CG over its mass, in roll and in pitch: a metre wide, persons in two rows."""
+
+
+def body_inertias(p: Values) -> tuple[float, float]:
+    """Roll and pitch inertia of the loaded sprung body about its own CG, kg m².
+
+    From those of the empty whole vehicle (what data sheets and the measured vehicles tell): less the wheels and what the
+    body's CG is away from the whole's, plus what the load brings by its distance.
+    """
+    unsprung = p["unsprung_front"] + p["unsprung_rear"]
+    empty = p["empty_mass"] - unsprung
+    hub, length = p["radius"], p["wheelbase"]
+    x = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * length) / empty
+    y = p["empty_mass"] * p["empty_y"] / empty
+    h = (p["empty_mass"] * p["empty_h"] - unsprung * hub) / empty
+    low = (hub - p["empty_h"]) ** 2
+    wheels_roll = p["unsprung_front"] * (0.25 * p["track_front"] ** 2 + low)
+    wheels_roll = wheels_roll + p["unsprung_rear"] * (0.25 * p["track_rear"] ** 2 + low)
+    wheels_pitch = p["unsprung_front"] * (p["empty_x"] ** 2 + low)
+    wheels_pitch = wheels_pitch + p["unsprung_rear"] * ((length - p["empty_x"]) ** 2 + low)
+    lifted = empty * (h - p["empty_h"]) ** 2
+    reduced = empty * p["load"] / (empty + p["load"])
+    above = (p["load_h"] - h) ** 2
+    roll = p["roll_inertia"] - wheels_roll - lifted + reduced * (above + (p["load_y"] - y) ** 2)
+    pitch = p["pitch_inertia"] - wheels_pitch - lifted - empty * (x - p["empty_x"]) ** 2
+    pitch = pitch + reduced * (above + (p["load_x"] - x) ** 2)
+    return roll + LOAD_SPREAD[0] * p["load"], pitch + LOAD_SPREAD[1] * p["load"]
+
+
+def corner_loads(p: Values, sag: float | None) -> FloatArray:
+    """(4,) mass over each wheel in kg, level and at rest; fl, fr, rl, rr.
+
+    The lateral moment is shared by the axles as the masses are; what one diagonal carries more is an unknown that no
+    balance sees.
+    """
+    body = body_of(p, sag)
+    rear = body.mass * body.whole_x / p["wheelbase"]
+    front = body.mass - rear
+    half = [front / 2, rear / 2]
+    moved = [
+        load * body.whole_y / track for load, track in ((front, p["track_front"]), (rear, p["track_rear"]))
+    ]
+    level = np.array([half[0] + moved[0], half[0] - moved[0], half[1] + moved[1], half[1] - moved[1]])
+    return level + p["cross"] * np.array([1.0, -1.0, -1.0, 1.0])

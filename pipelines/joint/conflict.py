@@ -1,0 +1,71 @@
+"""Does each relation go with all others? What one that does not makes of the intervals.
+
+With A the relation's information and S the posterior's covariance, the posterior without it has S₋ = (S⁻¹ - A)⁻¹; there
+its whitened residual is r₋ = r + J S₋ J' r with covariance I + J S₋ J', so that chi² = r' (I + J S₋ J') r of m figures
+(the residual r taken at the joint mode).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipelines.joint.posterior import Joint
+from pipelines.results import FloatArray, RelationCheck
+
+UNLIKELY = 0.003
+"""Probability of a misfit by chance below which a relation is called in conflict: a false alarm in some 300 checks."""
+
+LIKELY = 0.05
+"""Widened so far that a misfit of this probability is left."""
+
+
+@dataclass(frozen=True)
+class Check:
+    """A relation against the rest. shift: (k,) what leaving it out moves u by."""
+
+    record: RelationCheck
+    shift: FloatArray
+
+    @property
+    def in_conflict(self) -> bool:
+        """Whether the relation contradicts the rest."""
+        return self.record.probability < UNLIKELY
+
+
+def _chi2(residual: FloatArray, inner: FloatArray, factor: float) -> float:
+    """Misfit against the rest with the relation's own covariance times factor²."""
+    cavity = residual + inner @ residual
+    return float(cavity @ np.linalg.solve(factor**2 * np.eye(len(residual)) + inner, cavity))
+
+
+def check(joint: Joint) -> tuple[Check, ...]:
+    """Every relation against the posterior of all others and the priors."""
+    from scipy.stats import chi2 as law
+
+    found = []
+    for i, part in enumerate(joint.parts):
+        spread = joint.without(i)
+        inner = part.slope @ spread @ part.slope.T
+        r = part.residual
+        misfit = _chi2(r, inner, 1.0)
+        probability = float(law.sf(misfit, len(r)))
+        factor = 1.0
+        if probability < UNLIKELY:
+            limit = float(law.isf(LIKELY, len(r)))
+            while _chi2(r, inner, factor) > limit and factor < 1e3:
+                factor *= 1.1
+        text = "goes with the rest" if probability >= UNLIKELY else "contradicts the rest"
+        e = part.evidence
+        record = RelationCheck(e.title, e.source, len(r), misfit, probability, factor, text)
+        # at the joint mode the gradient vanishes: without the relation the mode moves by what it had pulled
+        found.append(Check(record, np.asarray(-spread @ (part.slope.T @ r))))
+    return tuple(found)
+
+
+def held(joint: Joint, checks: Sequence[Check], gradient: FloatArray) -> float:
+    """Variance to add to a parameter so that its interval holds what it would be without a relation in conflict."""
+    moved = [float(gradient @ c.shift) for c in checks if c.in_conflict]
+    return max((m * m for m in moved), default=0.0)

@@ -1,0 +1,158 @@
+"""The whole inference of one drive: which relations count, the posterior, its checks, and what was learned."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipelines.evidence import Evidence
+from pipelines.joint.answers import estimate_of, learned_of, listed, told
+from pipelines.joint.conflict import Check, check
+from pipelines.joint.counted import counted
+from pipelines.joint.information import prior_spreads, shares, slopes
+from pipelines.joint.next_measurement import next_measurements
+from pipelines.joint.outputs import outputs_of
+from pipelines.joint.posterior import Joint, extended, find_mode, log_density, values_at
+from pipelines.joint.profile import departure
+from pipelines.joint.sampling import sample
+from pipelines.joint.stated import stated_relations
+from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.results import FloatArray, JointVerdict, ParameterEstimate
+from pipelines.vehicles.vehicle import Vehicle
+
+CURVED = 0.5
+"""Departure of a parameter's profile from a normal one, in nats at two standard deviations (where that has fallen by 2),
+from which on the posterior is sampled."""
+
+APART = 3.0
+"""Distance in standard deviations from which on two ends of the search are two modes."""
+
+DRAWS = 2000
+STARTS = 4
+FAR = 2.5
+LOOKED_AT = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "roll_stiffness_nmprad")
+MOVED = ("empty_h", "load_h", "load", "roll_center_front", "roll_inertia")
+"""Unknowns that the search is started apart in: heights, where mirror solutions lie."""
+
+
+@dataclass(frozen=True)
+class Inference:
+    """Entries of the verdict by parameter, and the record behind them."""
+
+    parameters: Mapping[str, ParameterEstimate]
+    record: JointVerdict
+
+
+def _starts(known: Known, rng: np.random.Generator) -> list[FloatArray]:
+    """The prior's mean, and points up to two standard deviations off in heights and load."""
+    size = len(known.names)
+    rows = [known.names.index(n) for n in MOVED]
+    found = [np.zeros(size)]
+    for _ in range(STARTS - 1):
+        start = np.zeros(size)
+        start[rows] = rng.uniform(-2, 2, len(rows))
+        found.append(start)
+    return found
+
+
+def _modes(
+    evidence: Sequence[Evidence], known: Known, rng: np.random.Generator
+) -> tuple[Joint, list[tuple[FloatArray, FloatArray]]]:
+    """The best mode, and all that lie apart from each other: (mean, covariance) each."""
+    ends = [find_mode(evidence, known, [start]) for start in _starts(extended(known, evidence), rng)]
+    ends.sort(key=lambda end: end.cost)
+    best = ends[0]
+    modes = [(best.u, best.covariance)]
+    for end in ends[1:]:
+        away = [float((end.u - u) @ np.linalg.solve(c, end.u - u)) for u, c in modes]
+        if end.converged and end.cost < best.cost + 12 and min(away) > APART**2:
+            modes.append((end.u, end.covariance))
+    return best, modes
+
+
+def _inflation(joint: Joint) -> float:
+    """Factor for relations that contradict each other or the vehicle file beyond their spreads."""
+    count = sum(len(p.residual) for p in joint.parts)
+    misfit = sum(float(p.residual @ p.residual) for p in joint.parts) + float(joint.u @ joint.u)
+    return math.sqrt(max(1.0, misfit / max(count, 1)))
+
+
+def _draws(
+    joint: Joint,
+    modes: Sequence[tuple[FloatArray, FloatArray]],
+    gradients: Mapping[str, FloatArray],
+    rng: np.random.Generator,
+) -> tuple[FloatArray | None, str]:
+    """Draws of u (n, k) where the posterior is not normal, else None; and how it was found, in words."""
+    away = departure(joint, gradients, LOOKED_AT)
+    if len(modes) == 1 and away < CURVED:
+        return None, "Laplace's approximation at the mode (the posterior is close to normal there)"
+    drawn = sample(log_density(joint), modes, rng, DRAWS)
+    why = f"{len(modes)} modes" if len(modes) > 1 else "it is not normal"
+    return drawn.draws, f"sampled, as {why}: {drawn.text}"
+
+
+def _far(joint: Joint) -> tuple[str, ...]:
+    """Unknowns that ended far from what was known of them."""
+    found = zip(joint.known.names, joint.u.tolist(), strict=True)
+    return tuple(f"{n.replace('_', ' ')} ({x:+.1f} standard deviations)" for n, x in found if abs(x) > FAR)
+
+
+def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generator) -> Inference | None:
+    """Join the relations of one drive with what was known of the vehicle; None where no relation can be used.
+
+    Raises LinAlgError where no vehicle that is known of fits the relations.
+    """
+    started = time.perf_counter()
+    known, stated = before_the_log(vehicle), stated_relations(vehicle)
+    kept, dropped = counted(evidence, known)
+    if not kept:
+        return None
+    joint, modes = _modes((*kept, *stated), known, rng)
+    middle, gradients = slopes(joint)
+    checks = check(joint)
+    factor = _inflation(joint)
+    draws, method = _draws(joint, modes, gradients, rng)
+    columns = None if draws is None else outputs_of(values_at(joint.known, draws), joint.given)
+    brought = shares(joint, gradients)
+    following = next_measurements(joint, gradients, factor)
+    priors = prior_spreads(known, stated, rng) if known.mass else {}
+    answers = {
+        name: told(name, value, gradients[name], joint, checks, factor, _of(columns, name, draws))
+        for name, value in middle.items()
+    }
+    parameters = {
+        name: estimate_of(name, answer, priors.get(name), brought[name], vehicle.reference.get(name), kept)
+        for name, answer in answers.items()
+    }
+    learned = {
+        name: learned_of(name, answers[name], prior, brought[name], following[name])
+        for name, prior in priors.items()
+    }
+    record = JointVerdict(
+        learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), dropped, _far(joint),
+        method, factor, time.perf_counter() - started,
+    )  # fmt: skip
+    return Inference(_with_conflicts(parameters, checks), record)
+
+
+def _of(columns: Mapping[str, FloatArray] | None, name: str, draws: FloatArray | None) -> FloatArray | None:
+    return None if columns is None or draws is None else np.broadcast_to(columns[name], len(draws))
+
+
+def _with_conflicts(
+    parameters: Mapping[str, ParameterEstimate], checks: Sequence[Check]
+) -> dict[str, ParameterEstimate]:
+    """Conflicts named with every answer that they widen."""
+    against = [c.record.relation for c in checks if c.in_conflict]
+    if not against:
+        return dict(parameters)
+    words = f"relations disagree ({listed(against)}): the interval holds what either says; "
+    return {
+        name: entry if entry.status == "not_identifiable" else replace(entry, reason=words + entry.reason)
+        for name, entry in parameters.items()
+    }

@@ -1,0 +1,163 @@
+"""What would narrow a parameter most: more driving, a sensor that is not there, or a figure of the vehicle file.
+
+Every candidate is information that could be had, as rows on the unknowns with a spread that such a measurement has in
+practice; what it would leave follows from the posterior's covariance without any new drive.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from pipelines.joint.outputs import body_at, roll_axis_of, roll_stiffness_of
+from pipelines.joint.posterior import STEP, Joint, values_at
+from pipelines.results import FloatArray, NextMeasurement
+
+LEAST_GAIN = 0.9
+"""Share of the spread that an action must leave less than to be worth naming."""
+
+Way = Literal["driving", "signal", "figure", "workshop"]
+"""More of the same drive, a signal that the log lacks, a figure of the vehicle file, or a test that is no drive: the best of
+each is named, as who asks can do one and not another."""
+
+Seen = Callable[[Mapping[str, FloatArray]], list[FloatArray]]
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Something to measure. seen: figures that it gives, (n,) each; std: of each, in its unit, or relative (a share).
+
+    carrier: signals that are then there; a drive that has them already needs no such sensor.
+    """
+
+    way: Way
+    action: str
+    seen: Seen
+    std: tuple[float, ...]
+    relative: bool = True
+    carrier: str = ""
+
+
+def _known(*names: str) -> Seen:
+    return lambda v: [np.asarray(v[n]) for n in names]
+
+
+def _scales(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    body = body_at(v, {})
+    return [body.mass * np.asarray(body.whole_x), body.mass * np.asarray(body.whole_y), np.asarray(body.mass)]
+
+
+def _deflections(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    """Pitch and roll in a metre per second squared, and how far each axle's springs are down under the load."""
+    body = body_at(v, {})
+    a, b = body.x, v["wheelbase"] - body.x
+    pitch = 2 * (v["spring_front"] * a * a + v["spring_rear"] * b * b)
+    carried = body.sprung - (v["empty_mass"] - v["unsprung_front"] - v["unsprung_rear"])
+    return [
+        np.asarray((body.moment - body.mass * v["pitch_center_brake"]) / pitch),
+        np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v, {})),
+        np.asarray(9.81 * carried / (2 * (v["spring_front"] + v["spring_rear"]))),
+    ]
+
+
+def _roll(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    body = body_at(v, {})
+    return [np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v, {}))]
+
+
+def _moment(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    return [np.asarray(body_at(v, {}).moment)]
+
+
+def _mass(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    return [np.asarray(body_at(v, {}).mass)]
+
+
+def _height(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    return [np.asarray(body_at(v, {}).whole_h)]
+
+
+CANDIDATES: tuple[Candidate, ...] = (
+    Candidate("workshop", "weigh the loaded vehicle on wheel scales (0.3 %)", _scales, (6.0, 8.0, 5.0), False),
+    Candidate("signal", "log drive and brake torque (2 %) with the longitudinal acceleration", _mass, (0.02,), True, "torques"),
+    Candidate(
+        "signal", "a suspension deflection sensor at each wheel (1.5 mm, 1 %)", _deflections, (0.015, 0.015, 0.15), True,
+        "spring deflections",
+    ),
+    Candidate("signal", "log the roll angle or roll rate and corner at 0.3 g", _roll, (0.02,), True, "horizon"),
+    Candidate("signal", "axle loads or tyre forces (1.5 %) in braking", _moment, (0.015,), True, "axle loads"),
+    Candidate("workshop", "a tilt table or a raised-axle weighing (1 %)", _height, (0.01,)),
+    Candidate("figure", "measured spring rates (0.5 %)", _known("spring_front", "spring_rear"), (0.005, 0.005)),
+    Candidate("figure", "measured anti-roll bar rates (1 %)", _known("bar_front", "bar_rear"), (0.01, 0.01)),
+    Candidate(
+        "figure", "roll centre heights from the suspension's kinematics (5 mm)",
+        _known("roll_center_front", "roll_center_rear"), (0.005, 0.005), False,
+    ),
+    Candidate(
+        "figure", "pitch centre heights (anti-dive, anti-squat) from the suspension's kinematics (5 mm)",
+        _known("pitch_center_brake", "pitch_center_drive"), (0.005, 0.005), False,
+    ),
+    Candidate("figure", "the empty vehicle weighed (5 kg, 5 mm)", _known("empty_mass", "empty_x"), (0.003, 0.002)),
+    Candidate("figure", "the empty vehicle's lateral CG place (2 mm)", _known("empty_y"), (0.002,), False),
+    Candidate("figure", "the load's mass (5 kg) and height (5 cm) in [load]", _known("load", "load_h"), (5.0, 0.05), False),
+    Candidate("figure", "a measured roll inertia (2 %)", _known("roll_inertia"), (0.02,)),
+    Candidate("figure", "damper rates from a test rig (3 %)", _known("bump_front", "rebound_front", "bump_rear", "rebound_rear"),
+              (0.03, 0.03, 0.03, 0.03)),
+    Candidate("figure", "the brakes' gain from a test (1 %)", _known("brake_gain", "brake_scale"), (0.01, 0.01)),
+)  # fmt: skip
+
+AGAIN: Mapping[str, str] = {
+    "pitch": "twice as much braking and accelerating, or as much 1.4 times as hard",
+    "roll": "twice as much cornering, or as much 1.4 times as hard",
+    "longitudinal": "twice as much braking and accelerating in a straight line, or as much 1.4 times as hard",
+    "vertical": "twice the time at steady speed and at rest",
+    "ride": "twice the distance on a rough road",
+}
+"""What doubles a relation's information: it grows with the time and with the square of the motion."""
+
+
+def _rows(joint: Joint, candidate: Candidate) -> FloatArray:
+    """(m, k) derivative of what the measurement sees by u, in its own standard deviations."""
+    size = len(joint.u)
+    moved = np.concatenate([joint.u[None], joint.u + STEP * np.eye(size), joint.u - STEP * np.eye(size)])
+    seen = np.array([np.broadcast_to(x, len(moved)) for x in candidate.seen(values_at(joint.known, moved))])
+    std = np.array(candidate.std) * (np.abs(seen[:, 0]) if candidate.relative else 1.0)
+    return np.asarray(
+        (seen[:, 1 : 1 + size] - seen[:, 1 + size :]) / (2 * STEP) / np.maximum(std, 1e-12)[:, None]
+    )
+
+
+def _with(covariance: FloatArray, rows: FloatArray) -> FloatArray:
+    """Covariance after a measurement of rows with unit variance."""
+    gain = covariance @ rows.T
+    return np.asarray(covariance - gain @ np.linalg.solve(np.eye(len(rows)) + rows @ gain, gain.T))
+
+
+def next_measurements(
+    joint: Joint, gradients: Mapping[str, FloatArray], factor: float = 1.0
+) -> dict[str, tuple[NextMeasurement, ...]]:
+    """For each parameter what would narrow it most, the best first. factor: on every spread, for conflicts."""
+    there = {e.carrier for e in joint.evidence}
+    options: list[tuple[Way, str, FloatArray]] = []
+    for candidate in CANDIDATES:
+        if candidate.carrier and candidate.carrier in there:
+            continue
+        options.append((candidate.way, candidate.action, _with(joint.covariance, _rows(joint, candidate))))
+    for kind in dict.fromkeys(e.kind for e in joint.evidence):
+        rows = np.concatenate([p.slope for p in joint.parts if p.evidence.kind == kind])
+        options.append(("driving", AGAIN[kind], _with(joint.covariance, rows)))
+    found = {}
+    for name, g in gradients.items():
+        now = float(np.sqrt(g @ joint.covariance @ g))
+        best: dict[Way, tuple[float, str]] = {}
+        for way, action, covariance in options:
+            std = float(np.sqrt(max(float(g @ covariance @ g), 0.0)))
+            if std < LEAST_GAIN * now and std < best.get(way, (np.inf, ""))[0]:
+                best[way] = (std, action)
+        # a workshop test beats nearly any drive, and is what one drives to be spared: it comes last
+        ranked = sorted(best.items(), key=lambda item: (item[0] == "workshop", item[1][0]))
+        found[name] = tuple(NextMeasurement(action, factor * std) for _, (std, action) in ranked)
+    return found

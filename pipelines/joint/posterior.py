@@ -1,0 +1,208 @@
+"""The joint posterior over the vehicle's unknowns: its mode, its curvature there, and its density anywhere.
+
+Unknowns u are in prior standard deviations, so that the prior is N(0, I). A relation's whitened residual
+r(u) = L⁻¹ (observed - predict(u)), L L' its covariance, adds r'r / 2 to minus the log density (Gauss-Newton, damped).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipelines.evidence import Evidence
+from pipelines.joint.unknowns import Known
+from pipelines.results import FloatArray
+
+LogDensity = Callable[[FloatArray], FloatArray]
+STEP = 1e-3
+MOST_STEPS = 60
+SETTLED = 1e-3
+"""Nats that a full step would still gain, below which the search has ended."""
+
+LADDER = np.array([0.01, 0.1, 1.0, 10.0, 100.0])
+BLUNT = (30.0, 5.0, 1.0)
+"""Factors on the relations' standard deviations, one search after the other."""
+
+FARTHEST = 8.0
+"""Prior standard deviations beyond which the density is taken as nought: nothing that is known is that wrong."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """A relation at the mode. residual: (m,) whitened; slope: (m, k), derivative of the whitened prediction by u."""
+
+    evidence: Evidence
+    whitener: FloatArray
+    residual: FloatArray
+    slope: FloatArray
+
+    @property
+    def information(self) -> FloatArray:
+        """(k, k) what the relation adds to the curvature."""
+        return np.asarray(self.slope.T @ self.slope)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """The posterior. known: the unknowns, those of single relations at the end. u: (k,) mode; covariance: (k, k) of u.
+
+    given: measured figures that outputs need. cost: minus the log density at the mode. converged: whether it settled.
+    """
+
+    known: Known
+    parts: tuple[Part, ...]
+    u: FloatArray
+    covariance: FloatArray
+    given: Mapping[str, float]
+    cost: float
+    converged: bool
+
+    @property
+    def evidence(self) -> tuple[Evidence, ...]:
+        """The relations that were counted."""
+        return tuple(part.evidence for part in self.parts)
+
+    def without(self, left_out: int) -> FloatArray:
+        """(k, k) covariance had one relation not been there."""
+        rest = [p.information for i, p in enumerate(self.parts) if i != left_out]
+        return _inverse(np.eye(len(self.u)) + (np.sum(rest, axis=0) if rest else 0.0))
+
+    def alone(self, kept: int) -> FloatArray:
+        """(k, k) covariance had only that relation been there."""
+        return _inverse(np.eye(len(self.u)) + self.parts[kept].information)
+
+
+def _inverse(matrix: FloatArray) -> FloatArray:
+    return np.asarray(np.linalg.inv(0.5 * (matrix + matrix.T)))
+
+
+def values_at(known: Known, u: FloatArray) -> dict[str, FloatArray]:
+    """The unknowns in SI by name: u (k,) gives numbers, (n, k) gives (n,) each."""
+    return dict(zip(known.names, (known.mean + known.std * u).T, strict=True))
+
+
+def extended(known: Known, evidence: Sequence[Evidence]) -> Known:
+    """The unknowns with those that single relations have of their own."""
+    own = {unknown.name: unknown for e in evidence for unknown in e.own if unknown.name not in known.names}
+    if not own:
+        return known
+    return replace(
+        known,
+        names=(*known.names, *own),
+        mean=np.append(known.mean, [o.mean for o in own.values()]),
+        std=np.append(known.std, [o.std for o in own.values()]),
+    )
+
+
+def whitener_of(covariance: FloatArray) -> FloatArray:
+    """(m, m) inverse of the Cholesky factor. Raises LinAlgError where the covariance is none."""
+    scale = np.sqrt(np.diag(covariance))
+    root = np.linalg.cholesky(covariance / np.outer(scale, scale))
+    return np.asarray(np.linalg.inv(root) / scale)
+
+
+def part_at(evidence: Evidence, known: Known, u: FloatArray, whitener: FloatArray) -> Part:
+    """A relation at u (k,), its slope by central differences, all unknowns in one call."""
+    rows = [known.names.index(name) for name in evidence.unknowns]
+    moved = np.tile(u, (2 * len(rows) + 1, 1))
+    at = np.arange(len(rows))
+    moved[1 + at, rows] += STEP
+    moved[1 + len(rows) + at, rows] -= STEP
+    predicted = evidence.predict(values_at(known, moved))
+    slope = np.zeros((len(evidence.observed), len(u)))
+    slope[:, rows] = (predicted[:, 1 : 1 + len(rows)] - predicted[:, 1 + len(rows) :]) / (2 * STEP)
+    return Part(evidence, whitener, whitener @ (evidence.observed - predicted[:, 0]), whitener @ slope)
+
+
+def _cost(
+    evidence: Sequence[Evidence], whiteners: Sequence[FloatArray], known: Known, u: FloatArray
+) -> FloatArray:
+    """(n,) minus the log density of each row of u (n, k)."""
+    values = values_at(known, u)
+    cost = 0.5 * np.sum(u * u, axis=1)
+    for e, whitener in zip(evidence, whiteners, strict=True):
+        r = whitener @ (e.observed[:, None] - e.predict(values))
+        cost = cost + 0.5 * np.sum(r * r, axis=0)
+    possible = np.isfinite(cost) & (np.abs(u).max(axis=1) < FARTHEST)
+    return np.asarray(np.where(possible, cost, np.inf))
+
+
+def log_density(joint: Joint) -> LogDensity:
+    """Log of the posterior's density but for a constant: (n, k) -> (n,)."""
+    evidence, whiteners = joint.evidence, [p.whitener for p in joint.parts]
+
+    def density(u: FloatArray) -> FloatArray:
+        return np.asarray(-_cost(evidence, whiteners, joint.known, u))
+
+    return density
+
+
+def _step(
+    evidence: Sequence[Evidence],
+    whiteners: Sequence[FloatArray],
+    known: Known,
+    u: FloatArray,
+    cost: float,
+    damping: float,
+) -> tuple[FloatArray, float, float, float]:
+    """One damped Gauss-Newton step: the new u, its cost, the next damping, and what a full step would gain at most."""
+    parts = [part_at(e, known, u, w) for e, w in zip(evidence, whiteners, strict=True)]
+    curvature = np.eye(len(u)) + sum((p.information for p in parts), np.zeros((len(u), len(u))))
+    gradient = u - sum((p.slope.T @ p.residual for p in parts), np.zeros(len(u)))
+    left = 0.5 * float(gradient @ np.linalg.solve(curvature, gradient))
+    # several dampings at once: a call for many vehicles costs little more than one for a single one
+    ladder = damping * LADDER
+    scale = np.diag(np.diag(curvature))
+    moves = [np.linalg.solve(curvature + d * scale, -gradient) for d in ladder]
+    trials = np.clip(u + np.array(moves), -FARTHEST + 0.01, FARTHEST - 0.01)
+    costs = _cost(evidence, whiteners, known, trials)
+    best = int(np.argmin(costs))
+    if not costs[best] < cost:
+        return u, cost, damping * 100, left
+    return trials[best], float(costs[best]), float(np.clip(ladder[best], 1e-9, 1e3)), left
+
+
+def _climb(
+    evidence: Sequence[Evidence], whiteners: Sequence[FloatArray], known: Known, start: FloatArray
+) -> tuple[FloatArray, float, tuple[Part, ...], bool]:
+    """Damped Gauss-Newton from `start`: mode, cost, relations there, whether it settled.
+
+    The relations are first taken as less sharp than they are: products of unknowns make a narrow curved valley of them, in
+    which straight steps are short.
+    """
+    u, cost, settled = start.copy(), math.inf, False
+    for blunt in BLUNT:
+        softer = [w / blunt for w in whiteners]
+        cost = float(_cost(evidence, softer, known, u[None])[0])
+        damping, settled = 1e-3, False
+        for _ in range(MOST_STEPS):
+            u, cost, damping, left = _step(evidence, softer, known, u, cost, damping)
+            settled = left < SETTLED
+            if settled or damping > 1e8:
+                break
+    final = tuple(part_at(e, known, u, w) for e, w in zip(evidence, whiteners, strict=True))
+    return u, cost, final, settled
+
+
+def find_mode(
+    evidence: Sequence[Evidence], known: Known, starts: Sequence[FloatArray] | None = None
+) -> Joint:
+    """The most probable unknowns. starts: (k,) each, in prior standard deviations; the best end counts.
+
+    Raises LinAlgError where a relation's covariance is none.
+    """
+    known = extended(known, evidence)
+    whiteners = [whitener_of(e.covariance) for e in evidence]
+    first = [np.zeros(len(known.names))] if starts is None else [np.asarray(s) for s in starts]
+    ends = [_climb(evidence, whiteners, known, s) for s in first]
+    u, cost, parts, settled = min(ends, key=lambda end: end[1])
+    given: dict[str, float] = {}
+    for e in evidence:
+        given |= e.given
+    curvature = np.eye(len(u)) + sum((p.information for p in parts), np.zeros((len(u), len(u))))
+    if not math.isfinite(cost):
+        raise np.linalg.LinAlgError("no vehicle that is known of fits the drive's relations")
+    return Joint(known, parts, u, _inverse(curvature), given, cost, settled)

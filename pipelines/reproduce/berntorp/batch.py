@@ -1,0 +1,136 @@
+"""Batch maximum likelihood of the same model on the same data, by the innovations of a Kalman filter, and its bound.
+
+What Algorithm 2 does sample by sample with particles, on all samples at once: minus log p(y) = sum of e²/(2 s) + ln(s)/2
+over the innovations e and their variances s, by scoring. Offsets of the sensors are unknowns where asked for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pipelines.filters.kalman import innovations
+from pipelines.filters.marginalized_particle.records import BETTER, ParticleSettings
+from pipelines.models.roll import discretise
+from pipelines.reproduce.berntorp.setup import NOISE, RANGES, STEP_S, Motion, RollBody
+from pipelines.results import FloatArray
+
+STEPS = np.array([1e-4, 1e-4, 1e-4])
+OFFSET_STEPS = np.array([1e-5, 1e-5, 1e-4])
+MOST_STEPS = 30
+START = ParticleSettings()
+"""The first state's spread, as the filters have it."""
+
+
+@dataclass(frozen=True)
+class BatchFit:
+    """theta (3,): K, D, h. std: (3,) by the expected information. misfit: RMS of the innovations in standard deviations."""
+
+    theta: FloatArray
+    std: FloatArray
+    misfit: float
+
+
+def _offset_stds(offsets: bool) -> FloatArray:
+    known = BETTER.offsets
+    assert known is not None
+    return np.array([known.roll_rad, known.roll_rate_radps, known.accel_mps2]) if offsets else np.zeros(0)
+
+
+class _Problem:
+    """Innovations of one set of data as a function of K, D, h (relative to a scale) and offsets."""
+
+    def __init__(self, y: FloatArray, accel: FloatArray, mass: float, inertia: float, offsets: bool) -> None:
+        self.y, self.accel, self.mass, self.inertia = y, accel, mass, inertia
+        self.scale = np.array([np.mean(RANGES[name]) for name in ("K", "D", "h")])
+        self.offset_std = _offset_stds(offsets)
+        self.step = np.concatenate((STEPS, OFFSET_STEPS[: len(self.offset_std)]))
+
+    @property
+    def weight(self) -> FloatArray:
+        """(p,) prior information: of the offsets alone."""
+        return np.concatenate((np.zeros(3), 1 / np.maximum(self.offset_std, 1e-12) ** 2))
+
+    def innovations(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """(n, 2) and their variances. x: K, D, h over `scale`, then offsets of roll, roll rate, acceleration."""
+        stiffness, damping, height = (x[:3] * self.scale).tolist()
+        body = RollBody(stiffness, damping, height, self.mass, self.inertia)
+        phi, before, after = discretise(body.coefficients, STEP_S)
+        shift = x[3:] if len(x) > 3 else np.zeros(3)
+        accel = self.accel - shift[2]
+        later = np.append(accel[1:], accel[-1])
+        level = before + after
+        return innovations(
+            self.y, np.outer(accel, before) + np.outer(later, after), np.tile(shift[:2], (len(accel), 1)),
+            (np.array([0]), np.array([len(accel)])), phi=phi, q=NOISE.accel_mps2**2 * np.outer(level, level),
+            c=np.eye(2), r=np.array([NOISE.roll_rad, NOISE.roll_rate_radps]) ** 2, x0=np.zeros((1, 2)),
+            p0=np.diag([START.start_roll_rad**2, START.start_rate_radps**2]),
+        )  # fmt: skip
+
+    def slopes(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
+        """Slopes (p, n, 2) of normalised innovations and of log variances; the innovations and variances."""
+        error, variance = self.innovations(x)
+        slope, growth = np.empty((len(x), *error.shape)), np.empty((len(x), *error.shape))
+        for i, step in enumerate(self.step):
+            moved = x.copy()
+            moved[i] += step
+            other, wider = self.innovations(moved)
+            slope[i] = (other - error) / step / np.sqrt(variance)
+            growth[i] = np.log(wider / variance) / step
+        return slope, growth, error, variance
+
+    def information(self, slope: FloatArray, growth: FloatArray) -> FloatArray:
+        """(p, p) expected information with the offsets' priors."""
+        flat, wide = slope.reshape(len(slope), -1), growth.reshape(len(growth), -1)
+        return np.asarray(flat @ flat.T + 0.5 * wide @ wide.T + np.diag(self.weight))
+
+    def cost(self, x: FloatArray) -> float:
+        """Minus the log-likelihood (and the offsets' prior), without constants."""
+        if np.min(x[:3]) <= 0:
+            return np.inf
+        error, variance = self.innovations(x)
+        return float(0.5 * np.sum(error**2 / variance + np.log(variance)) + 0.5 * self.weight @ x**2)
+
+
+def fit_batch(
+    y: FloatArray, accel: FloatArray, mass: float, inertia: float, *, offsets: bool = False
+) -> BatchFit:
+    """Maximum likelihood from the middle of the box. h is taken above sqrt(I_x / m): its mirror image fits as well."""
+    problem = _Problem(y, accel, mass, inertia, offsets)
+    x = np.concatenate((np.ones(3), np.zeros(len(problem.offset_std))))
+    cost, damping = problem.cost(x), 1e-3
+    slope, growth, error, variance = problem.slopes(x)
+    for _ in range(MOST_STEPS):
+        nu = error / np.sqrt(variance)
+        gradient = -(slope * nu + 0.5 * growth * (1 - nu**2)).sum(axis=(1, 2)) - problem.weight * x
+        matrix = problem.information(slope, growth)
+        move = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
+        trial = x + move
+        lowered = cost - (trial_cost := problem.cost(trial))
+        if lowered <= 0:
+            damping *= 10
+            if damping > 1e8:
+                break
+            continue
+        x, cost, damping = trial, trial_cost, max(damping / 10, 1e-9)
+        slope, growth, error, variance = problem.slopes(x)
+        if lowered < 1e-7:
+            break
+    covariance = np.linalg.inv(problem.information(slope, growth))
+    theta = x[:3] * problem.scale
+    ratio = inertia / (mass * theta[2] ** 2)
+    if ratio > 1:
+        theta = theta * ratio
+    std = np.sqrt(np.diag(covariance)[:3]) * problem.scale * max(ratio, 1.0)
+    return BatchFit(theta, std, float(np.sqrt(np.mean(error**2 / variance))))
+
+
+def cramer_rao(motion: Motion, body: RollBody, *, offsets: bool = False) -> FloatArray:
+    """(3,) least standard deviations of K, D, h on that manoeuvre, mass and inertia known."""
+    y = np.column_stack((motion.roll, motion.rate))
+    problem = _Problem(y, motion.accel, body.mass, body.inertia, offsets)
+    x = np.concatenate((body.theta / problem.scale, np.zeros(len(problem.offset_std))))
+    slope, growth, _, _ = problem.slopes(x)
+    covariance = np.linalg.inv(problem.information(slope, growth))
+    return np.asarray(np.sqrt(np.diag(covariance)[:3]) * problem.scale)

@@ -1,0 +1,212 @@
+"""load_balance without deflections: the nose's motion against a closed form, a planted car, and what it must not say."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plant_balance import Car, demand, logged, simulate, vehicle_file
+
+from pipelines.estimators.load_balance.attitude import attitude_relation, nod, pitch_compliance
+from pipelines.estimators.load_balance.data import Columns, collect
+from pipelines.estimators.load_balance.estimator import LoadBalance
+from pipelines.estimators.load_balance.nodding import nodding_columns
+from pipelines.estimators.load_balance.smoothing import Smoother, friction_state
+from pipelines.joint.unknowns import Known, before_the_log, body_of
+from pipelines.prepare.prepared import Prepared, Segment
+from pipelines.results import FloatArray
+
+ESTIMATOR = LoadBalance()
+RNG = np.random.default_rng(0)
+RATE = 50.0
+
+
+@pytest.fixture(scope="module")
+def driven() -> tuple[Car, dict[str, FloatArray]]:
+    rng = np.random.default_rng(15)
+    car = Car()
+    return car, simulate(car, demand(330, rng), rng)
+
+
+def test_compliance_equals_the_hand_calculation() -> None:
+    """A couple on two axles of springs: each gives force over rate, and their difference over the wheelbase is the angle."""
+    p = {"spring_front": 30e3, "spring_rear": 20e3, "tyre_rate": 200e3, "wheelbase": 2.5}
+    moment = 5000.0
+    force = moment / 2.5
+    springs, tyres = pitch_compliance(p)
+    assert springs * moment == pytest.approx((force / 60e3 + force / 40e3) / 2.5)
+    assert tyres * moment == pytest.approx((force / 400e3 + force / 400e3) / 2.5)
+
+
+def test_links_take_from_the_nose_and_the_patch_adds() -> None:
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {"pitch_center_brake": 0.0, "patch_lag": 0.0}
+    body = body_of(p, None)
+    bare = nod(p, "brake", None)
+    springs, _ = pitch_compliance(p)
+    assert bare < 0
+    assert nod(p | {"pitch_center_brake": 0.1}, "brake", None) - bare == pytest.approx(
+        0.1 * body.mass * springs
+    )
+    assert nod(p | {"patch_lag": 0.01}, "brake", None) < bare
+    # with all of the moment in the links the tyres alone give
+    stiff = nod(p | {"pitch_center_brake": body.whole_h}, "brake", None)
+    assert stiff == pytest.approx(bare + springs * body.moment)
+
+
+def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArray]:
+    """A quasi-static car of a given whole height on a hilly road, as prepared signals would be: pitch = nod * a_x - grade."""
+    n = round(seconds * RATE)
+    t = np.arange(n) / RATE
+    slope = 2.0 * np.sign(np.sin(2 * np.pi * t / 17)) * (np.abs(np.sin(2 * np.pi * t / 17)) > 0.4)
+    slope = np.convolve(slope, np.ones(50) / 50, mode="same")
+    grade = 0.03 * np.sin(2 * np.pi * t / 41) + 0.01 * np.sin(2 * np.pi * t / 23.7)
+    speed = 6.0 + np.cumsum(slope - slope.mean()) / RATE
+    p = known.at(np.zeros(len(known.names)))
+    body = body_of(p, None)
+    springs, tyres = pitch_compliance(p)
+    both = springs + tyres
+    path = (p["unsprung_front"] + p["unsprung_rear"]) * p["radius"] + body.sprung * p["pitch_path"]
+    moment = body.mass * (height + p["patch_lag"])
+    v2 = 0.5 * 1.225 * p["drag"] * speed**2
+    force = np.zeros(n)
+    theta = np.zeros(n)
+    for _ in range(30):
+        # f_x is felt along the body, which leans with theta
+        force = slope + 9.80665 * grade - 9.80665 * theta
+        links = np.where(slope < -0.05, p["pitch_center_brake"], p["pitch_center_drive"])
+        load = moment * force + path * 9.80665 * theta + 4 * p["wheel_inertia"] / p["radius"] * slope
+        load += v2 * p["drag_height"]
+        theta = -(both * load - springs * links * (body.mass * force + v2))
+    zero = np.zeros(n)
+    columns = {
+        "accel_x": force, "pitch": theta - grade, "pitch_rate": np.gradient(theta - grade) * RATE, "speed": speed,
+        "yaw_rate": zero, "brake_torque": np.where(slope < -0.05, 500.0, 0.0), "accel_y": zero,
+        "accel_z": np.full(n, 9.80665),
+    }  # fmt: skip
+    prepared = Prepared(
+        RATE, 15.0, t, columns, (Segment(0, n),), {}, frozenset(columns), np.zeros(n, dtype=bool)
+    )
+    return collect(prepared, known, 2.0), theta
+
+
+def test_the_relation_vanishes_for_the_right_height_and_for_no_other() -> None:
+    """Grade of several times the nod, and yet the mean products tell the height by which the car was made."""
+    file = vehicle_file(Car(), None)
+    known = before_the_log(file)
+    true = body_of(known.at(np.zeros(len(known.names))), None).whole_h
+    data, theta = made(600, known, true)
+    relation = attitude_relation(data, known)
+    assert relation is not None
+    assert np.abs(theta).max() < 0.03
+    p = known.at(np.zeros(len(known.names))) | {
+        "bump_front": 0.0, "rebound_front": 0.0, "bump_rear": 0.0, "rebound_rear": 0.0, "rub": 0.0, "pitch_inertia": 0.0,
+        "rolling": 0.0,
+    }  # fmt: skip
+    z = relation.instruments[:, relation.instrument_names.index("slope_off")]
+    scale = p["empty_mass"] / (p["empty_mass"] + p["load"])
+
+    def misfit(off: float) -> float:
+        moved = p | {"empty_h": p["empty_h"] + off / scale}
+        return float(z @ relation.table @ relation.vector(moved))
+
+    per_metre = (misfit(0.05) - misfit(-0.05)) / 0.1
+    assert abs(misfit(0.0) / per_metre) < 0.03
+    assert abs(misfit(0.1) / per_metre) > 0.07
+
+
+def test_quick_columns_lose_a_steady_grade_and_weigh_slow_straight_driving() -> None:
+    n = round(200 * RATE)
+    t = np.arange(n) / RATE
+    base = {"pitch": 0.05 + 1e-4 * t, "pitch_rate": np.full(n, 0.01)}
+    smooth = Smoother(
+        Prepared(RATE, 15.0, t, base, (Segment(0, n),), {}, frozenset(base), np.zeros(n, dtype=bool)), 2.0
+    )
+    rows = len(smooth.rows)
+    ones, wave = np.ones(rows), np.sin(2 * np.pi * 0.4 * t[smooth.rows])
+    found = dict.fromkeys(
+        ("fx_brake", "fx_drive", "dfx", "v2", "v2_on", "on_rolling", "pitch_acc", "on", "yaw"), ones * 0
+    )
+    slow = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 2}, smooth)
+    fast = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 30}, smooth)
+    turning = nodding_columns(
+        smooth.prepared, found | {"vdot": wave, "v": ones * 2, "yaw": ones * 0.5}, smooth
+    )
+    middle = slice(rows // 4, 3 * rows // 4)
+    assert np.abs(slow["tip"][middle]).max() < 1e-4
+    size = [float(np.std(made["slope_off"][middle])) for made in (slow, fast, turning)]
+    assert size[0] > 10 * size[1] > 0
+    assert size[0] > 10 * size[2] > 0
+    lacking = Prepared(RATE, 15.0, t, {}, (Segment(0, n),), {}, frozenset(), np.zeros(n, dtype=bool))
+    assert nodding_columns(lacking, found | {"vdot": wave, "v": ones}, smooth) == {}
+
+
+def test_friction_remembers_and_keeps_to_its_limit() -> None:
+    travel = np.concatenate([np.linspace(0, 1, 11), np.linspace(1, 0.8, 5)])
+    prepared = Prepared(
+        RATE, 15.0, np.arange(16) / RATE, {}, (Segment(0, 16),), {}, frozenset(), np.zeros(16, dtype=bool)
+    )
+    state = friction_state(travel, prepared, 0.2)
+    assert state[10] == pytest.approx(1.0)
+    assert state[-1] == pytest.approx(0.0)
+    assert np.abs(state).max() <= 1.0
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_pitch_rate_and_torques_tell_height_and_mass(
+    driven: tuple[Car, dict[str, FloatArray]], seed: int
+) -> None:
+    car, columns = driven
+    rng = np.random.default_rng(seed)
+    drive = logged(columns, rng, "suspension")
+    found = ESTIMATOR.estimate(ESTIMATOR.prepare(drive, {}), vehicle_file(car, rng), {}, RNG)
+    height, mass = found.parameters["cg_height_m"], found.parameters["mass_kg"]
+    for answer in (height, mass):
+        assert answer.value is not None
+        assert answer.std is not None
+        assert answer.reference is not None
+        assert answer.prior is not None
+        assert abs(answer.value - answer.reference) < 3 * answer.std
+        assert answer.std < 0.7 * answer.prior.std
+    assert height.value == pytest.approx(height.reference, rel=0.12)
+    assert "pitch angle" in height.reason
+    # nothing in these signals knows the sides or the axles apart
+    for name in ("cg_lateral_offset_m", "cg_to_front_axle_m", "corner_mass_fl_kg"):
+        assert found.parameters[name].status == "not_identifiable"
+
+
+def test_without_spring_rates_the_nose_tells_no_height(driven: tuple[Car, dict[str, FloatArray]]) -> None:
+    car, columns = driven
+    drive = logged(columns, np.random.default_rng(3), "suspension")
+    file = vehicle_file(car, None, "spring_rate_front_npm", "spring_rate_rear_npm")
+    found = ESTIMATOR.estimate(ESTIMATOR.prepare(drive, {}), file, {}, RNG)
+    assert found.parameters["cg_height_m"].status == "not_identifiable"
+    assert "spring_rate_front_npm" in found.parameters["cg_height_m"].reason
+
+
+def test_a_turned_pitch_rate_is_not_believed(driven: tuple[Car, dict[str, FloatArray]]) -> None:
+    car, columns = driven
+    wrong = columns | {"pitch_rate": -columns["pitch_rate"]}
+    drive = logged(wrong, np.random.default_rng(4), "suspension")
+    found = ESTIMATOR.estimate(ESTIMATOR.prepare(drive, {}), vehicle_file(car, None), {}, RNG)
+    height = found.parameters["cg_height_m"]
+    assert height.status != "identified"
+    assert height.value is not None
+    assert height.std is not None
+    assert abs(height.value - car.truth()["cg_height_m"]) < 4 * height.std
+
+
+def test_vectors_of_many_vehicles_are_those_of_each(driven: tuple[Car, dict[str, FloatArray]]) -> None:
+    car, columns = driven
+    known = before_the_log(vehicle_file(car, None))
+    drive = logged(columns, np.random.default_rng(1), "suspension")
+    relation = attitude_relation(collect(ESTIMATOR.prepare(drive, {}), known, 2.0), known)
+    assert relation is not None
+    u = np.random.default_rng(2).standard_normal((5, len(known.names)))
+    many = relation.vector(dict(zip(known.names, (known.mean + known.std * u).T, strict=True)))  # type: ignore[arg-type]
+    assert many.shape == (len(relation.columns), 5)
+    for i, row in enumerate(u):
+        assert np.allclose(many[:, i], relation.vector(known.at(row)))
+    far = replace(relation, columns=relation.columns[:1])
+    assert far.vector(known.at(u[0])).shape == (1,)

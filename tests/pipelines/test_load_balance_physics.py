@@ -1,0 +1,106 @@
+"""load_balance: what passes the links by, what the pads bind, and how sure weighted rows are."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plant_balance import Car, vehicle_file
+
+from pipelines.estimators.load_balance.along import pads_relation
+from pipelines.estimators.load_balance.data import Columns
+from pipelines.estimators.load_balance.relations import Relation, pitch_terms
+from pipelines.estimators.load_balance.solve import solve
+from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.results import FloatArray
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+G = 9.80665
+
+
+def test_drag_and_rolling_resistance_do_not_reach_the_brakes_links() -> None:
+    """At a steady deceleration the links carry pitch_center * (what the brakes make), and the rest as when driven."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {
+        "pitch_center_brake": 0.2, "pitch_center_drive": 0.05, "patch_lag": 0.0, "offset_x": 0.0, "rolling_shift": 0.0,
+    }  # fmt: skip
+    body, speed, f_x = body_of(p, None), 20.0, -2.0
+    drag = 0.5 * 1.225 * p["drag"] * speed**2
+    rolling = p["rolling"] * body.mass * G
+    brakes = -(body.mass * f_x + drag + rolling)
+    terms = pitch_terms("suspension", known, None)(p)
+    row = {"fx_brake": f_x, "v2": speed**2, "v2_on": speed**2, "on_rolling": 1.0}
+    lift = 0.5 * 1.225 * speed**2 * (body.x * p["lift_front"] + (body.x - p["wheelbase"]) * p["lift_rear"])
+    found = sum(terms[name] * value for name, value in row.items()) - lift
+    carried = 0.2 * brakes + 0.05 * rolling
+    assert found == pytest.approx(body.moment * f_x + drag * p["drag_height"] + carried)
+
+
+def test_a_lagging_patch_reads_as_height() -> None:
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names)))
+    mass = body_of(p, None).mass
+    higher = p | {"patch_lag": p["patch_lag"] + 0.01}
+    for kind, moved in (("suspension", 0.01 * mass), ("tyre", 0.0)):
+        terms = pitch_terms(kind, known, None)
+        assert terms(higher)["fx_brake"] - terms(p)["fx_brake"] == pytest.approx(moved)
+
+
+def braked(ratio: float, seconds: float = 120.0) -> Columns:
+    """Rows of braking in which the logged torque is `ratio` times what pressure makes."""
+    rng = np.random.default_rng(4)
+    n = round(seconds * 10)
+    pushed = 1500 + 800 * np.sin(np.arange(n) / 7) + 400 * rng.standard_normal(n)
+    columns: dict[str, FloatArray] = {
+        "pushed": pushed, "brake": ratio * pushed + 10 * rng.standard_normal(n), "one": np.ones(n), "on": np.ones(n),
+        "v": np.full(n, 15.0),
+    }  # fmt: skip
+    time_s = np.arange(n) / 10
+    block = np.floor(time_s / 12).astype(np.int64)
+    return Columns(columns, time_s, block, 10.0, (), None, 0.0, (True, True))
+
+
+@pytest.mark.parametrize("ratio", [0.95, 1.0, 1.06])
+def test_pads_bind_the_scales_of_torque_and_pressure(ratio: float) -> None:
+    gain = 7e-4
+    known = before_the_log(
+        Vehicle(quantities={"brake_gain_nmppa": Quantity(gain, 0.03 * gain, "vehicle file")})
+    )
+    # without a zero error, so that the answer has a closed form
+    std = known.std.copy()
+    std[known.index("brake_zero")] = 1e-9
+    known = replace(known, std=std)
+    relation = pads_relation(braked(ratio), known)
+    assert relation is not None
+    fit = solve([relation], known)
+    p = fit.values()
+    assert p["brake_gain"] / gain * (1 + p["pads"]) / p["brake_scale"] == pytest.approx(ratio, rel=2e-3)
+    # by their variances: 4 % of the torque against 3 % and the 2.5 % by which the two may differ
+    share = 0.04**2 / (0.04**2 + 0.03**2 + 0.025**2)
+    assert p["brake_scale"] == pytest.approx(1 - share * (ratio - 1), abs=4e-3)
+    i = known.index("brake_scale")
+    spread = known.std[i] * np.sqrt(fit.covariance[i, i])
+    assert spread == pytest.approx(0.04 * np.sqrt(1 - share), rel=0.05)
+
+
+def test_rows_that_are_weighted_for_being_quiet_are_as_sure_as_they_are() -> None:
+    """Noise of ten times the size on rows that the instrument hardly counts must not widen the answer."""
+    rng = np.random.default_rng(5)
+    n = 20_000
+    quiet = np.arange(n) % 200 < 100
+    x = rng.standard_normal(n)
+    weight = np.where(quiet, 1.0, 0.02)
+    noise = np.where(quiet, 0.1, 1.0) * rng.standard_normal(n)
+    known = before_the_log(Vehicle())
+    relation = Relation(
+        "line", "line", ("y", "x"), np.column_stack([0.33 * x + noise, x]), (weight * x)[:, None], ("x",), np.arange(n),
+        np.arange(n) // 100, lambda p: {"y": -1.0, "x": p["radius"]}, (known.index("radius"),),
+    )  # fmt: skip
+    i = known.index("radius")
+    fit = solve([relation], known)
+    std = known.std[i] * np.sqrt(fit.covariance[i, i])
+    wx = weight * x
+    honest = np.sqrt(np.sum((wx * np.where(quiet, 0.1, 1.0)) ** 2)) / float(wx @ x)
+    assert std == pytest.approx(honest, rel=0.35)
+    assert fit.values()["radius"] == pytest.approx(0.33, abs=4 * honest)

@@ -1,0 +1,134 @@
+"""The calibration study's own book-keeping: it must tell honest intervals from others before it judges a verdict."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from benchmarks.calibration_drives import Plan, kept_drive, median_plan, plan_loads, plan_vehicle, random_plan
+from benchmarks.calibration_tables import (
+    Record,
+    answers_of,
+    coverage_table,
+    far_table,
+    medians_table,
+    methods_table,
+    narrower,
+    save_reliability,
+)
+
+TRUTH = {"cg_height_m": 0.65, "mass_kg": 1800.0, "cg_lateral_offset_m": 0.01}
+SIZES = {"cg_lateral_offset_m": 1.6}
+
+
+def records(factor: float, count: int = 400) -> list[Record]:
+    """Drives whose errors are `factor` times what their intervals say, and a method with twice the verdict's error."""
+    rng = np.random.default_rng(3)
+    found = []
+    for seed in range(count):
+        verdict: dict[str, list[object]] = {}
+        method: dict[str, list[object]] = {}
+        for name, true in TRUTH.items():
+            std = 0.01 * SIZES.get(name, true)
+            draw = rng.standard_normal()
+            for kind, size in ((verdict, 1.0), (method, 2.0)):
+                value = true + factor * size * std * draw
+                kind[name] = [value, std, value - 1.96 * std, value + 1.96 * std, "identified", 3 * std]
+        plan = {"seed": seed, "sensors": "deflection"}
+        answers = {"verdict": verdict, "other": method}
+        found.append(
+            {"plan": plan, "text": f"seed {seed}", "truth": TRUTH, "sizes": SIZES, "answers": answers}
+        )
+    return found
+
+
+def cells(table: str, name: str) -> list[str]:
+    """The cells of a parameter's first line."""
+    line = next(line for line in table.splitlines() if line.startswith(f"| {name} |"))
+    return [cell.strip() for cell in line.strip("|").split("|")]
+
+
+def test_honest_intervals_are_called_honest_and_others_not() -> None:
+    honest = coverage_table(answers_of(records(1.0)))
+    for name in TRUTH:
+        assert "*" not in "".join(cells(honest, name))
+        shares = [float(cell) for cell in cells(honest, name)[5:8]]
+        np.testing.assert_allclose(shares, [0.50, 0.80, 0.95], atol=0.05)
+    sure, timid = (coverage_table(answers_of(records(factor))) for factor in (1.8, 0.5))
+    assert all("*" in cell for cell in cells(sure, "mass_kg")[5:8])
+    assert all("*" in cell for cell in cells(timid, "mass_kg")[5:7])
+
+
+def test_what_is_confidently_wrong_is_named() -> None:
+    some = records(1.0)
+    some[7]["answers"]["verdict"]["mass_kg"][0] = 1800 + 5.5 * 18
+    table = far_table(some)
+    assert table.count("\n") == 2
+    assert "seed 7" in table
+    assert "+5.5" in table
+    assert cells(coverage_table(answers_of(some)), "mass_kg")[-1] == "1"
+
+
+def test_medians_are_in_the_issues_units() -> None:
+    table = medians_table(records(1.0))
+    height, lateral = cells(table, "cg_height_m"), cells(table, "cg_lateral_offset_m")
+    assert float(height[2].split()[0]) == pytest.approx(0.674, abs=0.06)
+    assert float(height[5].split()[0]) == pytest.approx(1.96, abs=0.01)
+    assert lateral[2].endswith("mm")
+    assert float(lateral[2].split()[0]) == pytest.approx(10.8, abs=1.0)
+
+
+def test_a_method_with_twice_the_error_loses() -> None:
+    table = methods_table(records(1.0))
+    assert cells(table, "mass_kg")[5] == "0.50"
+    assert "worse" not in table
+    swapped = [
+        {**r, "answers": {"verdict": r["answers"]["other"], "other": r["answers"]["verdict"]}}
+        for r in records(1.0)
+    ]
+    assert cells(methods_table(swapped), "mass_kg")[-1] == "worse"
+    assert narrower(records(1.0)) == ([], 1200)
+
+
+def test_the_diagram_is_a_small_picture(tmp_path: Path) -> None:
+    save_reliability(answers_of(records(1.0)), tmp_path / "reliability.png")
+    assert (tmp_path / "reliability.png").read_bytes()[:4] == b"\x89PNG"
+    assert (tmp_path / "reliability.png").stat().st_size < 80_000
+
+
+def test_a_drive_is_simulated_once_and_comes_back_as_it_was(tmp_path: Path) -> None:
+    plan = Plan(3, "step_steer", "imu", "seats", 150.0, 0.5)
+    first, again = (kept_drive(plan, tmp_path, "today") for _ in range(2))
+    assert len(list(tmp_path.glob("*.npz"))) == 1
+    assert first.drive is not None
+    assert again.drive is not None
+    assert set(again.drive.signals) >= {"accel_y", "roll_rate", "speed"}
+    assert all(
+        np.array_equal(s.values, again.drive.signals[n].values) for n, s in first.drive.signals.items()
+    )
+    assert kept_drive(plan, tmp_path, "tomorrow").old
+    vehicle = again.vehicle()
+    assert vehicle.reference["mass_kg"] == pytest.approx(again.truth["mass_kg"])
+    assert not vehicle.load_stated
+    weighed = again.vehicle(0.003).quantities["mass_kg"]
+    assert weighed.std == pytest.approx(0.003 * weighed.value)
+
+
+def test_plans_repeat_and_loads_lie_on_either_side() -> None:
+    plans = [random_plan(seed) for seed in range(300)]
+    assert plans == [random_plan(seed) for seed in range(300)]
+    assert {p.sensors for p in plans} == {"deflection", "production", "ins", "axle_load", "struts", "imu"}
+    assert {p.load for p in plans} == {"none", "driver", "roof", "rear", "side", "seats"}
+    assert all(1 <= p.minutes <= 12 for p in plans)
+    left, right = (
+        Plan(1, "weave", "ins", "side", 120.0, 2.0),
+        Plan(1, "weave", "ins", "side", 120.0, 2.0, mirrored=True),
+    )
+    vehicle = plan_vehicle(left)
+    assert [load.left_m for load in plan_loads(left, vehicle)] == [
+        -load.left_m for load in plan_loads(right, vehicle)
+    ]
+    assert plan_loads(Plan(1, "weave", "ins", "none", 0.0, 2.0), vehicle) == ()
+    assert median_plan(4, "ins").minutes == 10.0
