@@ -40,7 +40,8 @@ def counted(
 ) -> tuple[tuple[Evidence, ...], tuple[tuple[str, str], ...]]:
     """The relations to join, and (relation, why not) of the others.
 
-    Of several estimators that used one relation (alike in kind and carrier) the one that tells the most is kept.
+    Of several estimators that used one relation (alike in kind and carrier) the one made for these signals is kept, or the
+    one that tells the most.
     """
     kept: list[Evidence] = []
     dropped: list[tuple[str, str]] = []
@@ -51,10 +52,15 @@ def counted(
         else:
             dropped.append((f"{e.title} ({e.source})", "its figures cannot be used"))
     for sources in groups.values():
-        ranked = sorted(sources.values(), key=lambda entries: -bits_of(entries, known))
+        ranked = sorted(
+            sources.values(), key=lambda entries: (not entries[0].dedicated, -bits_of(entries, known))
+        )
         kept += ranked[0]
         for entries in ranked[1:]:
             first = ranked[0][0]
-            why = f"the same relation as {first.title} of {first.source}, which tells more: counted once"
+            better = (
+                "is made for these signals" if first.dedicated and not entries[0].dedicated else "tells more"
+            )
+            why = f"the same relation as {first.title} of {first.source}, which {better}: counted once"
             dropped += [(f"{e.title} ({e.source})", why) for e in entries]
     return tuple(kept), tuple(dropped)

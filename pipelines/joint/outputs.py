@@ -49,7 +49,7 @@ def roll_stiffness_of(values: Values, given: Mapping[str, float]) -> FloatArray:
 
 
 def roll_damping_of(values: Values) -> FloatArray:
-    """Of the dampers, the mean of bump and rebound, N·m·s/rad."""
+    """Of the dampers at the drive's own speeds, the mean of bump and rebound, N·m·s/rad."""
     parts = [
         0.25 * (np.asarray(values[f"bump_{a}"]) + values[f"rebound_{a}"]) * values[f"track_{a}"] ** 2
         for a in AXLES
@@ -104,7 +104,7 @@ def outputs_of(values: Values, given: Mapping[str, float]) -> dict[str, FloatArr
         "sprung_cg_height_m": body.h,
         "roll_arm_m": body.h - roll_axis_of(values, body),
         "roll_stiffness_nmprad": roll_stiffness_of(values, given),
-        "roll_damping_nmsprad": roll_damping_of(values),
+        "roll_damping_nmsprad": roll_damping_of(values) * values["damping_factor"],
         "roll_inertia_kgm2": roll_inertia_of(values, body),
         "roll_center_height_m": roll_axis_of(values, body),
         "pitch_arm_m": np.asarray(body.h) - values["pitch_center_brake"],

@@ -296,8 +296,10 @@ def _sensors(book: _Book) -> None:
         for wheel in CORNERS:
             book.put(f"{kind}_zero_{wheel}", 0.0, 60.0)
     # wheels, hubs and tyres take part in quick motion in their own ways: an inertia is seen no better than this
-    for axis in ("pitch", "roll"):
-        book.put(f"swing_{axis}", 0.0, 0.06)
+    for axis, share in (("pitch", 0.06), ("roll", 0.1)):
+        book.put(f"swing_{axis}", 0.0, share)
+    # dampers have knees and friction: the rate that a drive shows is that of its own speeds
+    book.put("damping_factor", 1.0, 0.15)
     for relation in ("pitch", "roll", "vertical"):
         for kind in (
             "deflection",

@@ -11,6 +11,7 @@ suspension forces, with the same unknowns, so that they are counted once. Scales
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -187,8 +188,9 @@ def evidence(
     """The relations of one drive. moving: it was long and lively enough for the moments a m/s²."""
     total, pitch, roll = _rows(known)
     along, across = (moving and float(np.std(a)) > LEAST_SPREAD for a in (data.along, data.across))
-    return (
+    told = (
         _carried(found, total),
         _pitching(found, data, known, vehicle, pitch, along and bool(data.braking.any())),
         _rolling(found, data, known, roll, across, standing),
     )
+    return tuple(replace(e, dedicated=True) for e in told)

@@ -15,9 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
-from pipelines.estimators.roll_map.posterior import KNEE
-from pipelines.estimators.roll_map.priors import TYRE_RATIO
-from pipelines.evidence import Evidence, Unknown, Values
+from pipelines.evidence import Evidence, Values
 from pipelines.joint.outputs import (
     body_at,
     inertias_of,
@@ -36,32 +34,20 @@ DEPENDS = (
     "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear",
     "bar_front", "bar_rear", "bump_front", "bump_rear", "rebound_front", "rebound_rear", "roll_center_front",
-    "roll_center_rear", "roll_inertia", "imu_h",
+    "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate",
 )  # fmt: skip
-
-
-def _tyres(vehicle: Vehicle) -> Unknown:
-    """A tyre's vertical rate where it is stated, else the road's stiffness in roll over the suspension's."""
-    rate = vehicle.get("tire_vertical_rate_npm")
-    if rate is None:
-        return Unknown("tyre_ratio", *TYRE_RATIO)
-    return Unknown("tyre_rate", rate.value, max(rate.std, 0.01 * rate.value))
 
 
 def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
     """a, b, c and the rate gain of the vehicles."""
     body = body_at(values, {})
     axis = roll_axis_of(values, body)
-    stiffness, damping = roll_stiffness_of(values, {}), roll_damping_of(values) * values["damping_factor"]
+    stiffness, damping = roll_stiffness_of(values, {}), roll_damping_of(values)
     own = body.sprung * (body.h - axis)
     hub = body.unsprung * np.asarray(values["radius"])
     ground = body.sprung * axis + hub
-    if "tyre_rate" in values:
-        width = 0.5 * (np.asarray(values["track_front"]) + values["track_rear"])
-        kappa = stiffness / (stiffness + values["tyre_rate"] * width**2)
-    else:
-        ratio = np.clip(values["tyre_ratio"], 0.6, 0.99)
-        kappa = (1 - ratio) / (1 + ratio * ground / own)
+    width = 0.5 * (np.asarray(values["track_front"]) + values["track_rear"])
+    kappa = stiffness / (stiffness + values["tyre_rate"] * width**2)
     moment = own + kappa * ground
     reach = body.h - np.asarray(values["imu_h"])
     road_a, road_b = stiffness * (1 - kappa) / moment, damping * (1 - kappa) ** 2 / moment
@@ -130,8 +116,6 @@ def evidence_of(
             ("spring deflections", "steady roll against the axles", _some(coefficients, [0])),
             ("quick spring deflections", "quick roll motion against the axles", _some(coefficients, rest)),
         ]
-    own = (_tyres(vehicle), Unknown("damping_factor", 1.0, KNEE))
-    names = (*DEPENDS, *(o.name for o in own))
     found = []
     for carrier, title, part in parts:
         seen = _whitened(part, against_axles)
@@ -139,6 +123,6 @@ def evidence_of(
             weights, observed = seen
             predict = _predict(weights, against_axles)
             found.append(
-                Evidence("roll", carrier, title, source, observed, np.eye(len(observed)), predict, names, own)
+                Evidence("roll", carrier, title, source, observed, np.eye(len(observed)), predict, DEPENDS)
             )
     return tuple(found)

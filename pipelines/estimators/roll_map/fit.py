@@ -32,9 +32,12 @@ STRAYED = 3.0
 
 
 FRICTION_MPS2 = 0.08
-BANKED = 0.12
+BANKED = 0.3
 """FRICTION_MPS2: lateral acceleration that friction may be worth beyond what is fitted. BANKED: how closely the road's bank
 goes with the lateral acceleration on roads that bank into their bends."""
+
+USUAL_BANK = 0.02
+"""rad: spread of the bank along roads."""
 
 
 @dataclass(frozen=True)
@@ -148,12 +151,14 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     """
     spread = max(float(np.std(data.accel)), 1e-6)
     friction = FRICTION_MPS2 / spread
-    if data.against_axles or "log_bank" not in values:
+    if data.against_axles:
         return friction
     roll = spread / max(values["a"], 1e-6)
     # bends last: a bank that goes with them is as slow as they are, and a slalom's are too quick for it
     slow = math.sqrt(min(max(data.slow_share, 0.0), 1.0))
-    return math.hypot(friction, BANKED * slow * math.exp(values["log_bank"]) / roll)
+    # a roll rate alone holds the banks' rates, and shows nothing of how large they are
+    bank = math.exp(values["log_bank"]) if "log_bank" in values else USUAL_BANK
+    return math.hypot(friction, BANKED * slow * bank / roll)
 
 
 def _explained(data: RollData, values: Mapping[str, float]) -> float:
