@@ -8,10 +8,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from pipelines.models.roll import GRAVITY
-from pipelines.results import FloatArray
 
 TYRE_SHARE = 1.15
 """Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
@@ -92,20 +89,3 @@ def body_inertias(p: Values) -> tuple[float, float]:
     pitch = p["pitch_inertia"] - wheels_pitch - lifted - empty * (x - p["empty_x"]) ** 2
     pitch = pitch + reduced * (above + (p["load_x"] - x) ** 2)
     return roll + LOAD_SPREAD[0] * p["load"], pitch + LOAD_SPREAD[1] * p["load"]
-
-
-def corner_loads(p: Values, sag: float | None) -> FloatArray:
-    """(4,) mass over each wheel in kg, level and at rest; fl, fr, rl, rr.
-
-    The lateral moment is shared by the axles as the masses are; what one diagonal carries more is an unknown that no
-    balance sees.
-    """
-    body = body_of(p, sag)
-    rear = body.mass * body.whole_x / p["wheelbase"]
-    front = body.mass - rear
-    half = [front / 2, rear / 2]
-    moved = [
-        load * body.whole_y / track for load, track in ((front, p["track_front"]), (rear, p["track_rear"]))
-    ]
-    level = np.array([half[0] + moved[0], half[0] - moved[0], half[1] + moved[1], half[1] - moved[1]])
-    return level + p["cross"] * np.array([1.0, -1.0, -1.0, 1.0])

@@ -79,7 +79,11 @@ def pitch_inertia_of(values: Values, body: Body) -> FloatArray:
 
 
 def _corners(values: Values, body: Body) -> dict[str, FloatArray]:
-    """Mass over each wheel, level and at rest: see `corner_loads`."""
+    """Mass over each wheel, level and at rest.
+
+    The lateral moment is shared by the axles as the masses are; what one diagonal carries more is an unknown that no
+    balance sees.
+    """
     rear = np.asarray(body.mass * body.whole_x / values["wheelbase"])
     found = {}
     for axle, load in zip(AXLES, (body.mass - rear, rear), strict=True):

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of, corner_loads
+from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
@@ -22,7 +22,6 @@ __all__ = [
     "Values",
     "before_the_log",
     "body_of",
-    "corner_loads",
 ]
 
 SILENT = "the vehicle file is silent: usual for road vehicles"

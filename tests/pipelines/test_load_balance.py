@@ -14,7 +14,8 @@ from pipelines.estimators.load_balance.data import collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.relations import Relation, relations
 from pipelines.estimators.load_balance.solve import LEAST_SHARE, jacobian, solve
-from pipelines.joint.unknowns import before_the_log, body_of, corner_loads
+from pipelines.joint.outputs import outputs_of
+from pipelines.joint.unknowns import CORNERS, before_the_log, body_of
 from pipelines.needs import readiness
 from pipelines.results import Estimate, FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
@@ -93,7 +94,8 @@ def test_body_and_corner_loads_close() -> None:
     assert body.whole_h == pytest.approx(truth["cg_height_m"])
     assert body.whole_x == pytest.approx(truth["cg_to_front_axle_m"])
     assert body.whole_y == pytest.approx(truth["cg_lateral_offset_m"])
-    corners = corner_loads(p, car.sag)
+    told = outputs_of(p, {"sag": car.sag})
+    corners = np.array([float(told[f"corner_mass_{w}_kg"]) for w in CORNERS])
     assert corners.sum() == pytest.approx(body.mass)
     assert corners[2:].sum() * car.wheelbase == pytest.approx(body.mass * body.whole_x)
     assert (corners[0] - corners[1] + corners[2] - corners[3]) * car.track / 2 == pytest.approx(

@@ -10,7 +10,8 @@ import numpy as np
 
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.solve import Fit, without
-from pipelines.joint.unknowns import CORNERS, Known, Values, body_of, corner_loads
+from pipelines.joint.outputs import outputs_of as all_outputs
+from pipelines.joint.unknowns import CORNERS, Known, Values
 from pipelines.models.axle_load import patch_shift
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Vehicle
@@ -26,28 +27,16 @@ LARGEST = {"mass_kg": 0.035, "sprung_mass_kg": 0.035, "cg_height_m": 0.06, "spru
 """Relative spread beyond which nothing is called identified, however little was known before."""
 
 
+GIVEN = (
+    "mass_kg", "sprung_mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "cg_height_m", "sprung_cg_height_m",
+    "roll_arm_m", *(f"corner_mass_{w}_kg" for w in CORNERS), "roll_stiffness_nmprad",
+)  # fmt: skip
+
+
 def outputs_of(p: Values, sag: float | None, springs: bool) -> dict[str, float]:
-    """The parameters that this estimator gives, from the unknowns."""
-    body = body_of(p, sag)
-    share = body.whole_x / p["wheelbase"]
-    axis = (1 - share) * p["roll_center_front"] + share * p["roll_center_rear"]
-    found = {
-        "mass_kg": body.mass,
-        "sprung_mass_kg": body.sprung,
-        "cg_to_front_axle_m": body.whole_x,
-        "cg_lateral_offset_m": body.whole_y,
-        "cg_height_m": body.whole_h,
-        "sprung_cg_height_m": body.h,
-        "roll_arm_m": body.h - axis,
-    }
-    found |= {
-        f"corner_mass_{w}_kg": load for w, load in zip(CORNERS, corner_loads(p, sag).tolist(), strict=True)
-    }
-    if springs:
-        found["roll_stiffness_nmprad"] = sum(
-            0.5 * p[f"spring_{a}"] * p[f"track_{a}"] ** 2 + p[f"bar_{a}"] for a in ("front", "rear")
-        )
-    return found
+    """The parameters that this estimator gives, from the unknowns; the roll stiffness where the springs are known."""
+    found = all_outputs(p, {} if sag is None else {"sag": sag})
+    return {name: float(found[name]) for name in GIVEN if springs or name != "roll_stiffness_nmprad"}
 
 
 def gradients(
