@@ -118,13 +118,14 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     factor = _inflation(joint)
     draws, method = _draws(joint, modes, gradients, rng)
     columns = None if draws is None else outputs_of(values_at(joint.known, draws), joint.given)
-    brought = shares(joint, gradients)
-    following = next_measurements(joint, gradients, factor)
     priors = prior_spreads(known, stated, rng) if known.mass else {}
     answers = {
         name: told(name, value, gradients[name], joint, checks, factor, _of(columns, name, draws))
         for name, value in middle.items()
     }
+    wider = {name: answers[name].std / _laplace(joint, g) for name, g in gradients.items()}
+    brought = shares(joint, gradients, wider)
+    following = next_measurements(joint, gradients, wider)
     parameters = {
         name: estimate_of(name, answer, priors.get(name), brought[name], vehicle.reference.get(name), kept)
         for name, answer in answers.items()
@@ -138,6 +139,11 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         method, factor, time.perf_counter() - started,
     )  # fmt: skip
     return Inference(_with_conflicts(parameters, checks), record)
+
+
+def _laplace(joint: Joint, gradient: FloatArray) -> float:
+    """A parameter's spread by the curvature at the mode, before anything widens it."""
+    return math.sqrt(max(float(gradient @ joint.covariance @ gradient), 1e-300))
 
 
 def _of(columns: Mapping[str, FloatArray] | None, name: str, draws: FloatArray | None) -> FloatArray | None:

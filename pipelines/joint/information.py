@@ -59,8 +59,14 @@ def bits(before: float, after: float) -> float:
     return float(max(0.0, np.log2(before / after))) if before > 0 and after > 0 else 0.0
 
 
-def shares(joint: Joint, gradients: Mapping[str, FloatArray]) -> dict[str, tuple[Share, ...]]:
-    """For each parameter the relations by what would be lost without them, the first the most."""
+def shares(
+    joint: Joint, gradients: Mapping[str, FloatArray], wider: Mapping[str, float]
+) -> dict[str, tuple[Share, ...]]:
+    """For each parameter the relations by what would be lost without them, the first the most.
+
+    wider: by what its spread is larger than that at the mode (conflicts, a posterior that is not normal); all spreads are
+    scaled alike, so that they compare.
+    """
     without = [joint.without(i) for i in range(len(joint.parts))]
     alone = [joint.alone(i) for i in range(len(joint.parts))]
     found = {}
@@ -70,8 +76,8 @@ def shares(joint: Joint, gradients: Mapping[str, FloatArray]) -> dict[str, tuple
             Share(
                 part.evidence.title,
                 bits(float(np.sqrt(g @ lost @ g)), std),
-                float(np.sqrt(g @ lost @ g)),
-                float(np.sqrt(g @ kept @ g)),
+                wider[name] * float(np.sqrt(g @ lost @ g)),
+                wider[name] * float(np.sqrt(g @ kept @ g)),
             )
             for part, lost, kept in zip(joint.parts, without, alone, strict=True)
         ]

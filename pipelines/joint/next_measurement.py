@@ -137,9 +137,9 @@ def _with(covariance: FloatArray, rows: FloatArray) -> FloatArray:
 
 
 def next_measurements(
-    joint: Joint, gradients: Mapping[str, FloatArray], factor: float = 1.0
+    joint: Joint, gradients: Mapping[str, FloatArray], wider: Mapping[str, float]
 ) -> dict[str, tuple[NextMeasurement, ...]]:
-    """For each parameter what would narrow it most, the best first. factor: on every spread, for conflicts."""
+    """For each parameter what would narrow it most, the best first. wider: as in `shares`."""
     there = {e.carrier for e in joint.evidence}
     options: list[tuple[Way, str, FloatArray]] = []
     for candidate in CANDIDATES:
@@ -159,5 +159,5 @@ def next_measurements(
                 best[way] = (std, action)
         # a workshop test beats nearly any drive, and is what one drives to be spared: it comes last
         ranked = sorted(best.items(), key=lambda item: (item[0] == "workshop", item[1][0]))
-        found[name] = tuple(NextMeasurement(action, factor * std) for _, (std, action) in ranked)
+        found[name] = tuple(NextMeasurement(action, wider[name] * std) for _, (std, action) in ranked)
     return found

@@ -154,7 +154,7 @@ def test_a_measurement_leaves_what_was_foretold() -> None:
     base = [of_output(lambda o: o["mass_kg"] * o["cg_height_m"], 2150 * 0.68, 15.0)]
     joint = find_mode(base, KNOWN)
     _, gradients = slopes(joint)
-    told = next_measurements(joint, gradients)["cg_height_m"]
+    told = next_measurements(joint, gradients, dict.fromkeys(gradients, 1.0))["cg_height_m"]
     weigh = next(c for c in CANDIDATES if "tilt table" in c.action)
     named = {n.action: n.std_after for n in told}
     assert weigh.action in named
@@ -171,7 +171,7 @@ def test_shares_name_the_relation_that_taught() -> None:
     ]
     joint = find_mode(relations, KNOWN)
     _, gradients = slopes(joint)
-    found = shares(joint, gradients)
+    found = shares(joint, gradients, dict.fromkeys(gradients, 1.0))
     first: Share = found["mass_kg"][0]
     assert (first.relation, found["cg_to_front_axle_m"][0].relation) == ("torque", "pitch")
     assert first.std_alone == pytest.approx(10.0, rel=0.05)

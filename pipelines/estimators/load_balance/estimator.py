@@ -131,7 +131,10 @@ class LoadBalance:
             )
         data = collect(prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz))
         along = along_relation(data, known)
-        nod = attitude_relation(data, known)
+        empty = vehicle.get("mass_kg")
+        heavy = empty is not None and empty.value > HEAVY_KG
+        # on axles whose dry friction is as large, the body's nodding tells the load transfer no better than deflections do
+        nod = None if heavy else attitude_relation(data, known)
         found = relations(data, known) + tuple(
             r for r in (nod, along, None if along is None else pads_relation(data, known)) if r is not None
         )
@@ -151,10 +154,9 @@ class LoadBalance:
                 diagnostics=self._figures(fit, data),
             )
         rest: dict[str, ParameterEstimate] = {}
-        empty = vehicle.get("mass_kg")
         if "tyre" in data.kinds or "axle" in data.kinds:
             parameters = behind_the_axles(parameters, vehicle)
-        if empty is not None and empty.value > HEAVY_KG:
+        if heavy:
             lost = HEIGHTS if data.kinds == ("deflection",) else ("roll_arm_m",)
             parameters = {n: p for n, p in parameters.items() if n not in lost}
             rest = dict(unanswered(known, lost, HEAVY, vehicle.reference))
@@ -166,7 +168,7 @@ class LoadBalance:
             tracks=tracks(fit, data), traces=traces(fit, data),
             assumptions=(*known.assumptions, self._filter(prepared, settings)),
             diagnostics=self._figures(fit, data), used_fraction=used,
-            evidence=evidence_of(fit, data, heavy=empty is not None and empty.value > HEAVY_KG),
+            evidence=evidence_of(fit, data, heavy=heavy),
         )  # fmt: skip
 
     def _nothing(self, known: Known, vehicle: Vehicle, reason: str) -> Estimate:
