@@ -31,8 +31,8 @@ CORNERS = ("fl", "fr", "rl", "rr")
 ZERO_M = 0.0012
 """Zero error of a deflection sensor."""
 
-PITCH_CENTER = (0.09, 0.07)
-"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 30 %."""
+PITCH_CENTER = (0.12, 0.08)
+"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
 
 
 @dataclass(frozen=True)
@@ -295,7 +295,7 @@ def _sensors(book: _Book) -> None:
         for wheel in CORNERS:
             book.put(f"{kind}_zero_{wheel}", 0.0, 60.0)
     # wheels, hubs and tyres take part in quick motion in their own ways: an inertia is seen no better than this
-    for axis, share in (("pitch", 0.06), ("roll", 0.1)):
+    for axis, share in (("pitch", 0.06), ("roll", 0.15)):
         book.put(f"swing_{axis}", 0.0, share)
     # dampers have knees and friction: the rate that a drive shows is that of its own speeds
     book.put("damping_factor", 1.0, 0.15)
