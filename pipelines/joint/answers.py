@@ -54,6 +54,9 @@ SEEN_BY: Mapping[str, tuple[Kind, ...]] = {
 """The physics that sees a parameter. What a known mass alone makes of it (how much load there is, put where loads are) is
 what was known before, however narrow."""
 
+NOT_LEVEL = ("horizon", "quick spring deflections", "suspension forces in quick motion")
+"""Carriers of roll that tell changes only: where the body hangs at rest, and so to which side the load lies, they do not see."""
+
 SOURCE = "vehicle file and what is known of the load"
 GRID = 121
 NAMED = 3
@@ -177,7 +180,10 @@ def estimate_of(
     evidence: Sequence[Evidence],
 ) -> ParameterEstimate:
     """The verdict's entry. evidence: the drive's relations that were counted."""
-    status = status_of(name, answer.value, answer.std, prior, {e.kind for e in evidence})
+    blind = NOT_LEVEL if name == "cg_lateral_offset_m" else ()
+    status = status_of(
+        name, answer.value, answer.std, prior, {e.kind for e in evidence if e.carrier not in blind}
+    )
     file_std = prior.std if prior is not None else math.inf
     reason = reason_of(name, status, shares, file_std, answer.std)
     if prior is None and status == "not_identifiable":
