@@ -129,6 +129,10 @@ def write_with_python_can(messages: list[can.Message], path: Path) -> None:
     with can.Logger(str(path)) as logger:
         for message in messages:
             logger(message)
+    if path.suffix == ".trc":
+        # python-can writes where on this machine the file lies, which is nobody's business
+        whole = str(path.resolve()).encode()
+        path.write_bytes(path.read_bytes().replace(whole, path.name.encode(), 1))
 
 
 def write_candump_console(messages: list[can.Message], path: Path) -> None:
