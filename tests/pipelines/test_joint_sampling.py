@@ -96,6 +96,8 @@ def test_modes_that_are_off_and_too_narrow_do_no_harm() -> None:
     off = mean + 1.0 * np.linalg.cholesky(covariance) @ _rng(5).standard_normal(60) / np.sqrt(60)
     drawn = sample(density, [(off, covariance / 1.3)], _rng(6))
     _check_all_directions(drawn, mean, precision)
+    spread = np.std(drawn.draws[:, 0])
+    assert spread == pytest.approx(np.sqrt(covariance[0, 0]), rel=0.15)
 
 
 def test_bounds_cut_the_density() -> None:

@@ -195,7 +195,7 @@ class AxleLoadGls:
             ),
             diagnostics=figures(data, balance),
             used_fraction=data.size / max(data.drive_rows, 1),
-            evidence=evidence(seen, vehicle, draws, told is None, still),
+            evidence=evidence(seen, draws, told is None, still),
         )
 
     @staticmethod

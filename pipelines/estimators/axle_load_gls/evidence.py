@@ -19,8 +19,7 @@ from pipelines.estimators.load_balance.evidence import PATCH
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
-from pipelines.models.axle_load import GRAVITY, patch_shift
-from pipelines.vehicles.vehicle import Vehicle
+from pipelines.models.axle_load import GRAVITY
 
 SOURCE = "axle_load_gls"
 GAIN = "axle_pitch_gain"
@@ -122,14 +121,6 @@ def _on_tyres(seen: Seen) -> bool:
     return seen.data.sprung_share == 0.0
 
 
-def _own(seen: Seen, vehicle: Vehicle) -> tuple[Unknown, ...]:
-    found = [Unknown(GAIN, seen.pitch.gain, seen.pitch.std)]
-    if _on_tyres(seen):
-        mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
-        found.append(Unknown(PATCH, *patch_shift(mass.value if mass else None, rate.value if rate else None)))
-    return tuple(found)
-
-
 def _names(seen: Seen) -> tuple[str, ...]:
     sensors = [
         name
@@ -142,7 +133,8 @@ def _names(seen: Seen) -> tuple[str, ...]:
     ]
     beside = ("rolling", "rolling_shift", "wheel_inertia", "pitch_center_brake", "pitch_center_drive")
     force = () if seen.by_speed else ("offset_x", "askew_pitch")
-    return (*BODY, *beside, *force, *sensors)
+    patch = (PATCH,) if _on_tyres(seen) else ()
+    return (*BODY, *beside, *force, *sensors, *patch)
 
 
 def _covariance(seen: Seen) -> FloatArray:
@@ -166,7 +158,7 @@ def _loads(seen: Seen) -> list[tuple[float, float]]:
     return [(2 * share, load) for share, load in both if load is not None]
 
 
-def _moving(seen: Seen, vehicle: Vehicle) -> Evidence:
+def _moving(seen: Seen) -> Evidence:
     """Both moments, and the accelerometer's offset where the log shows it."""
     observed = [float(v) for v in seen.balance.moments]
     covariance = _covariance(seen)
@@ -185,11 +177,11 @@ def _moving(seen: Seen, vehicle: Vehicle) -> Evidence:
 
     return evidence_of(
         "pitch", carrier_of(seen.data), "load transfer and mean load of the axles", SOURCE, direct(observed, covariance),
-        parameters, _names(seen), _own(seen, vehicle),
+        parameters, _names(seen), (Unknown(GAIN, seen.pitch.gain, seen.pitch.std),),
     )  # fmt: skip
 
 
-def _standing(seen: Seen, vehicle: Vehicle) -> Evidence:
+def _standing(seen: Seen) -> Evidence:
     """The mean load alone, where the force along the road hardly changes."""
     data = seen.data
     force = float(np.mean(data.force()))
@@ -208,7 +200,7 @@ def _standing(seen: Seen, vehicle: Vehicle) -> Evidence:
     mean = seen.wheelbase * float(np.mean(data.load)) / GRAVITY
     return evidence_of(
         "pitch", carrier_of(data), "mean load of the axles", SOURCE, direct([mean], covariance), parameters,
-        _names(seen), _own(seen, vehicle),
+        _names(seen), (Unknown(GAIN, seen.pitch.gain, seen.pitch.std),),
     )  # fmt: skip
 
 
@@ -227,7 +219,7 @@ def _carried(seen: Seen) -> Evidence:
     )  # fmt: skip
 
 
-def evidence(seen: Seen, vehicle: Vehicle, draws: Draws, told: bool, still: bool) -> tuple[Evidence, ...]:
+def evidence(seen: Seen, draws: Draws, told: bool, still: bool) -> tuple[Evidence, ...]:
     """The relations of one drive. told: load transfer was seen; still: the force along the road hardly changed.
 
     None where the loads contradict the balance: they follow no force, or give a height or place that no vehicle has.
@@ -238,7 +230,7 @@ def evidence(seen: Seen, vehicle: Vehicle, draws: Draws, told: bool, still: bool
         return ()
     if told and not 0.1 < height < 0.8 * seen.wheelbase:
         return ()
-    found = [_moving(seen, vehicle) if told else _standing(seen, vehicle)]
+    found = [_moving(seen) if told else _standing(seen)]
     if draws.mass_measured:
         found.append(_carried(seen))
     return tuple(found)

@@ -23,7 +23,6 @@ from pipelines.estimators.load_transfer.data import LEAN, TYRES, Known, StrutDat
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
 from pipelines.joint.unknowns import AXLES, CORNERS
-from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -128,9 +127,7 @@ def _pitching(
     still = math.hypot(weight * place[1], level, 0.002 * known.wheelbase.value * weight)
     alike, each = math.hypot(PITCH_ERROR, LEVEL_GAIN) * value[1:], PITCH_ERROR * value[1:]
     half = 0.5 * known.wheelbase.value
-    mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
-    patch = patch_shift(mass.value if mass else None, rate.value if rate else None)
-    own = (_lean(data), Unknown(PATCH, *patch)) if moving else ()
+    own = (_lean(data),) if moving else ()
 
     def parameters(values: Values) -> list[float | FloatArray]:
         front, rear = axle_forces(values)
@@ -142,7 +139,7 @@ def _pitching(
 
     model = np.diag(np.square([still, *each]))
     model[1:, 1:] += np.outer(alike, alike)
-    names = (*BODY, *SCALES, *ZEROS, *(LINKS if moving else ()))
+    names = (*BODY, *SCALES, *ZEROS, *((*LINKS, PATCH) if moving else ()))
     return evidence_of(
         "pitch", CARRIER, "pitch moment of the struts", SOURCE, direct(value.tolist(), covariance + model), parameters,
         names, own,
