@@ -109,7 +109,7 @@ def outputs_of(values: Values, given: Mapping[str, float]) -> dict[str, FloatArr
         "roll_arm_m": body.h - roll_axis_of(values, body),
         "roll_stiffness_nmprad": roll_stiffness_of(values, given),
         "roll_damping_nmsprad": roll_damping_of(values) * values["damping_factor"],
-        "roll_inertia_kgm2": roll_inertia_of(values, body),
+        "roll_inertia_kgm2": roll_inertia_of(values, body) * values["inertia_factor"],
         "roll_center_height_m": roll_axis_of(values, body),
         "pitch_arm_m": np.asarray(body.h) - values["pitch_center_brake"],
         "pitch_inertia_kgm2": pitch_inertia_of(values, body),

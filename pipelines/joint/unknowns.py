@@ -299,6 +299,8 @@ def _sensors(book: _Book) -> None:
         book.put(f"swing_{axis}", 0.0, share)
     # dampers have knees and friction: the rate that a drive shows is that of its own speeds
     book.put("damping_factor", 1.0, 0.15)
+    # what swings (hubs that lean, tyres, a load that gives) is not the rigid vehicle's inertia: no roll motion tells that better
+    book.put("inertia_factor", 1.0, 0.08)
     for relation in ("pitch", "roll", "vertical"):
         for kind in (
             "deflection",
