@@ -65,3 +65,11 @@ class ExpansionError(CogestError):
 
 class ReportError(CogestError):
     """A report cannot be made or written."""
+
+
+class EngineError(CogestError):
+    """Workers cannot be started, reached or used."""
+
+
+class StoreError(CogestError):
+    """A results store cannot be read or written, or is not one."""

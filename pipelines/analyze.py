@@ -21,6 +21,7 @@ from parsers.timebase import NS
 from parsers.units import SI_TEXT
 from pipelines.estimators.base import Estimator, Settings, configured
 from pipelines.estimators.registry import estimators
+from pipelines.joint.kept import KeptRelations
 from pipelines.limits import what_limits
 from pipelines.needs import readiness
 from pipelines.results import Assumption, DriveResults, Estimate, Inputs, Trace
@@ -93,7 +94,20 @@ def signal_traces(drive: Drive) -> tuple[Trace, ...]:
     return tuple(traces)
 
 
+@dataclass(frozen=True)
+class Analysis:
+    """A drive's results, and what its relations told in the form in which a fleet's drives are joined."""
+
+    results: DriveResults
+    kept: KeptRelations | None
+
+
 def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
+    """Analyse one drive. Raises as `analyze_whole`."""
+    return analyze_whole(request, progress).results
+
+
+def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     """Analyse one drive.
 
     Raises LogError, MappingError, DatabaseError, VehicleError, SettingsError. A drive that cannot tell is no error.
@@ -125,7 +139,7 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
             height.value if height is not None and learned else None,
             mass.value if mass else None,
         )
-    return DriveResults(
+    made = DriveResults(
         inputs=Inputs(
             logs=tuple(str(path) for path in request.logs),
             log_sha256=drive.record.sha256,
@@ -152,6 +166,7 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
         signals=signal_traces(drive),
         joint=whole.joint,
     )
+    return Analysis(made, whole.kept)
 
 
 def _assumptions(results: Sequence[Estimate]) -> tuple[Assumption, ...]:

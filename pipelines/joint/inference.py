@@ -14,6 +14,7 @@ from pipelines.joint.answers import estimate_of, learned_of, listed, told
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
 from pipelines.joint.information import prior_spreads, shares, slopes
+from pipelines.joint.kept import KeptRelations, kept_of
 from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, extended, find_mode, log_density, values_at
@@ -41,10 +42,11 @@ MOVED = ("empty_h", "load_h", "load", "roll_center_front", "roll_inertia")
 
 @dataclass(frozen=True)
 class Inference:
-    """Entries of the verdict by parameter, and the record behind them."""
+    """Entries of the verdict by parameter, the record behind them, and the relations for other drives to be joined with."""
 
     parameters: Mapping[str, ParameterEstimate]
     record: JointVerdict
+    kept: KeptRelations
 
 
 def _starts(known: Known, rng: np.random.Generator) -> list[FloatArray]:
@@ -138,7 +140,9 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), dropped, _far(joint),
         method, factor, time.perf_counter() - started,
     )  # fmt: skip
-    return Inference(_with_conflicts(parameters, checks), record)
+    return Inference(
+        _with_conflicts(parameters, checks), record, kept_of(joint, checks, factor, draws is None)
+    )
 
 
 def _laplace(joint: Joint, gradient: FloatArray) -> float:

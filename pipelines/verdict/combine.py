@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.joint.inference import infer
+from pipelines.joint.kept import KeptRelations
 from pipelines.parameters import PARAMETERS
 from pipelines.results import Estimate, FloatArray, JointVerdict, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
@@ -192,10 +193,14 @@ def combine(estimates: Sequence[Estimate], vehicle: Vehicle) -> dict[str, Parame
 
 @dataclass(frozen=True)
 class Verdict:
-    """parameters: one answer each. joint: what is behind those that the joint posterior gave; None without relations."""
+    """parameters: one answer each. joint: what is behind those that the joint posterior gave; None without relations.
+
+    kept: the relations, for a fleet's drives to be joined.
+    """
 
     parameters: Mapping[str, ParameterEstimate]
     joint: JointVerdict | None
+    kept: KeptRelations | None = None
 
 
 def verdict_of(
@@ -224,4 +229,4 @@ def verdict_of(
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)
-    return Verdict(verdict, joint)
+    return Verdict(verdict, joint, None if found is None else found.kept)

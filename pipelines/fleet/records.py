@@ -1,0 +1,95 @@
+"""Records of a fleet: a drive that was found, what a drive's work is, and how a batch ended."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from parsers.errors import CogestError
+
+
+@dataclass(frozen=True)
+class FoundDrive:
+    """One drive in the fleet's folder. Places are absolute paths or URLs, as text.
+
+    drive_id: a short name of its own, safe as a folder's name on every system; the same as long as its logs' names
+    below the fleet's folder are the same. name: its logs' common name below the fleet's folder, for people. logs: its
+    recordings, first the one that names it. vehicle, map, settings: the nearest file up the folders. dbc: CAN databases
+    beside the logs. vehicle_id: which vehicle, see `pipelines.fleet.find`. formats: titles of the logs' formats. size:
+    bytes of all logs. notes: why recordings were taken together, what was left out. lacks: what a user should know before
+    the work ("no vehicle.toml up the folders: …"), in words.
+    """
+
+    drive_id: str
+    name: str
+    logs: tuple[str, ...]
+    vehicle: str | None
+    vehicle_id: str
+    vehicle_name: str | None
+    map: str | None
+    settings: str | None
+    dbc: tuple[str, ...]
+    formats: tuple[str, ...]
+    size: int
+    notes: tuple[str, ...] = ()
+    lacks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class FoundFleet:
+    """All drives under a folder, by name. left_out: (place, why) of files that are no log, or that cannot be used."""
+
+    folder: str
+    drives: tuple[FoundDrive, ...]
+    left_out: tuple[tuple[str, str], ...] = ()
+
+
+@dataclass(frozen=True)
+class Choices:
+    """What is the same for all drives of a batch. formats: of the drives' own reports ("html", "pdf"); () = none."""
+
+    estimators: str | None = None
+    seed: int = 0
+    fix: bool = True
+    formats: tuple[str, ...] = ("html",)
+    version: str = ""
+
+
+@dataclass(frozen=True)
+class Job:
+    """One drive's work, as it goes to a worker (as JSON). key: hash of all that the results depend on.
+
+    store: the store's place. command: what the user typed, for the drive's report.
+    """
+
+    drive: FoundDrive
+    choices: Choices
+    store: str
+    key: str
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How one drive ended. status: as `pipelines.engines.base.TaskStatus`, or "kept" where it was done before."""
+
+    drive: FoundDrive
+    status: str
+    reason: str = ""
+    seconds: float = 0.0
+    worker: str = ""
+
+
+@dataclass(frozen=True)
+class BatchSummary:
+    """How a batch ended. found, kept (done before), done (now), failed; gone: drives in the store whose logs are no more."""
+
+    found: int
+    kept: int
+    done: int
+    failed: tuple[Ended, ...] = field(default=())
+    gone: int = 0
+    seconds: float = 0.0
+
+
+class BatchError(CogestError):
+    """A batch cannot be started: no such folder, no log in it."""
