@@ -137,21 +137,33 @@ def _unpack(raw: Any, kind: Any, place: str) -> Any:
     return _scalar(raw, kind, place)
 
 
+def archive_bytes(results: DriveResults) -> bytes:
+    """Results as the archive holds them."""
+    content = {"cogest_archive": FORMAT, "results": _pack(reduce_results(results))}
+    return json.dumps(content, ensure_ascii=False, allow_nan=False).encode("utf-8")
+
+
 def save_results(results: DriveResults, path: Path) -> None:
     """Store results, whole or not at all. Raises ReportError where the file cannot be written."""
-    content = {"cogest_archive": FORMAT, "results": _pack(reduce_results(results))}
-    write_whole(path, json.dumps(content, ensure_ascii=False, allow_nan=False).encode("utf-8"))
+    write_whole(path, archive_bytes(results))
 
 
 def load_results(path: Path) -> DriveResults:
     """Read stored results. Raises ReportError that says what is wrong with the file."""
-    hint = "run `cogest analyze` again to make it anew"
     try:
         if path.stat().st_size > MOST_BYTES:
             raise ReportError(f"larger than {MOST_BYTES // 2**20} MiB, no archive of results is", path=path)
-        raw = json.loads(path.read_text(encoding="utf-8"))
+        content = path.read_bytes()
     except OSError as error:
         raise ReportError(f"cannot be read ({error.strerror or error})", path=path) from error
+    return results_of(content, path)
+
+
+def results_of(content: bytes, path: Path) -> DriveResults:
+    """An archive's results; path: named in errors. Raises ReportError that says what is wrong with it."""
+    hint = "run `cogest analyze` again to make it anew"
+    try:
+        raw = json.loads(content)
     except (ValueError, RecursionError) as error:
         raise ReportError(f"not whole JSON ({error})", path=path, hint=hint) from error
     if not isinstance(raw, dict) or "cogest_archive" not in raw:

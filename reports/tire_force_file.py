@@ -17,18 +17,15 @@ from reports.files import write_whole
 FILE_NAME = "tire_normal_forces.parquet"
 
 
-def write_tire_forces(results: DriveResults, out: Path) -> Path | None:
-    """Write time_ns (from the drive's start) and value, low, high of each wheel in N; rows in gaps are left out.
+def tire_force_bytes(results: DriveResults) -> bytes | None:
+    """A table of time_ns (from the drive's start) and value, low, high of each wheel in N; rows in gaps are left out.
 
-    Columns: tire_normal_force_fl_n, …_fl_low_n, …_fl_high_n. Its path, or None where no estimator gave the forces: a file
-    of an earlier run is taken away then. Raises ReportError.
+    Columns: tire_normal_force_fl_n, …_fl_low_n, …_fl_high_n. None where no estimator gave the forces.
     """
     import polars as pl
 
-    path = out / FILE_NAME
     found = [forces for estimate in results.estimates if (forces := forces_of(estimate)) is not None]
     if not found:
-        path.unlink(missing_ok=True)
         return None
     forces = found[0]
     there = np.all([np.isfinite(forces.value[w]) for w in WHEELS], axis=0)
@@ -39,5 +36,16 @@ def write_tire_forces(results: DriveResults, out: Path) -> Path | None:
         columns[f"tire_normal_force_{wheel}_high_n"] = forces.high[wheel][there]
     content = io.BytesIO()
     pl.DataFrame(columns).write_parquet(content)
-    write_whole(path, content.getvalue())
+    return content.getvalue()
+
+
+def write_tire_forces(results: DriveResults, out: Path) -> Path | None:
+    """Write the forces (`tire_force_bytes`): the file's path, or None where there are none: a file of an earlier run is
+    taken away then. Raises ReportError."""
+    path = out / FILE_NAME
+    content = tire_force_bytes(results)
+    if content is None:
+        path.unlink(missing_ok=True)
+        return None
+    write_whole(path, content)
     return path

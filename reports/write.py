@@ -7,7 +7,7 @@ from pathlib import Path
 
 from parsers.errors import ReportError
 from pipelines.results import DriveResults
-from reports.archive import FILE_NAME, save_results
+from reports.archive import FILE_NAME, archive_bytes
 from reports.files import make_folder, write_whole
 
 FORMATS: dict[str, str] = {"html": "report.html", "pdf": "report.pdf", "json": "results.json"}
@@ -29,19 +29,17 @@ def check_formats(formats: str | Sequence[str]) -> tuple[str, ...]:
     return tuple(f for f in FORMATS if f in formats)
 
 
-def write_reports(results: DriveResults, out: Path, formats: Sequence[str] = tuple(FORMATS)) -> list[Path]:
-    """Write report.html, report.pdf, results.json into `out` (made if needed) and give their paths.
+def report_files(results: DriveResults, formats: Sequence[str] = tuple(FORMATS)) -> dict[str, bytes]:
+    """Every file of a drive's folder, by name: the report in each form, and the archive that it can be made from again.
 
-    The archive goes beside them, so that the report can be made again from the folder alone. The figures are drawn
-    once for all forms; all forms are made before the first is written. Raises ReportError.
+    The figures are drawn once for all forms. Raises ReportError.
     """
     wanted = check_formats(formats)
-    make_folder(out)
-    made: dict[str, bytes] = {}
+    made: dict[str, bytes] = {FILE_NAME: archive_bytes(results)}
     if "json" in wanted:
         from reports.results_json import json_text
 
-        made["json"] = json_text(results).encode("utf-8")
+        made[FORMATS["json"]] = json_text(results).encode("utf-8")
     if "html" in wanted or "pdf" in wanted:
         from reports.document import build_document
         from reports.html import html_of
@@ -52,11 +50,18 @@ def write_reports(results: DriveResults, out: Path, formats: Sequence[str] = tup
             "html": lambda: html_of(document).encode("utf-8"),
             "pdf": lambda: pdf_of(document),
         }
-        made.update({name: printers[name]() for name in wanted if name in printers})
-    save_results(results, out / FILE_NAME)
-    paths = []
-    for name in wanted:
-        path = out / FORMATS[name]
-        write_whole(path, made[name])
-        paths.append(path)
-    return paths
+        made.update({FORMATS[name]: printers[name]() for name in wanted if name in printers})
+    return made
+
+
+def write_reports(results: DriveResults, out: Path, formats: Sequence[str] = tuple(FORMATS)) -> list[Path]:
+    """Write report.html, report.pdf, results.json into `out` (made if needed) and give their paths.
+
+    The archive goes beside them; all files are made before the first is written. Raises ReportError.
+    """
+    wanted = check_formats(formats)
+    make_folder(out)
+    made = report_files(results, wanted)
+    for name, content in made.items():
+        write_whole(out / name, content)
+    return [out / FORMATS[name] for name in wanted]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from parsers.errors import CogestError
@@ -55,10 +56,24 @@ class Choices:
 
 
 @dataclass(frozen=True)
+class Facts:
+    """What an input file was when its content was hashed: while size and stamp stay, it is not hashed again.
+
+    size: bytes. stamp: of its last change (mtime in ns, or an object store's tag); "" = always hash again. sha256: of its
+    content, in hex; of a folder: of the names and content of all its files.
+    """
+
+    size: int
+    stamp: str
+    sha256: str
+
+
+@dataclass(frozen=True)
 class Job:
     """One drive's work, as it goes to a worker (as JSON). key: hash of all that the results depend on.
 
-    store: the store's place. command: what the user typed, for the drive's report.
+    store: the store's place. command: what the user typed, for the drive's report. facts: place of an input -> what it
+    was when the key was made; stored with the drive.
     """
 
     drive: FoundDrive
@@ -66,6 +81,7 @@ class Job:
     store: str
     key: str
     command: str = ""
+    facts: Mapping[str, Facts] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

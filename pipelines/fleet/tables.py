@@ -29,9 +29,10 @@ DRIVES: dict[str, pl.DataType] = {
     "wheel_lifts": pl.Int64(),
     "notes": pl.List(pl.String()),
     "report": pl.String(),
+    "gone": pl.Boolean(),
 }
 """drives.parquet: one row a drive, failed ones too. status: "done" or as TaskStatus; reason: why not, in words. report: the
-drive's HTML report below the store, null where none was asked for. Ordered by vehicle_id, start_utc, drive."""
+drive's HTML report below the store, null where none was asked for. gone: its logs are no longer in the folder. Ordered by vehicle_id, start_utc, drive."""
 
 PARAMETERS: dict[str, pl.DataType] = {
     "drive_id": pl.String(),
