@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import shlex
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cogest_cli.options import Dbc, Logs, Map, NoFix, SuspensionMapFile
+from cogest_cli.options import Dbc, InputPath, Logs, Map, NoFix, SuspensionMapFile, VehicleFile
+from parsers.places import as_path
 
 if TYPE_CHECKING:
     from pipelines.results import DriveResults
@@ -18,12 +17,7 @@ if TYPE_CHECKING:
 
 def analyze(
     logs: Logs,
-    vehicle: Annotated[
-        Path | None,
-        typer.Option(
-            help="Vehicle file (TOML); default: the nearest vehicle.toml up the folders.", show_default=False
-        ),
-    ] = None,
+    vehicle: VehicleFile = None,
     map_file: Map = None,
     dbc: Dbc = None,
     estimators: Annotated[
@@ -31,8 +25,13 @@ def analyze(
     ] = None,
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("report"),
     settings: Annotated[
-        Path | None,
-        typer.Option(help="Settings file (TOML): see `cogest estimators --settings`.", show_default=False),
+        InputPath | None,
+        typer.Option(
+            metavar="FILE",
+            help="Settings file (TOML): see `cogest estimators --settings`.",
+            show_default=False,
+            parser=as_path,
+        ),
     ] = None,
     formats: Annotated[str, typer.Option("--format", help="What to write.")] = "html,pdf,json",
     seed: Annotated[
@@ -42,7 +41,7 @@ def analyze(
     no_fix: NoFix = False,
 ) -> None:
     """Analyse one drive: estimate the vehicle's parameters and write report.html, report.pdf, results.json."""
-    from cogest_cli.options import check_logs, check_out, databases
+    from cogest_cli.options import check_logs, check_out, command_line, databases
     from cogest_cli.progress import ProgressLine
 
     check_logs(logs)
@@ -65,7 +64,7 @@ def analyze(
         estimators=estimators,
         seed=seed,
         fix=not no_fix,
-        command=shlex.join(["cogest", *sys.argv[1:]]),
+        command=command_line(),
         version=version(),
         suspension_map=suspension_map,
     )

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from cogest_cli.options import Dbc, Log, Map, NoFix
+from cogest_cli.options import Dbc, Log, Map, NoFix, VehicleFile
 
 
 def inspect(
@@ -19,12 +19,7 @@ def inspect(
     write_map: Annotated[
         Path | None, typer.Option(help="Write a starter mapping file here.", show_default=False)
     ] = None,
-    vehicle: Annotated[
-        Path | None,
-        typer.Option(
-            help="Vehicle file; default: the nearest vehicle.toml up the folders.", show_default=False
-        ),
-    ] = None,
+    vehicle: VehicleFile = None,
     no_fix: NoFix = False,
 ) -> None:
     """Say what is in a log: channels, rates, gaps, ranges; what maps to which signal; which estimators can run."""

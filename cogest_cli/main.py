@@ -19,12 +19,14 @@ from typing import Annotated, ParamSpec
 import typer
 
 from cogest_cli.analyze_command import analyze
+from cogest_cli.batch_command import batch
 from cogest_cli.convert_command import convert
 from cogest_cli.estimators_command import estimators
 from cogest_cli.inspect_command import inspect
 from cogest_cli.output import complain, drop_output, finish_output, forgive_encodings, full_disk
 from cogest_cli.report_command import report
 from cogest_cli.reproduce_command import reproduce
+from cogest_cli.results_command import results
 from cogest_cli.simulate_command import simulate
 from cogest_cli.suspension_map_command import suspension_map
 from parsers.errors import CogestError
@@ -89,7 +91,18 @@ def _root(
     """Estimate a vehicle's centre-of-gravity height, mass and suspension from its drive log."""
 
 
-for _command in (analyze, inspect, convert, estimators, report, reproduce, simulate, suspension_map):
+for _command in (
+    analyze,
+    batch,
+    results,
+    report,
+    inspect,
+    convert,
+    estimators,
+    reproduce,
+    simulate,
+    suspension_map,
+):
     app.command()(_known_errors(_command))
 
 

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+import re
+import shlex
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -10,32 +13,71 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from parsers.errors import DatabaseError, ReportError
+from parsers.places import as_path, masked
 
 if TYPE_CHECKING:
     from parsers.load import LoadOptions, Progress
 
+    InputPath = Path
+else:
+
+    class InputPath:
+        """What help calls a path or a URL. typer makes a pathlib.Path of what is annotated as one: a URL loses a "/"."""
+
+
 OTHER = "choose another folder with --out"
+_URL_AS_PATH = re.compile(r"[A-Za-z][A-Za-z0-9+.\-]+:/")
 
 Logs = Annotated[
-    list[Path], typer.Argument(metavar="LOG...", help="One drive's log, or its parts.", show_default=False)
+    list[InputPath],
+    typer.Argument(
+        metavar="LOG...",
+        help="One drive's log, or its parts: paths or URLs (s3://…).",
+        show_default=False,
+        parser=as_path,
+    ),
 ]
-Log = Annotated[Path, typer.Argument(metavar="LOG", help="The log.", show_default=False)]
+Log = Annotated[
+    InputPath,
+    typer.Argument(
+        metavar="LOG", help="The log: a path or a URL (s3://…).", show_default=False, parser=as_path
+    ),
+]
 Map = Annotated[
-    Path | None,
+    InputPath | None,
     typer.Option(
-        "--map", help="Mapping file (TOML); default: the nearest map.toml up the folders.", show_default=False
+        "--map",
+        metavar="FILE",
+        help="Mapping file (TOML); default: the nearest map.toml up the folders.",
+        show_default=False,
+        parser=as_path,
     ),
 ]
 Dbc = Annotated[
-    list[Path] | None,
+    list[InputPath] | None,
     typer.Option(
-        "--dbc", help="CAN database; may be repeated; default: the *.dbc beside the log.", show_default=False
+        "--dbc",
+        metavar="FILE",
+        help="CAN database; may be repeated; default: the *.dbc beside the log.",
+        show_default=False,
+        parser=as_path,
+    ),
+]
+VehicleFile = Annotated[
+    InputPath | None,
+    typer.Option(
+        metavar="FILE",
+        help="Vehicle file (TOML); default: the nearest vehicle.toml up the folders.",
+        show_default=False,
+        parser=as_path,
     ),
 ]
 SuspensionMapFile = Annotated[
-    Path | None,
+    InputPath | None,
     typer.Option(
         "--suspension-map",
+        metavar="FILE",
+        parser=as_path,
         help="Suspension map (TOML) of this vehicle, by `cogest suspension-map`: tyre normal forces over the drive.",
         show_default=False,
     ),
@@ -48,12 +90,22 @@ NoFix = Annotated[
 ]
 
 
+def command_line() -> str:
+    """What the user typed, for the report: without what may be secret in a URL."""
+    return shlex.join(["cogest", *map(masked, sys.argv[1:])])
+
+
 def databases(logs: Sequence[Path], given: Sequence[Path] | None) -> tuple[Path, ...]:
     """The CAN databases as given, else those beside the logs. Raises DatabaseError for one that is not there."""
     from pipelines.discover import databases_beside
 
     for path in given or ():
-        if not path.is_file():
+        try:
+            there = path.is_file()
+        except OSError as error:
+            # a store that does not answer
+            raise DatabaseError(f"cannot be read ({error.strerror or error})", path=path) from error
+        if not there:
             raise DatabaseError("no such file", path=path, hint="check the name given with --dbc")
     return tuple(given) if given else tuple(dict.fromkeys(p for log in logs for p in databases_beside(log)))
 
@@ -85,6 +137,10 @@ def check_logs(logs: Sequence[Path]) -> None:
 
 def check_out(folder: Path) -> None:
     """Raise ReportError where no folder can be made there: said before the work, not after it."""
+    if _URL_AS_PATH.match(folder.as_posix()):
+        raise ReportError(
+            "is a URL: reports and tables are written to folders of this machine", path=folder, hint=OTHER
+        )
     for place in (folder, *folder.absolute().parents):
         try:
             if not place.exists():

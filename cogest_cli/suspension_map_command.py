@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cogest_cli.options import Dbc, Map, NoFix
+from cogest_cli.options import Dbc, InputPath, Map, NoFix, VehicleFile
 from parsers.errors import VehicleError
+from parsers.places import as_path
 
 if TYPE_CHECKING:
     from cogest_cli.progress import ProgressLine
@@ -21,21 +22,20 @@ if TYPE_CHECKING:
 
 def suspension_map(
     logs: Annotated[
-        list[Path],
+        list[InputPath],
         typer.Argument(
             metavar="LOG...", help="Training drives of one vehicle, each with tire_normal_force of all wheels.",
-            show_default=False,
+            show_default=False, parser=as_path,
         ),
     ],
     out: Annotated[Path, typer.Option(help="The map file (TOML) to write.", show_default=False)],
     validate: Annotated[
-        list[Path] | None,
-        typer.Option(help="A drive to judge the map on; may be repeated.", show_default=False),
+        list[InputPath] | None,
+        typer.Option(
+            metavar="LOG", help="A drive to judge the map on; may be repeated.", show_default=False, parser=as_path
+        ),
     ] = None,
-    vehicle: Annotated[
-        Path | None,
-        typer.Option(help="Vehicle file; default: the nearest vehicle.toml up the folders.", show_default=False),
-    ] = None,
+    vehicle: VehicleFile = None,
     map_file: Map = None,
     dbc: Dbc = None,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -44,7 +43,7 @@ class BlfFrames:
     def frames(self, *, counting: bool) -> Iterator[CanFrames]:
         """All data frames in the file's order, in batches of about half a MiB of inflated objects."""
         walker = ObjectWalker(self.header.start_ns or 0)
-        total = os.path.getsize(self.path)
+        total = self.path.stat().st_size
         trouble: list[Block] = []
         messages = 0
         for block, ahead in blocks(self.path, self.header):

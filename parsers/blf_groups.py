@@ -5,7 +5,6 @@ Fresh memory costs more than inflating into it, so that the buffers of a group a
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 from io import FileIO
@@ -171,7 +170,7 @@ def blocks(path: Path, header: BlfHeader) -> Iterator[tuple[Block, Guess | None]
     Every step moves on in the file, so that none is read for ever.
     """
     pool = _Pool()
-    total = os.path.getsize(path)
+    total = path.stat().st_size
     with path.open("rb", buffering=0) as file:
         for work, found in in_order(_walked, _work(file, header, total, pool)):
             yield from found

@@ -14,6 +14,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from parsers.places import as_path, masked
+
 
 class CogestError(Exception):
     """A known error. `str()` is the one line that the user sees."""
@@ -31,10 +33,11 @@ class CogestError(Exception):
         problem: what was found and what was expected. place: line, byte or time. hint: the next step.
         """
         self.problem = problem
-        self.path = None if path is None else Path(path)
+        self.path = None if path is None else as_path(path)
         self.place = place
         self.hint = hint
-        where = ", ".join(str(part) for part in (path, place) if part)
+        shown = masked(path) if isinstance(path, str) else path
+        where = ", ".join(str(part) for part in (shown, place) if part)
         line = f"{where}: {problem}" if where else problem
         super().__init__(f"{line}; {hint}" if hint else line)
 

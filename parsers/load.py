@@ -219,7 +219,7 @@ def make_drive(
         signals=signals,
         decisions=checked.decisions,
         unchecked=checked.unchecked,
-        notes=tuple(merged.notes),
+        notes=(*merged.notes, *digest.notes()),
         start_ns=start_ns,
         end_ns=max(int(s.time_ns[-1]) for s in signals.values()),
         gaps=list_gaps({name: s.time_ns for name, s in signals.items()}, start_ns),

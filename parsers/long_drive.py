@@ -62,7 +62,7 @@ class LongDrive:
         strands = [Strand(name, tuple(tracks)) for name, tracks in joined.pieces.items()]
         self.options.progress("checking signs and units", 0.0)
         findings, note = self._judge(strands, parts)
-        notes = [*joined.notes, *note, *_period_note(parts)]
+        notes = [*joined.notes, *note, *_period_note(parts), *digest.notes()]
         with Replacement(self.folder) as tables:
             written = self._write(strands, findings, tables)
             spikes = [

@@ -14,13 +14,18 @@ from typing import TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 
+CORES_VARIABLE = "COGEST_CORES"
+"""Environment variable: use at most so many cores. Workers that stand beside others are given one each."""
+
 
 def cores() -> int:
-    """How many cores this process may use (a container or `taskset` may give fewer than there are)."""
+    """How many cores this process may use (a container, `taskset` or COGEST_CORES may give fewer than there are)."""
     try:
-        return len(os.sched_getaffinity(0))
+        allowed = len(os.sched_getaffinity(0))
     except AttributeError:  # not on macOS and Windows
-        return os.cpu_count() or 1
+        allowed = os.cpu_count() or 1
+    told = os.environ.get(CORES_VARIABLE, "")
+    return min(allowed, int(told)) if told.isdecimal() and int(told) > 0 else allowed
 
 
 def in_order(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 import polars as pl
@@ -13,10 +14,14 @@ import polars as pl
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
+from parsers.places import remote
 from parsers.table_cells import NumberStyle
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_stamps import BoolArray
-from parsers.table_time import TimePlan, find_time
+from parsers.table_time import TimePlan, find_time, may_be_time
+
+if TYPE_CHECKING:
+    from parsers.parquet_parts import PartlyFilled
 
 _MAGIC = b"PAR1"
 _CHUNK_BYTES = 16 * 1024 * 1024
@@ -28,7 +33,10 @@ _FAILURES = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, V
 
 @dataclass(frozen=True)
 class ParquetGroup:
-    """One file. names: channel name of each column, unique in the whole log; the file's own in `headers`. rows."""
+    """One file. names: channel name of each column, unique in the whole log; the file's own in `headers`. rows.
+
+    far: what was fetched of a file behind a URL.
+    """
 
     path: Path
     name: str
@@ -37,6 +45,13 @@ class ParquetGroup:
     types: tuple[pl.DataType, ...]
     time: TimePlan
     rows: int
+    far: PartlyFilled | None = None
+
+    def frame(self, columns: Sequence[str]) -> pl.LazyFrame:
+        """These columns of the table. Raises OSError, LogError where they cannot be fetched."""
+        if self.far is not None:
+            self.far.fill(columns)
+        return pl.scan_parquet(self.far.path if self.far else self.path, glob=False).select(columns)
 
 
 class ParquetImporter:
@@ -107,20 +122,26 @@ def _check_frame(path: Path) -> None:
 def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGroup:
     """The columns, time and row count of one file."""
     _check_frame(path)
+    far = _partly_filled(path)
     try:
-        frame = pl.scan_parquet(path, glob=False)
+        frame = pl.scan_parquet(far.path if far else path, glob=False)
         schema = frame.collect_schema()
         rows = int(frame.select(pl.len()).collect().item())
+        names = tuple(split_header(name) for name in schema.names())
+        types = tuple(schema.dtypes())
+        if far is not None:
+            frame = frame.select(_fetched_sample(far, names, schema, options))
         head = frame.head(_SAMPLE_ROWS).collect()
     except _FAILURES as error:
         raise _damaged(path, error) from error
-    names = tuple(split_header(name) for name in schema.names())
-    types = tuple(schema.dtypes())
     if rows == 0:
         raise LogError("the Parquet file has no rows", path=path, hint="nothing was recorded in it")
     plan = _calendar_time(names, types, options) or find_time(
         names,
-        [_cells(head[name], kind) for name, kind in zip(schema.names(), types, strict=True)],
+        [
+            _cells(head[name], kind) if name in head.columns else []
+            for name, kind in zip(schema.names(), types, strict=True)
+        ],
         NumberStyle("."),
         options,
         path,
@@ -133,7 +154,33 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
         )
     for note in plan.notes:
         log.note(note)
-    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows)
+    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, far)
+
+
+def _partly_filled(path: Path) -> PartlyFilled | None:
+    """The copy that is filled as needed, of a file behind a URL. Raises OSError, LogError."""
+    far = remote(path)
+    if far is None:
+        return None
+    from parsers.parquet_parts import PartlyFilled
+
+    try:
+        return PartlyFilled(far)
+    except ValueError as error:
+        raise _damaged(path, error) from error
+
+
+def _fetched_sample(
+    far: PartlyFilled, names: Sequence[ColumnName], schema: pl.Schema, options: ReadOptions
+) -> list[str]:
+    """Fetch the first rows of the columns that may be the time, and name them."""
+    columns = [
+        header
+        for column, (header, kind) in zip(names, schema.items(), strict=True)
+        if kind == pl.String or (kind.is_numeric() and may_be_time(column, options))
+    ]
+    far.fill(columns, _SAMPLE_ROWS)
+    return columns
 
 
 def _damaged(path: Path, error: BaseException) -> LogError:
@@ -184,9 +231,7 @@ def _with_unique_names(groups: list[ParquetGroup], log: ImportLog) -> tuple[Parq
     for group in groups:
         own = named[at : at + len(group.names)]
         at += len(group.names)
-        result.append(
-            ParquetGroup(group.path, group.name, own, group.headers, group.types, group.time, group.rows)
-        )
+        result.append(replace(group, names=own))
     return tuple(result)
 
 
@@ -256,7 +301,7 @@ class ParquetReader:
         if wanted and not columns:
             return
         times = [group.headers[k] for k in group.time.columns]
-        frame = pl.scan_parquet(group.path, glob=False).select(*times, *columns.values())
+        frame = group.frame([*times, *columns.values()])
         step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
         for start in range(0, group.rows, step):
             try:

@@ -14,6 +14,7 @@ from parsers.errors import LogError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
 from parsers.intake import Group, Intake, LogRows
 from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose
+from parsers.places import remote
 from parsers.registry import find_importer
 from parsers.signals import SIGNALS
 from parsers.timebase import LATEST_NS, usual_period_s
@@ -109,9 +110,8 @@ class Part(PartFacts):
 
 
 def _unreadable(path: Path, error: OSError) -> LogError:
-    return LogError(
-        f"cannot be read ({error.strerror or error})", path=path, hint="check the disk, or copy the log again"
-    )
+    hint = "check the network, and try again" if remote(path) else "check the disk, or copy the log again"
+    return LogError(f"cannot be read ({error.strerror or error})", path=path, hint=hint)
 
 
 def open_log(

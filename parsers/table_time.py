@@ -116,6 +116,17 @@ def find_time(
     return _plan_for(ranked[0][1], names, samples, shapes, style, options, path)
 
 
+def may_be_time(column: ColumnName, options: ReadOptions) -> bool:
+    """Whether a column of numbers can be the time as far as its name says: for tables whose cells cost something to read."""
+    wanted = (options.time_channel or "").strip().lower()
+    header = column.header or column.name
+    return (
+        bool(wanted and wanted in (column.name.lower(), column.header.lower()))
+        or bool(_STAMP_NANOS.match(header) or _STAMP_SECONDS.match(header))
+        or _rank(column, ("0", "1"), "number") is not None
+    )
+
+
 def _listed(names: Sequence[ColumnName]) -> str:
     shown = ", ".join(f'"{column.name}"' for column in names[:8])
     return f"the {len(names)} columns {shown}{' …' if len(names) > 8 else ''}"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import asdict
+from functools import cache
 from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +15,7 @@ from reports.document import build_document
 from reports.files import write_whole
 
 if TYPE_CHECKING:
+    from jinja2 import Template
     from markupsafe import Markup
 
 
@@ -36,13 +38,14 @@ def breakable(text: str) -> Markup:
     )
 
 
-def html_of(document: Document) -> str:
-    """Print a document as HTML. Every text is escaped; only the figures, escaped when drawn, pass as they are."""
+@cache
+def page_template(name: str) -> Template:
+    """A page of `reports/templates` ("report.html"), compiled once a process; all text but what goes through `svg` is escaped."""
     from jinja2 import DictLoader, Environment, StrictUndefined
     from markupsafe import Markup
 
     environment = Environment(
-        loader=DictLoader({"report.html": template_text("report.html.j2")}),
+        loader=DictLoader({page: template_text(f"{page}.j2") for page in (name, "macros.html")}),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -50,9 +53,12 @@ def html_of(document: Document) -> str:
     )
     environment.filters["svg"] = Markup
     environment.filters["breaks"] = breakable
-    return environment.get_template("report.html").render(
-        doc=asdict(document), css=template_text("report.css")
-    )
+    return environment.get_template(name)
+
+
+def html_of(document: Document) -> str:
+    """Print a document as HTML. Every text is escaped; only the figures, escaped when drawn, pass as they are."""
+    return page_template("report.html").render(doc=asdict(document), css=template_text("report.css"))
 
 
 def render_html(results: DriveResults) -> str:

@@ -7,6 +7,9 @@ from pathlib import Path
 
 import pytest
 
+# fixtures that several folders of tests use
+from remote_store import counted, s3_server, s3_store  # noqa: F401
+
 from parsers.can.database_cache import FOLDER_VARIABLE
 
 ROOT = Path(__file__).resolve().parent.parent

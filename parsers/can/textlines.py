@@ -171,9 +171,12 @@ def first_lines(path: Path, size: int) -> list[str]:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error
 
 
+_CONTROL = bytes([*range(9), *range(14, 27), *range(28, 32)])
+
+
 def looks_like_text(head: bytes) -> bool:
     """Whether a file's first bytes can be a text log: no NUL and hardly any control characters."""
-    control = sum(byte < 9 or (13 < byte < 32 and byte != 27) for byte in head)
+    control = len(head) - len(head.translate(None, _CONTROL))
     return bool(head) and b"\0" not in head and control * 100 <= len(head)
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import bisect
-import io
-import os
 import re
 import struct
 from dataclasses import dataclass, field
+from io import FileIO
 from pathlib import Path
 from types import TracebackType
 
@@ -55,15 +54,15 @@ class BlockFile:
     path: Path
     size: int = 0
     seen: list[int] = field(default_factory=list)
-    _raw: io.FileIO = field(init=False)
+    _raw: FileIO = field(init=False)
 
     def __enter__(self) -> BlockFile:
         try:
             # no buffer of Python's own: blocks are read whole, each with one call
-            self._raw = io.FileIO(self.path)
+            self._raw = self.path.open("rb", buffering=0)
         except OSError as error:
             raise LogError(f"cannot be opened ({error.strerror})", path=self.path) from error
-        self.size = os.fstat(self._raw.fileno()).st_size
+        self.size = self._raw.seek(0, 2)
         return self
 
     def __exit__(

@@ -13,10 +13,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from parsers.errors import LogError
-from parsers.ros.bag2_files import Scratch
+from parsers.places import remote
+from parsers.ros.bag2_files import Scratch, unfinished
 
 MAGIC = b"SQLite format 3\x00"
 MAX_DEFINITION = 1 << 22
+_SCHEMA_BYTES = 1 << 16
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class TopicRow:
 
 def beside(path: Path) -> list[Path]:
     """Files that a recorder left beside a database which it did not close: it is not complete without them."""
-    found = [path.with_name(path.name + end) for end in ("-wal", "-journal")]
+    found = [path.with_name(name) for name in unfinished(path.name)]
     return [each for each in found if each.is_file() and each.stat().st_size > 0]
 
 
@@ -59,6 +61,11 @@ def connect(path: Path, scratch: Scratch) -> sqlite3.Connection:
 
 def is_bag(path: Path) -> bool:
     """Whether an SQLite file has the tables of a bag; a damaged one counts by its suffix."""
+    if remote(path) is not None:
+        # the library opens files of a disk only; a schema stands in the first pages
+        with path.open("rb", buffering=0) as file:
+            head = file.read(_SCHEMA_BYTES)
+        return path.suffix.lower() == ".db3" or (b"topics" in head and b"messages" in head)
     try:
         uri = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
         with closing(sqlite3.connect(uri, uri=True)) as connection:

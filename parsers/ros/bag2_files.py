@@ -7,10 +7,15 @@ import shutil
 from dataclasses import dataclass, field
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import TYPE_CHECKING
 from weakref import finalize
 
 from parsers.errors import LogError
 from parsers.importer import ImportLog
+from parsers.places import remote
+
+if TYPE_CHECKING:
+    from parsers.places_path import RemotePath
 
 METADATA = "metadata.yaml"
 _NAME = re.compile(r"^(?P<stem>.+?)(?:_(?P<number>\d+))?\.(?P<kind>db3|mcap)(?:\.zstd)?$", re.IGNORECASE)
@@ -124,13 +129,33 @@ def bag_files(folder: Path, log: ImportLog) -> list[BagFile]:
     return [file for file in map(bag_file, named) if file is not None]
 
 
+def _downloaded(far: RemotePath, scratch: Scratch, log: ImportLog) -> Path:
+    """An SQLite file of a store as a file of this disk, for its library reads no other, with what lies beside it."""
+    files = [far, *(each for each in map(far.with_name, unfinished(far.name)) if each.is_file())]
+    total = sum(each.facts().size for each in files)
+    for each in files:
+        target = scratch.place(each.name, each.facts().size)
+        if not target.exists():
+            each.copy_to(target)
+    log.note(
+        f"{far.name} was downloaded whole ({total} bytes) to a temporary file: SQLite reads files of a disk only"
+    )
+    return scratch.place(far.name, 0)
+
+
+def unfinished(name: str) -> tuple[str, str]:
+    """Files that a recorder leaves beside a database which it did not close."""
+    return f"{name}-wal", f"{name}-journal"
+
+
 def unpack(file: BagFile, scratch: Scratch, log: ImportLog) -> Path:
     """The path of a storage file that can be opened: unpacked into `scratch` where it is compressed as a whole.
 
     A compressed file that breaks off gives what could be unpacked, and the log book says so. Raises LogError.
     """
     if not file.compressed:
-        return file.path
+        far = remote(file.path)
+        return file.path if far is None or file.kind == "mcap" else _downloaded(far, scratch, log)
     import zstandard
 
     target = scratch.place(file.path.name[: -len(".zstd")], file.path.stat().st_size)

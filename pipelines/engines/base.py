@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
@@ -52,6 +52,6 @@ class Engine(Protocol):
     name: str
     title: str
 
-    def map(self, function: str, tasks: Iterable[Task], limits: Limits) -> Iterator[Done]:
+    def map(self, function: str, tasks: Iterable[Task], limits: Limits) -> Generator[Done, None, None]:
         """Run them all. Raises EngineError where no worker can be started or reached."""
         ...

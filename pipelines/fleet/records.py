@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from parsers.errors import CogestError
@@ -17,7 +16,8 @@ class FoundDrive:
     recordings, first the one that names it. vehicle, map, settings: the nearest file up the folders. dbc: CAN databases
     beside the logs. vehicle_id: which vehicle, see `pipelines.fleet.find`. formats: titles of the logs' formats. size:
     bytes of all logs. notes: why recordings were taken together, what was left out. lacks: what a user should know before
-    the work ("no vehicle.toml up the folders: …"), in words.
+    the work ("no vehicle.toml up the folders: …"), in words. start_utc: when the zero of its stamps was, where a drive.toml
+    says it; for logs that do not know it themselves.
     """
 
     drive_id: str
@@ -33,6 +33,7 @@ class FoundDrive:
     size: int
     notes: tuple[str, ...] = ()
     lacks: tuple[str, ...] = ()
+    start_utc: str | None = None
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,7 @@ class Facts:
 class Job:
     """One drive's work, as it goes to a worker (as JSON). key: hash of all that the results depend on.
 
-    store: the store's place. command: what the user typed, for the drive's report. facts: place of an input -> what it
-    was when the key was made; stored with the drive.
+    store: the store's place. command: what the user typed, for the drive's report.
     """
 
     drive: FoundDrive
@@ -81,7 +81,6 @@ class Job:
     store: str
     key: str
     command: str = ""
-    facts: Mapping[str, Facts] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -58,7 +58,7 @@ SHARES = frozenset(["brake_front_share", "drive_front_share"])
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_KEYS = frozenset({"mass_kg", "height_m"})
 SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})
-TEXT_KEYS = frozenset({"name", "body", "suspension_map"})
+TEXT_KEYS = frozenset({"id", "name", "body", "suspension_map"})
 
 LEAST_STD = {"cg_lateral_offset_m": 0.005}
 """m: what a bare figure of any sign is worth at least; 0.02 where not named."""
@@ -80,7 +80,8 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle file. `quantities` are those of the empty vehicle; `load` and `sensors` by their own keys.
+    """A vehicle file. `quantities` are those of the empty vehicle; `load` and `sensors` by their own keys. id: which vehicle
+    of a fleet it is (a VIN, a fleet number).
 
     reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
     its suspension; suspension_map_path: its file as the vehicle file names it, taken from the vehicle file's folder.
@@ -95,6 +96,7 @@ class Vehicle:
     path: Path | None = None
     suspension_map: SuspensionMap | None = None
     suspension_map_path: Path | None = None
+    id: str | None = None
 
     def get(self, key: str) -> Quantity | None:
         """A quantity of the empty vehicle, or None where the file is silent."""
@@ -202,6 +204,8 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     unknown_text = TEXT_KEYS | VEHICLE_KEYS
     for key in main:
         _reject_unknown(key, unknown_text, "vehicle", path)
+    if "id" in texts and not texts["id"].strip():
+        raise VehicleError("found no text, expected a name", path=path, place="[vehicle] id")
     vehicle = Vehicle(
         name=texts.get("name"),
         body=texts.get("body"),
@@ -211,6 +215,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         reference=reference,
         path=path,
         suspension_map_path=_beside(texts.get("suspension_map"), path),
+        id=texts["id"].strip() if "id" in texts else None,
     )
     _check_geometry(vehicle, path)
     return vehicle

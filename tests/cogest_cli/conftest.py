@@ -50,6 +50,12 @@ def cogest() -> Runner:
 
 
 @pytest.fixture(scope="session")
+def program() -> list[str]:
+    """The installed program as a command: for tests that start it and go on."""
+    return [str(PROGRAM)]
+
+
+@pytest.fixture(scope="session")
 def inside() -> Runner:
     """Run a command in this process: no start-up time."""
 

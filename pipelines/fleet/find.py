@@ -1,0 +1,174 @@
+"""Finding the drives in a folder: what is a log, what belongs together, which vehicle it is. Nothing is dropped in silence.
+
+vehicle_id: `id` of the [vehicle] table where the vehicle file has one; else the folder (below the fleet's) of the topmost
+vehicle.toml whose [vehicle] table is that of the nearest one, "." for the fleet's own folder and above; without any vehicle
+file the top folder in which the log lies, and the drive's own name for a log that lies in the fleet's folder itself.
+The rules are in docs/fleet_folder.md.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+from parsers.places import masked
+from pipelines.fleet.belongings import MAP, SETTINGS, Belongings, VehicleFacts, distinct, top_folder
+from pipelines.fleet.find_facts import LookedUp
+from pipelines.fleet.find_said import said_drives
+from pipelines.fleet.group import group_folder
+from pipelines.fleet.group_copies import same_bytes
+from pipelines.fleet.heads import Heads
+from pipelines.fleet.listing import Lister, Listing, list_any
+from pipelines.fleet.logs import Log
+from pipelines.fleet.names import drive_id
+from pipelines.fleet.recordings import recordings
+from pipelines.fleet.records import BatchError, FoundDrive, FoundFleet
+from pipelines.fleet.together import Together
+
+_NEEDS_DBC = frozenset(("blf", "asc", "trc", "candump"))
+
+
+def find_drives(folder: str, store: str | None = None, lister: Lister = list_any) -> FoundFleet:
+    """All drives under a folder or URL; the store's own place is passed over.
+
+    Reads the first bytes of each file, and more only of recordings whose names say that they may belong together. Raises
+    BatchError where there is no such folder, or no log in it.
+    """
+    listing = lister(folder, store)
+    belongings = Belongings.of(listing)
+    found = recordings(listing, Heads(belongings.read_options))
+    said = said_drives(listing, found.by_name)
+    facts = LookedUp(belongings)
+    drives = [*said.drives]
+    drives += [
+        Together(logs, (why,)) for logs, why in found.joint if not said.taken & {log.below for log in logs}
+    ]
+    left_out = [*listing.left_out, *found.left_out, *said.left_out]
+    for where in sorted(found.single):
+        logs = [log for log in found.single[where] if log.below not in said.taken]
+        if where in said.separate:
+            drives += [Together((log,), lacks=said.lacks.get(where, ())) for log in logs]
+            continue
+        grouped = group_folder(logs, facts)
+        drives += grouped.drives
+        left_out += grouped.left_out
+    if not drives:
+        raise BatchError("no log in this folder", path=masked(folder), hint=_instead(listing, left_out))
+    made = _with_vehicles(_marked_twins(drives), belongings)
+    return FoundFleet(
+        listing.root, tuple(sorted(made, key=lambda d: (d.name, d.drive_id))), tuple(sorted(left_out))
+    )
+
+
+def _instead(listing: Listing, left_out: Sequence[tuple[str, str]]) -> str:
+    """What to do about a folder without a log."""
+    if left_out:
+        return f"it holds {len(left_out)} files or folders that are none, such as {masked(left_out[0][0])}: {left_out[0][1]}"
+    return "it is empty" if not listing.entries else "give the folder with the logs"
+
+
+def _marked_twins(drives: Sequence[Together]) -> list[Together]:
+    """Say of drives that hold the same bytes that they do: a drive that counts twice makes intervals too narrow."""
+    rows: dict[tuple[int, bytes], list[Log]] = defaultdict(list)
+    for drive in drives:
+        if len(drive.logs) == 1 and drive.logs[0].size and drive.logs[0].digest:
+            rows[(drive.logs[0].size, drive.logs[0].digest)].append(drive.logs[0])
+    twin_of: dict[str, str] = {}
+    for row in rows.values():
+        twin_of.update({log.place: row[0].below for log in row[1:] if same_bytes(row[0], log)})
+    return [
+        drive.saying(lack=f"the same bytes as {twin_of[place]}: as two drives they count twice; remove one")
+        if (place := drive.logs[0].place) in twin_of
+        else drive
+        for drive in drives
+    ]
+
+
+def _with_vehicles(drives: Sequence[Together], belongings: Belongings) -> list[FoundDrive]:
+    """The drives as records, each with what belongs to it."""
+    made = [_made(drive, belongings) for drive in drives]
+    ids = distinct([(found.vehicle_id, own) for found, own in made])
+    return [replace(found, vehicle_id=vehicle) for (found, _), vehicle in zip(made, ids, strict=True)]
+
+
+def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
+    """A drive's record, and whether its vehicle file itself says which vehicle it is."""
+    folder = drive.logs[0].folder
+    name = drive.name or _name_of(drive, belongings)
+    own = drive_id(name, [log.below for log in drive.logs])
+    # a bag's own folder may hold the vehicle's file
+    inside = (
+        drive.logs[0].below
+        if not drive.logs[0].digest and drive.logs[0].below in belongings.files
+        else folder
+    )
+    vehicle = belongings.vehicle(inside)
+    dbc = belongings.databases(inside)
+    said = vehicle is not None and vehicle.id is not None
+    found = FoundDrive(
+        drive_id=own,
+        name=name,
+        logs=tuple(log.place for log in drive.logs),
+        vehicle=vehicle.place if vehicle else None,
+        vehicle_id=_vehicle_id(drive, vehicle, inside, belongings, name),
+        vehicle_name=vehicle.name if vehicle else None,
+        map=belongings.nearest(MAP, inside),
+        settings=belongings.nearest(SETTINGS, inside),
+        dbc=dbc,
+        formats=tuple(dict.fromkeys(log.title for log in drive.logs)),
+        size=sum(log.size for log in drive.logs),
+        notes=drive.notes,
+        lacks=(*_lacks(drive, vehicle, dbc), *drive.lacks),
+        start_utc=drive.start_utc,
+    )
+    return found, said
+
+
+def _name_of(drive: Together, belongings: Belongings) -> str:
+    first = drive.logs[0]
+    if first.below == ".":
+        return belongings.root_name
+    return first.below if len(drive.logs) == 1 else f"{first.below} +{len(drive.logs) - 1}"
+
+
+def _vehicle_id(
+    drive: Together, vehicle: VehicleFacts | None, folder: str, belongings: Belongings, name: str
+) -> str:
+    if vehicle is None:
+        return top_folder(drive.logs[0].below) or name
+    if vehicle.id is not None:
+        return vehicle.id
+    return belongings.vehicle_folder(folder, vehicle) or "."
+
+
+def _lacks(drive: Together, vehicle: VehicleFacts | None, dbc: Sequence[str]) -> tuple[str, ...]:
+    """What a user should know before the work."""
+    several = len(drive.logs) > 1
+    lacks = [
+        f"{f'{log.name} ' if several else ''}will fail: {log.trouble}" for log in drive.logs if log.trouble
+    ]
+    if vehicle is None:
+        top = top_folder(drive.logs[0].below)
+        whose = (
+            f"all logs under {top}/ count as one vehicle"
+            if top
+            else "the drive counts as a vehicle of its own"
+        )
+        lacks.append(
+            "no vehicle.toml up the folders: mass, wheelbase and springs are not known, so that answers are wide or none, "
+            f"and {whose}"
+        )
+    elif vehicle.problem:
+        lacks.append(f"the vehicle file cannot be used, and the drive will fail: {vehicle.problem}")
+    if not dbc and any(log.format in _NEEDS_DBC for log in drive.logs):
+        lacks.append("no *.dbc beside the log or above it: only standard (J1939) messages can be decoded")
+    return tuple(lacks)
+
+
+def by_vehicle(drives: Sequence[FoundDrive]) -> Mapping[str, list[FoundDrive]]:
+    """Drives by their vehicle, both in order."""
+    rows: dict[str, list[FoundDrive]] = defaultdict(list)
+    for drive in sorted(drives, key=lambda each: (each.vehicle_id, each.name)):
+        rows[drive.vehicle_id].append(drive)
+    return rows

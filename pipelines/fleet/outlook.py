@@ -1,0 +1,100 @@
+"""What a drive's logs could tell, by their channels alone: which signals, which estimators could run, what the others lack."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from parsers.errors import CogestError, LogError
+from parsers.importer import Importer
+from parsers.load import LoadOptions, open_log
+from parsers.mapping import propose, read_map
+from parsers.registry import find_importer
+from pipelines.estimators.registry import estimators
+from pipelines.fleet.listing import path_of
+from pipelines.fleet.records import FoundDrive
+from pipelines.needs import Readiness, readiness
+from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+
+MOST_BYTES = 256 << 20
+"""CAN logs are gone through once to see what is in them: those of more bytes are not opened."""
+
+ASKED = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "roll_stiffness_nmprad")
+"""What people look for first."""
+
+_SCANNED = frozenset(("blf", "asc", "trc", "candump"))
+
+
+@dataclass(frozen=True)
+class Outlook:
+    """What could be told from a drive, before any sample is decoded.
+
+    signals: canonical names that its channels map to, sorted; a channel that turns out to be empty counts still.
+    ready: names of the estimators that have all they need. missing: (estimator, what it lacks, in words).
+    cannot: (parameter, what the estimator that comes nearest to telling it lacks), of `ASKED`, those that none can tell.
+    problem: why the drive will fail, or why this was not looked at; "" where neither.
+    """
+
+    signals: tuple[str, ...] = ()
+    ready: tuple[str, ...] = ()
+    missing: tuple[tuple[str, str], ...] = ()
+    cannot: tuple[tuple[str, str], ...] = ()
+    problem: str = ""
+
+
+def signals_in(path: Path, options: LoadOptions) -> frozenset[str]:
+    """The signals that a log's channels could become. Raises LogError, MappingError, DatabaseError."""
+    opened = open_log(path, options)
+    return frozenset(propose(opened.reader.channels, options.map))
+
+
+def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
+    """Look at a drive's channels. Raises nothing: what goes wrong is the outlook's `problem`.
+
+    Costs the logs' tables of contents; CAN logs are gone through once, unless they have more than `most_bytes`.
+    """
+    try:
+        vehicle = read_vehicle(path_of(drive.vehicle)) if drive.vehicle else None
+        mapping = read_map(path_of(drive.map), strict=False) if drive.map else None
+        options = LoadOptions(map=mapping, dbc=tuple(path_of(place) for place in drive.dbc))
+        signals: set[str] = set()
+        for place in drive.logs:
+            path = path_of(place)
+            importer = find_importer(path)
+            if drive.size > most_bytes and _is_scanned(importer):
+                return Outlook(problem=f"not looked at: {drive.size / 1e9:.1f} GB of CAN frames")
+            signals |= signals_in(path, options)
+        if not signals:
+            return Outlook(problem="no channel maps to a signal: name the channels in a map.toml")
+        return _compared(signals, vehicle)
+    except CogestError as error:
+        return Outlook(problem=error.problem)
+    except OSError as error:
+        return Outlook(problem=str(LogError(f"cannot be read ({error.strerror or error})")))
+
+
+def _is_scanned(importer: Importer) -> bool:
+    return importer.name in _SCANNED
+
+
+def _compared(signals: set[str], vehicle: Vehicle | None) -> Outlook:
+    """Compare what there is with what each estimator needs."""
+    found = [(estimator, readiness(estimator, signals, vehicle)) for estimator in estimators()]
+    lacking = [(estimator, _lack(ready)) for estimator, ready in found if not ready.ready]
+    told = {name for estimator, ready in found if ready.ready for name in estimator.parameters}
+    cannot = []
+    for parameter in ASKED:
+        ways = [(estimator, lack) for estimator, lack in lacking if parameter in estimator.parameters]
+        if parameter not in told and ways:
+            nearest, lack = min(ways, key=lambda way: len(way[1]))
+            cannot.append((parameter, f"{nearest.name} lacks {'; '.join(lack)}"))
+    return Outlook(
+        signals=tuple(sorted(signals)),
+        ready=tuple(ready.estimator for _, ready in found if ready.ready),
+        missing=tuple((estimator.name, "; ".join(lack)) for estimator, lack in lacking),
+        cannot=tuple(cannot),
+    )
+
+
+def _lack(ready: Readiness) -> tuple[str, ...]:
+    return (*ready.missing_signals, *ready.missing_vehicle)

@@ -1,0 +1,96 @@
+"""A drive's results as what the fleet's tables need of them, stored beside them: gathering never reads a big file again."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from pipelines.fleet.plain import from_plain, json_bytes, read_json
+from pipelines.results import DriveResults, ParameterEstimate
+
+FILE_NAME = "rows.json"
+MOST_BYTES = 16 * 2**20
+
+
+@dataclass(frozen=True)
+class RolloverFigures:
+    """The drive's figures on rollover, as in drives.parquet; None where not known."""
+
+    static_stability_factor: float | None = None
+    rollover_threshold_g: float | None = None
+    least_margin_g: float | None = None
+    peak_lateral_acceleration_g: float | None = None
+    peak_rollover_coefficient: float | None = None
+    exceedance_probability: float | None = None
+    wheel_lifts: int | None = None
+
+
+@dataclass(frozen=True)
+class DriveRows:
+    """What the tables take from one drive's results. verdict: by parameter. body: the vehicle's, where known. Nothing in here depends on when, where or how
+    long the drive was worked on."""
+
+    start_utc: str | None
+    duration_s: float | None
+    format: str
+    import_status: str
+    log_sha256: str
+    cogest: str
+    rollover: RolloverFigures
+    verdict: Mapping[str, ParameterEstimate]
+    body: str | None = None
+    notes: tuple[str, ...] = field(default=())
+
+
+def figure(value: float | None) -> float | None:
+    """A finite number, or None: there is nothing to say."""
+    return None if value is None or not math.isfinite(value) else float(value)
+
+
+def _value(estimate: ParameterEstimate | None) -> float | None:
+    return None if estimate is None else figure(estimate.value)
+
+
+def _rollover(results: DriveResults) -> RolloverFigures:
+    rollover = results.rollover
+    margins = [value for turn in rollover.turns if (value := _value(turn.least_margin_g)) is not None]
+    exceedance = rollover.exceedance
+    # without tyre forces and without accelerations that say how the load moves, no lift could have been seen
+    known_lifts = bool(rollover.lifts) or rollover.peak_coefficient is not None
+    return RolloverFigures(
+        static_stability_factor=_value(rollover.static_stability_factor),
+        rollover_threshold_g=_value(rollover.threshold_g),
+        least_margin_g=min(margins) if margins else None,
+        peak_lateral_acceleration_g=figure(rollover.peak_lateral_acceleration_g),
+        peak_rollover_coefficient=figure(rollover.peak_rollover_coefficient),
+        exceedance_probability=None if exceedance is None else figure(exceedance.probability),
+        wheel_lifts=len(rollover.lifts) if known_lifts else None,
+    )
+
+
+def rows_of(results: DriveResults) -> DriveRows:
+    """What the tables take from a drive's results."""
+    record = results.record
+    return DriveRows(
+        start_utc=record.start_utc,
+        duration_s=figure(record.duration_s),
+        format=record.format,
+        import_status=record.status,
+        log_sha256=results.inputs.log_sha256,
+        cogest=results.inputs.version,
+        rollover=_rollover(results),
+        verdict=dict(results.verdict),
+        body=None if results.standing is None else results.standing.body,
+        notes=(*record.notes, *results.notes),
+    )
+
+
+def rows_bytes(rows: DriveRows) -> bytes:
+    """As a file; the same for the same results."""
+    return json_bytes(rows)
+
+
+def rows_from(content: bytes) -> DriveRows:
+    """The rows of such a file. Raises StoreError."""
+    return from_plain(DriveRows, read_json(content))

@@ -1,0 +1,211 @@
+"""From the joined posterior to answers: those of each drive, and those of the vehicle."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pipelines.hierarchy.empty import FIGURES, Figure, figure_at
+from pipelines.hierarchy.join import Joined
+from pipelines.hierarchy.own_outputs import outputs_at
+from pipelines.hierarchy.parts import FILE
+from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior, inverse
+from pipelines.hierarchy.records import DriveTold, VehicleParameter
+from pipelines.joint.answers import FAIR, GOOD, digits_of, prior_record, status_of
+from pipelines.joint.information import Spread
+from pipelines.joint.kept import KeptRelations
+from pipelines.results import FloatArray, ParameterEstimate, Prior
+from pipelines.verdict.combine import ASIDE
+
+SOURCE = "hierarchy"
+NO_DRAWS: FloatArray = np.zeros(0)
+WITH = "with all {count} drives of the vehicle: ± {std:.{digits}f}, this drive alone {alone}"
+
+
+@dataclass(frozen=True)
+class Seen:
+    """What the joined drives have in common for answers. kinds: physics of their relations; priors: parameter -> prior."""
+
+    kinds: frozenset[str]
+    priors: Mapping[str, Prior]
+
+
+def seen_by(drives: Sequence[DriveTold]) -> Seen:
+    """Of the drives that were joined, in order."""
+    kinds: set[str] = set()
+    priors: dict[str, Prior] = {}
+    for drive in drives:
+        if drive.kept is not None:
+            pairs = zip(drive.kept.kind, drive.kept.source, strict=True)
+            kinds |= {kind for kind, source in pairs if source != FILE}
+        for name, entry in drive.verdict.items():
+            if entry.prior is not None:
+                priors.setdefault(name, entry.prior)
+    return Seen(frozenset(kinds), priors)
+
+
+def _lateral(kept: KeptRelations) -> bool:
+    """Whether the drive's own relations see to which side its load lies."""
+    if "load_y" not in kept.names:
+        return False
+    return bool(np.any(np.abs(kept.rows[:, kept.names.index("load_y")]) > 0))
+
+
+def _alone(entry: ParameterEstimate | None, digits: int) -> str:
+    if entry is None or entry.std is None:
+        return "says nothing"
+    if entry.status == "not_identifiable":
+        return f"adds little to what was known (± {entry.std:.{digits}f})"
+    return f"± {entry.std:.{digits}f}"
+
+
+def _answer(
+    name: str, value: float, std: float, drive: DriveTold, seen: Seen, count: int
+) -> ParameterEstimate | None:
+    """One parameter of one drive with all drives joined; None where it is not to be shown."""
+    own = drive.verdict.get(name)
+    prior = own.prior if own is not None and own.prior is not None else seen.priors.get(name)
+    spread = None if prior is None else Spread(prior.value, prior.std, NO_DRAWS)
+    kinds: frozenset[str] = seen.kinds
+    if name == "cg_lateral_offset_m" and drive.kept is not None and not _lateral(drive.kept):
+        kinds = frozenset()
+    status = status_of(name, value, std, spread, kinds)  # type: ignore[arg-type]
+    if own is None and (name in ASIDE and status == "not_identifiable"):
+        return None
+    digits = digits_of(name)
+    reason = WITH.format(count=count, std=std, digits=digits, alone=_alone(own, digits))
+    if status == "not_identifiable":
+        if own is None or own.std is None or std >= own.std:
+            return own
+        # of this drive alone hardly anything is seen; that of the vehicle which its other drives saw holds for it as well
+        reason = f"this drive adds little; what is known of the vehicle by all its {count} drives: ± {std:.{digits}f}"
+    sources = tuple(dict.fromkeys((*(own.sources if own is not None else ()), SOURCE)))
+    half = 1.96 * std
+    return ParameterEstimate(
+        name, value, std, value - half, value + half, status, reason,
+        None if spread is None else (prior or prior_record(spread)),
+        None if own is None else own.reference, tuple(s for s in sources if s != "prior"),
+    )  # fmt: skip
+
+
+def contradiction(drive: DriveTold) -> dict[str, float]:
+    """Variance by parameter that the drive's own verdict added because its relations contradict each other, SI.
+
+    It lives on: other drives do not say which of the drive's relations is wrong.
+    """
+    kept = drive.kept
+    if kept is None or not kept.widened or not kept.normal:
+        return {}
+    slope = kept.rows * kept.std
+    covariance = inverse(np.eye(len(kept.std)) + slope.T @ slope)
+    _, gradients = outputs_at(kept.names, kept.mode, kept.std, kept.given)
+    found = {}
+    for name, gradient in gradients.items():
+        own = drive.verdict.get(name)
+        if own is not None and own.std is not None and own.status != "not_identifiable":
+            g = gradient * kept.std
+            found[name] = max(own.std**2 - kept.inflation**2 * float(g @ covariance @ g), 0.0)
+    return found
+
+
+def drive_answers(joined: Joined) -> dict[str, dict[str, ParameterEstimate]]:
+    """Of every drive all answers: those of the joined posterior where the drive is in it, else its own."""
+    found = {drive.drive_id: dict(drive.verdict) for drive in joined.drives}
+    posterior = joined.posterior
+    if posterior is None or len(posterior.parts) < 2:
+        return found
+    by_id = {drive.drive_id: drive for drive in joined.drives}
+    seen = seen_by([by_id[name] for name in posterior.drives])
+    for i, drive_id in enumerate(posterior.drives):
+        drive = by_id[drive_id]
+        values, gradients = posterior.outputs(i)
+        names = list(values)
+        _, covariance = posterior.functional({i: np.stack([gradients[n] for n in names])})
+        more = contradiction(drive)
+        for name, variance in zip(names, np.diag(covariance).tolist(), strict=True):
+            std = math.sqrt(posterior.inflation**2 * variance + more.get(name, 0.0))
+            entry = _answer(name, values[name], std, drive, seen, len(posterior.parts))
+            if entry is not None:
+                found[drive_id][name] = entry
+    for drive_id in joined.left_out:
+        found[drive_id] = {
+            name: replace(e, reason=f"this drive alone, as it contradicts the vehicle's others; {e.reason}")
+            for name, e in found[drive_id].items()
+        }
+    return found
+
+
+def alone_std(part: DrivePart, turned: FloatArray) -> float:
+    """Spread of a figure of the vehicle by one drive alone. turned: (K,) its slopes by the shared unknowns, s of N(0, I)."""
+    seen = part.a @ turned
+    spread = np.eye(len(seen)) + part.f @ part.f.T + part.a @ part.a.T
+    return math.sqrt(max(float(turned @ turned - seen @ np.linalg.solve(spread, seen)), 0.0))
+
+
+def _vehicle_place(posterior: VehiclePosterior, i: int) -> tuple[FloatArray, FloatArray]:
+    """(k,) the vehicle's own unknowns, a drive's scatter left out, and their (k, K) slopes by the shared ones, SI."""
+    part = posterior.parts[i]
+    by_shared = part.std[:, None] * part.shared
+    return part.mean + by_shared @ posterior.s, by_shared
+
+
+def _last_with(figure: Figure, posterior: VehiclePosterior) -> int | None:
+    rows = [i for i, part in enumerate(posterior.parts) if set(figure.needs) <= set(part.names)]
+    return rows[-1] if rows else None
+
+
+def _status(value: float, std: float, before: float) -> str:
+    ratio = std / max(before, 1e-300)
+    return "identified" if ratio <= GOOD else "weak" if ratio <= FAIR else "not_identifiable"
+
+
+def vehicle_answers(joined: Joined) -> dict[str, VehicleParameter]:
+    """What belongs to the vehicle, in the order of reports."""
+    posterior = joined.posterior
+    if posterior is None:
+        return {}
+    found = {}
+    for figure in FIGURES:
+        i = _last_with(figure, posterior)
+        answer = None if i is None else _vehicle_answer(figure, i, joined, posterior)
+        if answer is not None:
+            found[figure.name] = answer
+    return found
+
+
+def _vehicle_answer(
+    figure: Figure, i: int, joined: Joined, posterior: VehiclePosterior
+) -> VehicleParameter | None:
+    """None where nothing of it is the vehicle's."""
+    part = posterior.parts[i]
+    at, by_shared = _vehicle_place(posterior, i)
+    value, gradient = figure_at(figure, part.names, at, part.std)
+    turned = gradient @ by_shared
+    wider = posterior.inflation if len(posterior.parts) > 1 else 1.0
+    std = wider * math.sqrt(float(turned @ posterior.s_covariance @ turned))
+    start, slope = figure_at(figure, part.names, part.mean, part.std)
+    before = float(np.linalg.norm(slope @ by_shared))
+    if min(std, before) < 1e-9 * abs(value):
+        return None
+    singles = [alone_std(p, turned) for p in posterior.parts if set(figure.needs) <= set(p.names)]
+    single = float(np.median(singles)) if singles else None
+    count = len(posterior.parts)
+    status = _status(value, std, before)
+    words = "one drive" if count == 1 else f"{count} drives"
+    if status == "not_identifiable":
+        reason = f"{words} add little to what was known of it"
+    else:
+        reason = (
+            f"from {words}; one alone has a spread {single / std:.2g} x as large"
+            if single
+            else f"from {words}"
+        )
+    prior = Prior(start, before, "vehicle file and what is known of vehicles")
+    estimate = ParameterEstimate(
+        figure.name, value, std, value - 1.96 * std, value + 1.96 * std, status,  # type: ignore[arg-type]
+        reason, prior, None, (SOURCE,),
+    )  # fmt: skip
+    return VehicleParameter(estimate, figure.title, figure.unit, single, count)

@@ -1,0 +1,55 @@
+"""What all drives of one vehicle say together."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from pipelines.hierarchy.answers import drive_answers, vehicle_answers
+from pipelines.hierarchy.changes import load_changes
+from pipelines.hierarchy.join import Joined, joined, usable
+from pipelines.hierarchy.records import DriveTold, LoadChange, Trend, VehicleKnowledge
+from pipelines.hierarchy.trends import trends
+
+
+def _chance(log_probability: float) -> str:
+    return f"{math.exp(log_probability):.1g}" if log_probability > -230 else "less than 1e-99"
+
+
+def _notes(found: Joined) -> tuple[str, ...]:
+    """What was done with drives that do not go with the others, and which were not joined."""
+    notes = []
+    silent = [d.drive_id for d in found.drives if not usable(d)]
+    if silent:
+        notes.append(f"nothing to join in {len(silent)} of {len(found.drives)} drives: {_listed(silent)}")
+    for drive_id, misfit in sorted(found.left_out.items()):
+        notes.append(
+            f"{drive_id} does not go with the vehicle's other drives (probability {_chance(misfit.log_probability)} by "
+            "chance): another vehicle or vehicle file, changed parts, or a sensor that was moved; it was left out"
+        )
+    for drive_id, factor in sorted(found.widened.items()):
+        notes.append(
+            f"{drive_id} goes with the others only with its errors {factor:.2g} x as large: it counts less"
+        )
+    if found.apart:
+        notes.append("the vehicle's drives contradict each other: each stands on its own")
+    return tuple(notes)
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = len(names) - 3
+    return ", ".join(names[:3]) + (f" and {more} more" if more > 0 else "")
+
+
+def join_vehicle(vehicle_id: str, drives: Sequence[DriveTold]) -> VehicleKnowledge:
+    """Join the drives of one vehicle, in any order. A drive that told nothing, or contradicts the others, keeps its own
+    verdict, and a single drive is its verdict."""
+    found = joined(drives)
+    changes: tuple[LoadChange, ...] = ()
+    drifts: tuple[Trend, ...] = ()
+    if found.posterior is not None:
+        changes = load_changes(found.posterior, found.drives)
+        drifts = trends(found.posterior, found.drives)
+    return VehicleKnowledge(
+        vehicle_id, vehicle_answers(found), drive_answers(found), changes, drifts, _notes(found)
+    )

@@ -1,0 +1,181 @@
+"""What `cogest batch --dry-run` prints: the drives by vehicle, what would be done, what lacks what, what was left out and why."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from parsers.places import masked
+from pipelines.fleet.find import by_vehicle
+from pipelines.fleet.outlook import ASKED, Outlook
+from pipelines.fleet.records import FoundDrive, FoundFleet
+from reports.layout import printable, table, terminal_width, wrapped
+from reports.text import spec_of
+
+WOULD: dict[str, str] = {
+    "new": "do: new",
+    "changed": "do: changed",
+    "again": "do: again",
+    "failed before": "failed before",
+    "kept": "keep: done",
+}
+"""State -> the word in the list."""
+
+_NAMED = 4
+"""So many files that were left out for one reason are named."""
+
+
+def size_text(size: int) -> str:
+    """Bytes as people say them."""
+    value = float(size)
+    for unit in ("B", "kB", "MB", "GB"):
+        if value < 999.5:
+            return f"{value:.0f} {unit}" if unit == "B" or value >= 9.95 else f"{value:.1f} {unit}"
+        value /= 1000
+    return f"{value:.1f} TB"
+
+
+def text(
+    found: FoundFleet,
+    state: Mapping[str, str],
+    outlooks: Mapping[str, Outlook] | None = None,
+    width: int | None = None,
+) -> str:
+    """The whole answer for a terminal of so many columns; those of the terminal itself unless given.
+
+    state: by drive_id, as in `WOULD`; a drive that is not in it is new. outlooks: by drive_id, where they were looked for.
+    """
+    width = width or terminal_width()
+    vehicles = by_vehicle(found.drives)
+    lines = wrapped(_total(found, len(vehicles), state), width, indent=0)
+    alone = [drives[0] for vehicle, drives in vehicles.items() if _is_alone(vehicle, drives)]
+    for vehicle, drives in vehicles.items():
+        if not _is_alone(vehicle, drives):
+            lines += ["", printable(f"Vehicle {_whose(vehicle, drives)}"), *_table(drives, state, width)]
+    if alone:
+        lines += ["", "Without a vehicle file or a folder of its vehicle", *_table(alone, state, width)]
+    lacks = {drive.drive_id: drive.lacks for drive in found.drives}
+    notes = {drive.drive_id: drive.notes for drive in found.drives}
+    told = {name: _outlook_texts(outlook) for name, outlook in (outlooks or {}).items()}
+    for title, texts in (("Lacks", lacks), ("Notes", notes), ("Channels", told)):
+        lines += _by_sentence(title, texts, vehicles, width)
+    return "\n".join([*lines, *_left_out_lines(found, width)])
+
+
+def _many(count: int, what: str) -> str:
+    return f"{count} {what}{'' if count == 1 else 's'}"
+
+
+def _total(found: FoundFleet, vehicles: int, state: Mapping[str, str]) -> str:
+    counts = Counter(state.get(drive.drive_id, "new") for drive in found.drives)
+    said = ", ".join(f"{counts[word]} {word}" for word in WOULD if counts[word])
+    size = size_text(sum(drive.size for drive in found.drives))
+    lacking = sum(bool(drive.lacks) for drive in found.drives)
+    tail = f" {_many(lacking, 'drive')} {'lacks' if lacking == 1 else 'lack'} something." if lacking else ""
+    return f"{masked(found.folder)}: {_many(len(found.drives), 'drive')} of {_many(vehicles, 'vehicle')}, {size}: {said}.{tail}"
+
+
+def _is_alone(vehicle: str, drives: Sequence[FoundDrive]) -> bool:
+    """Whether nothing says which vehicle a drive is of."""
+    return len(drives) == 1 and drives[0].vehicle is None and drives[0].name == vehicle
+
+
+def _whose(vehicle: str, drives: Sequence[FoundDrive]) -> str:
+    name = next((drive.vehicle_name for drive in drives if drive.vehicle_name), None)
+    return vehicle if name in (None, vehicle) else f"{vehicle}: {name}"
+
+
+def _table(drives: Sequence[FoundDrive], state: Mapping[str, str], width: int) -> list[str]:
+    rows = [["drive", "size", "would", "format"]]
+    for drive in drives:
+        word = state.get(drive.drive_id, "new")
+        rows.append([drive.name, size_text(drive.size), WOULD.get(word, word), ", ".join(drive.formats)])
+    return table(rows, width, right=(1,), names=(0,))
+
+
+def _by_sentence(
+    title: str,
+    texts: Mapping[str, Sequence[str]],
+    vehicles: Mapping[str, Sequence[FoundDrive]],
+    width: int,
+) -> list[str]:
+    """Each sentence once, with the drives that it is true of. texts: by drive_id."""
+    of: dict[str, set[str]] = defaultdict(set)
+    for name, sentences in texts.items():
+        for sentence in sentences:
+            of[sentence].add(name)
+    lines = ["", title] if of else []
+    for sentence, names in of.items():
+        lines += wrapped(f"{_whom(names, vehicles)}: {sentence}", width, hang=2)
+    return lines
+
+
+def _whom(names: set[str], vehicles: Mapping[str, Sequence[FoundDrive]]) -> str:
+    """Drives in words: all, whole vehicles, or their names."""
+    if len(names) > 1 and len(names) == sum(map(len, vehicles.values())):
+        return "all"
+    words = []
+    for vehicle, drives in vehicles.items():
+        mine = [drive for drive in drives if drive.drive_id in names]
+        if len(drives) > 1 and len(mine) == len(drives):
+            words.append(f"all of {vehicle}")
+        else:
+            words += [drive.name for drive in mine]
+    return _some(words)
+
+
+def _some(names: Sequence[str]) -> str:
+    shown = ", ".join(names[:_NAMED])
+    return f"{shown} and {len(names) - _NAMED} more" if len(names) > _NAMED else shown
+
+
+def _outlook_texts(outlook: Outlook | None) -> list[str]:
+    """What a drive could tell, in sentences that drives with the same channels share."""
+    if outlook is None:
+        return []
+    if outlook.problem:
+        return [outlook.problem]
+    ready = ", ".join(outlook.ready) or "none"
+    asked = [
+        spec_of(name).title for name in ASKED if name not in {parameter for parameter, _ in outlook.cannot}
+    ]
+    texts = [f"{_many(len(outlook.signals), 'signal')}; can run: {ready}"]
+    if asked:
+        texts.append(f"may tell: {', '.join(asked)}")
+    return [*texts, *(f"cannot tell: {spec_of(name).title}; {lack}" for name, lack in outlook.cannot)]
+
+
+def _left_out_lines(found: FoundFleet, width: int) -> list[str]:
+    """What was left out, by reason."""
+    if not found.left_out:
+        return []
+    by_reason: dict[str, list[str]] = defaultdict(list)
+    for place, why in found.left_out:
+        by_reason[why].append(_below(place, found.folder))
+    lines = ["", f"Left out: {len(found.left_out)} (files or folders)"]
+    for why, places in by_reason.items():
+        lines += wrapped(f"{why}: {_some(places)}", width)
+    return lines
+
+
+def _below(place: str, folder: str) -> str:
+    """A place as it is called below the fleet's folder."""
+    inside = place[len(folder) :].lstrip("/\\") if place.startswith(folder) else masked(place)
+    return inside or masked(place)
+
+
+def plan_dict(
+    found: FoundFleet, state: Mapping[str, str], outlooks: Mapping[str, Outlook] | None = None
+) -> dict[str, Any]:
+    """The same as plain values, for JSON: folder, drives (with `would`, and `outlook` where it was looked for), left_out."""
+    outlooks = outlooks or {}
+    drives: list[dict[str, Any]] = []
+    for drive in found.drives:
+        entry = {**asdict(drive), "would": state.get(drive.drive_id, "new")}
+        if (told := outlooks.get(drive.drive_id)) is not None:
+            entry["outlook"] = asdict(told)
+        drives.append(entry)
+    left_out = [{"place": place, "why": why} for place, why in found.left_out]
+    return {"folder": found.folder, "drives": drives, "left_out": left_out}

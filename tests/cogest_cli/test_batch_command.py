@@ -1,0 +1,162 @@
+"""`cogest batch` through the installed program: a fleet, its failures, doing again only what changed, kill -9, two at once."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import polars as pl
+import pytest
+
+TABLES = ("drives", "parameters", "vehicles", "load_changes", "trends", "outliers")
+
+
+@pytest.fixture(scope="module")
+def little_fleet(samples: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Three vehicles, five drives, one of which is no log at all."""
+    fleet = tmp_path_factory.mktemp("fleet")
+    for vehicle, logs in {
+        "sedan": ("track.vbo",),
+        "suv": ("tuesday.csv",),
+        "van": ("yard.csv", "tour_1.blf"),
+    }.items():
+        (fleet / vehicle).mkdir()
+        for name in (*logs, "vehicle.toml", "map.toml", "chassis.dbc"):
+            source = samples / "fleet" / vehicle / name
+            if source.exists():
+                shutil.copy(source, fleet / vehicle / name)
+    (fleet / "settings.toml").write_text("[roll_map]\ndraws = 1000\nmax_rows = 1000\n")
+    (fleet / "suv" / "broken.mcap").write_bytes(b"\x89MCAP0\r\n" + b"\0" * 50)
+    return fleet
+
+
+def tables_of(store: Path) -> dict[str, bytes]:
+    return {name: (store / f"{name}.parquet").read_bytes() for name in TABLES}
+
+
+OPTIONS = ("--estimators", "roll_map,load_balance", "--reports", "none", "--format", "html")
+"""Two estimators and no drives' reports are enough to see that a batch does what it must."""
+
+
+@pytest.fixture(scope="module")
+def done(cogest, little_fleet: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, object]:
+    """The store of one whole batch, and what the program said."""
+    store = tmp_path_factory.mktemp("done") / "store"
+    run = cogest("batch", little_fleet, "--out", store, *OPTIONS)
+    return store, run
+
+
+def test_a_broken_log_costs_that_drive_alone_and_the_code_is_3(done) -> None:
+    store, run = done
+    assert run.code == 3
+    drives = pl.read_parquet(store / "drives.parquet")
+    assert drives.height == 5
+    failed = drives.filter(pl.col("status") != "done")
+    assert failed["drive"].to_list() == ["suv/broken.mcap"]
+    assert "broken.mcap" in run.out + run.err
+    assert failed["reason"][0]
+    assert (store / "fleet.html").stat().st_size > 1000
+
+
+def test_again_does_nothing_and_a_change_does_only_what_changed(cogest, little_fleet, tmp_path) -> None:
+    fleet = tmp_path / "fleet"
+    shutil.copytree(little_fleet, fleet)
+    first = tmp_path / "store"
+    assert cogest("batch", fleet, "--out", first, *OPTIONS).code == 3
+    before = tables_of(first)
+    again = [
+        json.loads(line)
+        for line in cogest("batch", fleet, "--out", first, "--json", *OPTIONS).out.splitlines()
+    ]
+    assert [event["event"] for event in again if event["event"] == "ended"] == []
+    assert again[-1]["event"] == "finished"
+    assert again[-1]["kept"] == 4
+    assert tables_of(first) == before
+    # a touched file is no change; a changed vehicle file is one for its drives
+    os.utime(fleet / "suv" / "tuesday.csv")
+    text = (fleet / "van" / "vehicle.toml").read_text()
+    (fleet / "van" / "vehicle.toml").write_text(text + "\n# another word\n")
+    events = [
+        json.loads(line)
+        for line in cogest("batch", fleet, "--out", first, "--json", *OPTIONS).out.splitlines()
+    ]
+    assert sorted(event["name"] for event in events if event["event"] == "ended") == [
+        "van/tour_1.blf",
+        "van/yard.csv",
+    ]
+
+
+def test_engines_give_the_same_tables(cogest, done, little_fleet, tmp_path) -> None:
+    store, _ = done
+    for engine, more in (("serial", []), ("dask", ["--workers", 2])):
+        if engine == "dask":
+            pytest.importorskip("distributed")
+        other = tmp_path / engine
+        run = cogest("batch", little_fleet, "--out", other, "--engine", engine, *more, *OPTIONS)
+        assert run.code == 3
+        assert tables_of(other) == tables_of(store), engine
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
+def test_killed_at_any_moment_it_goes_on_to_the_same_bytes(
+    cogest, program, done, little_fleet, tmp_path
+) -> None:
+    store, _ = done
+    killed = tmp_path / "store"
+    rng = random.Random(1)
+    for _ in range(2):
+        process = subprocess.Popen(
+            [*program, "batch", str(little_fleet), "--out", str(killed), *OPTIONS],
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        time.sleep(rng.uniform(2.0, 6.0))
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    assert cogest("batch", little_fleet, "--out", killed, *OPTIONS).code == 3
+    assert tables_of(killed) == tables_of(store)
+
+
+def test_two_at_once_share_the_work(cogest, program, done, little_fleet, tmp_path) -> None:
+    store, _ = done
+    both = tmp_path / "store"
+    command = [*program, "batch", str(little_fleet), "--out", str(both), "--workers", "1", "--json"]
+    runs = [subprocess.Popen([*command, *OPTIONS], stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    told = [run.communicate()[0] for run in runs]
+    assert [run.returncode for run in runs] == [3, 3]
+    ended = [e for text in told for e in map(json.loads, text.splitlines()) if e["event"] == "ended"]
+    worked = [e["name"] for e in ended if e["status"] == "done"]
+    assert len(worked) == len(set(worked)) == 4
+    assert tables_of(both) == tables_of(store)
+
+
+def test_a_dry_run_lists_and_makes_nothing(cogest, little_fleet, tmp_path) -> None:
+    run = cogest("batch", little_fleet, "--out", tmp_path / "store", "--dry-run")
+    assert run.code == 0
+    assert "track.vbo" in run.out
+    assert not (tmp_path / "store").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["nowhere"], "nowhere"),
+        (["{fleet}", "--engine", "locale"], "local"),
+        (["{fleet}", "--reports", "docx"], "docx"),
+        (["{fleet}", "--estimators", "roll_mapp"], "roll_map"),
+        (["{fleet}", "--scheduler", "tcp://127.0.0.1:1"], "dask"),
+    ],
+)
+def test_what_cannot_be_is_one_line(cogest, little_fleet, tmp_path, arguments, said) -> None:
+    given = [str(little_fleet) if a == "{fleet}" else a for a in arguments]
+    run = cogest("batch", *given, "--out", tmp_path / "store")
+    assert run.code == 1
+    assert said in run.err
+    assert len(run.err.splitlines()) == 1

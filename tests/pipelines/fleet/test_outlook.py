@@ -1,0 +1,62 @@
+"""What a drive's channels promise, before a sample is decoded."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from parsers.load import LoadOptions, load_drive
+from parsers.mapping import read_map
+from pipelines.estimators.registry import estimators
+from pipelines.fleet.find import find_drives
+from pipelines.fleet.outlook import Outlook, outlook
+from pipelines.fleet.records import FoundDrive
+
+
+def drives(root: Path) -> dict[str, FoundDrive]:
+    return {drive.name: drive for drive in find_drives(str(root)).drives}
+
+
+@pytest.mark.parametrize("name", ["suv/monday.mcap", "sedan/track.vbo", "van/tour_1.blf", "van/yard.csv"])
+def test_the_signals_are_those_of_the_drive(samples, name):
+    found = drives(samples / "fleet")[name]
+    told = outlook(found)
+    assert told.problem == ""
+    options = LoadOptions(
+        map=read_map(Path(found.map), strict=False) if found.map else None,
+        dbc=tuple(map(Path, found.dbc)),
+        fix=False,
+    )
+    # what the log holds; the checks against physics may leave one out that the outlook still names
+    assert set(told.signals) >= load_drive([Path(place) for place in found.logs], options).signals.keys()
+    assert "roll_map" in told.ready
+    assert {*told.ready, *(name for name, _ in told.missing)} == {
+        estimator.name for estimator in estimators()
+    }
+
+
+def test_what_cannot_be_told_and_what_it_would_take(tmp_path):
+    (tmp_path / "gps.csv").write_text("time_s,gps_speed_2d_mps,latitude_deg\n0,1,48\n0.1,2,48\n0.2,3,48\n")
+    told = outlook(drives(tmp_path)["gps.csv"])
+    assert told.signals == ("gps_speed_2d", "latitude")
+    assert told.ready == ()
+    cannot = dict(told.cannot)
+    assert "accel_y" in cannot["cg_height_m"]
+    assert "mass_kg" in cannot
+
+
+def test_problems_are_told_not_raised(samples, tmp_path):
+    (tmp_path / "a.csv").write_text("time_s,colour\n0,1\n0.1,2\n0.2,3\n")
+    (tmp_path / "empty.csv").write_text("")
+    blf = samples / "fleet" / "van" / "tour_1.blf"
+    (tmp_path / "x.blf").write_bytes(blf.read_bytes())
+    found = drives(tmp_path)
+    assert "no channel maps" in outlook(found["a.csv"]).problem
+    assert "0 bytes" in outlook(found["empty.csv"]).problem
+    assert "not looked at" in outlook(found["x.blf"], most_bytes=1000).problem
+    (tmp_path / "vehicle.toml").write_text("[vehicle]\nweight = 3\n")
+    assert "unknown key" in outlook(drives(tmp_path)["a.csv"]).problem
+    (tmp_path / "a.csv").unlink()
+    assert outlook(found["a.csv"]).problem == "no such file"
+    assert outlook(found["a.csv"]) == Outlook(problem="no such file")

@@ -1,0 +1,204 @@
+"""What all drives of a vehicle say: answers of drives, of the vehicle, and what is said of drives that do not fit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipelines.hierarchy.common import RHO
+from pipelines.hierarchy.own_outputs import outputs_at
+from pipelines.hierarchy.records import DriveTold
+from pipelines.hierarchy.vehicle import join_vehicle
+from pipelines.joint.kept import KeptRelations
+from pipelines.joint.unknowns import before_the_log
+from pipelines.results import FloatArray, ParameterEstimate, Prior
+from tests.pipelines.joint_parts import vehicle
+
+KNOWN = before_the_log(vehicle())
+SHOWN = ("mass_kg", "cg_height_m", "roll_stiffness_nmprad", "cg_lateral_offset_m")
+SEES = {
+    "weight": ("vertical", {"empty_mass": 1.0, "load": 1.0}, 12.0),
+    "height": ("pitch", {"empty_h": 1.0, "load_h": 0.1, "load": 0.0003}, 0.012),
+    "front springs": ("roll", {"spring_front": 1.0}, 300.0),
+    "rear springs": ("roll", {"spring_rear": 1.0}, 300.0),
+    "side": ("roll", {"empty_y": 1.0, "load_y": 0.1}, 0.006),
+}
+"""Relation -> kind, weights by unknown, standard deviation of its error."""
+
+
+def kept(truth: dict[str, float], errors: FloatArray) -> KeptRelations:
+    """Relations of a drive in which the unknowns are `truth`, linear. errors: (m,) in standard deviations."""
+    rows = np.zeros((len(SEES), len(KNOWN.names)))
+    for i, (_, weights, std) in enumerate(SEES.values()):
+        for name, weight in weights.items():
+            rows[i, KNOWN.index(name)] = weight / std
+    at = np.array([truth[name] for name in KNOWN.names])
+    observed = rows @ at + errors
+    covariance = np.linalg.inv(np.diag(1 / KNOWN.std**2) + rows.T @ rows)
+    mode = covariance @ (KNOWN.mean / KNOWN.std**2 + rows.T @ observed)
+    kinds = tuple(kind for kind, _, _ in SEES.values())
+    return KeptRelations(
+        KNOWN.names, KNOWN.mean, KNOWN.std, mode, rows, observed, tuple(SEES), kinds, ("by hand",) * len(rows), {}, {},
+        1.0, True,
+    )  # fmt: skip
+
+
+def verdict(relations: KeptRelations) -> dict[str, ParameterEstimate]:
+    """A drive's own answers, and one that is no matter of relations."""
+    covariance = np.linalg.inv(np.diag(1 / relations.std**2) + relations.rows.T @ relations.rows)
+    values, gradients = outputs_at(relations.names, relations.mode, relations.std, {})
+    before, slopes = outputs_at(relations.names, relations.mean, relations.std, {})
+    found = {
+        "roll_gradient_degpg": ParameterEstimate(
+            "roll_gradient_degpg", 5.0, 0.1, 4.8, 5.2, "identified", "fitted"
+        )
+    }
+    for name in SHOWN:
+        std = float(np.sqrt(gradients[name] @ covariance @ gradients[name]))
+        prior = Prior(before[name], float(np.linalg.norm(slopes[name] * relations.std)), "by hand")
+        low, high = values[name] - 1.96 * std, values[name] + 1.96 * std
+        found[name] = ParameterEstimate(
+            name, values[name], std, low, high, "identified", "by hand", prior, None, ("me",)
+        )
+    return found
+
+
+def fleet(count: int, seed: int = 1) -> tuple[list[DriveTold], list[dict[str, float]]]:
+    """Drives of one vehicle with loads of their own, and what is true in each."""
+    rng = np.random.default_rng(seed)
+    same = dict(
+        zip(
+            KNOWN.names,
+            (KNOWN.mean + KNOWN.std * rng.standard_normal(len(KNOWN.names))).tolist(),
+            strict=True,
+        )
+    )
+    common = np.sqrt(RHO) * rng.standard_normal(len(SEES))
+    drives, truths = [], []
+    for day in range(count):
+        load = {
+            "load": 100 + 60 * rng.standard_normal(),
+            "load_h": 0.9 + 0.2 * rng.standard_normal(),
+            "load_y": 0.1,
+        }
+        truth = same | {name: float(value) for name, value in load.items()}
+        relations = kept(truth, common + np.sqrt(1 - RHO) * rng.standard_normal(len(SEES)))
+        drives.append(
+            DriveTold(f"d{day:02d}", f"2024-03-{day + 1:02d}T07:00:00+00:00", verdict(relations), relations)
+        )
+        truths.append(truth)
+    return drives, truths
+
+
+def std_of(entry: ParameterEstimate) -> float:
+    assert entry.std is not None
+    return entry.std
+
+
+def test_single_drive_keeps_its_verdict() -> None:
+    drives, _ = fleet(1)
+    found = join_vehicle("v", drives)
+    assert found.drives == {"d00": drives[0].verdict}
+    assert found.notes == ()
+    assert found.vehicle["spring_rate_front_npm"].drives == 1
+
+
+def test_every_drive_is_known_better() -> None:
+    drives, truths = fleet(12)
+    found = join_vehicle("v", drives)
+    narrower: dict[str, list[float]] = {"cg_height_m": [], "roll_stiffness_nmprad": []}
+    for drive, truth in zip(drives, truths, strict=True):
+        mine = found.drives[drive.drive_id]
+        assert mine["roll_gradient_degpg"] == drive.verdict["roll_gradient_degpg"]
+        for name in narrower:
+            narrower[name].append(std_of(mine[name]) / std_of(drive.verdict[name]))
+        exact, _ = outputs_at(KNOWN.names, np.array([truth[n] for n in KNOWN.names]), KNOWN.std, {})
+        height = mine["cg_height_m"]
+        assert height.value is not None
+        assert abs(height.value - exact["cg_height_m"]) < 4 * std_of(height)
+        assert "all 12 drives" in height.reason
+        assert height.sources == ("me", "hierarchy")
+        assert height.low == pytest.approx(height.value - 1.96 * std_of(height))
+    # slopes are taken where the joined drives lie, so that a single one may be a little wider
+    assert all(np.mean(ratios) < 1 for ratios in narrower.values())
+
+
+def test_vehicle_gets_sharper_with_drives_but_not_than_its_model() -> None:
+    stds = []
+    for count in (1, 4, 16):
+        drives, truths = fleet(count)
+        answer = join_vehicle("v", drives).vehicle["spring_rate_front_npm"]
+        assert answer.estimate.value is not None
+        assert abs(answer.estimate.value - truths[0]["spring_front"]) < 4 * std_of(answer.estimate)
+        assert answer.drives == count
+        assert answer.single_std is not None
+        stds.append((std_of(answer.estimate), answer.single_std))
+    assert stds[0][0] == pytest.approx(stds[0][1], rel=1e-6)
+    # the error of n drives' mean: what they have in common, and a share of what each has of its own
+    prior, error = 700.0, SEES["front springs"][2]
+    for (std, _), count in zip(stds, (1, 4, 16), strict=True):
+        variance = error**2 * (RHO + (1 - RHO) / count)
+        assert std == pytest.approx((1 / prior**2 + 1 / variance) ** -0.5, rel=1e-6)
+
+
+def test_drive_of_another_vehicle_is_left_out_and_said() -> None:
+    drives, _ = fleet(8)
+    alone = join_vehicle("v", [d for d in drives if d.drive_id != "d03"])
+    relations = drives[3].kept
+    assert relations is not None
+    column = KNOWN.index("spring_front")
+    far = relations.observed + relations.rows[:, column] * 0.5 * KNOWN.mean[column]
+    drives[3] = replace(drives[3], kept=replace(relations, observed=far))
+    found = join_vehicle("v", drives)
+    assert any("d03 does not go with" in note for note in found.notes)
+    own = found.drives["d03"]["cg_height_m"]
+    assert own.reason.startswith("this drive alone")
+    assert own.value == drives[3].verdict["cg_height_m"].value
+    for drive in drives[4:]:
+        joined, before = (k.drives[drive.drive_id]["cg_height_m"].value for k in (found, alone))
+        assert joined == pytest.approx(before, abs=1e-9)
+
+
+def test_drive_without_relations_passes_through() -> None:
+    drives, _ = fleet(4)
+    drives[1] = replace(drives[1], kept=None)
+    found = join_vehicle("v", drives)
+    assert found.drives["d01"] == drives[1].verdict
+    assert any("nothing to join in 1 of 4 drives: d01" in note for note in found.notes)
+    assert found.vehicle["empty_mass_kg"].drives == 3
+
+
+def test_no_drive_at_all_and_none_that_told() -> None:
+    assert join_vehicle("v", []).drives == {}
+    drives, _ = fleet(2)
+    silent = [replace(d, kept=None) for d in drives]
+    found = join_vehicle("v", silent)
+    assert found.vehicle == {}
+    assert found.drives == {d.drive_id: d.verdict for d in drives}
+
+
+def test_order_of_the_drives_changes_nothing() -> None:
+    drives, _ = fleet(5)
+    one, other = join_vehicle("v", drives), join_vehicle("v", [drives[i] for i in (3, 1, 4, 0, 2)])
+    assert list(one.drives) == list(other.drives)
+    assert one.drives == other.drives
+    assert one.vehicle == other.vehicle
+    assert one.load_changes == other.load_changes
+
+
+def test_what_a_contradiction_within_a_drive_widened_stays_wide() -> None:
+    drives, _ = fleet(6)
+    before = join_vehicle("v", drives).drives["d02"]["cg_height_m"]
+    relations = drives[2].kept
+    assert relations is not None
+    entry = drives[2].verdict["cg_height_m"]
+    wide = replace(entry, std=float(np.hypot(std_of(entry), 0.05)))
+    drives[2] = replace(
+        drives[2],
+        kept=replace(relations, widened={"side": 1.5}),
+        verdict={**drives[2].verdict, "cg_height_m": wide},
+    )
+    after = join_vehicle("v", drives).drives["d02"]["cg_height_m"]
+    assert std_of(after) == pytest.approx(float(np.hypot(std_of(before), 0.05)), rel=0.05)
