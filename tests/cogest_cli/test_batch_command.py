@@ -160,3 +160,44 @@ def test_what_cannot_be_is_one_line(cogest, little_fleet, tmp_path, arguments, s
     assert run.code == 1
     assert said in run.err
     assert len(run.err.splitlines()) == 1
+
+
+def test_a_limit_costs_the_drives_that_break_it_and_they_are_tried_again(
+    cogest, done, little_fleet, tmp_path
+) -> None:
+    store, _ = done
+    limited = tmp_path / "store"
+    run = cogest("batch", little_fleet, "--out", limited, "--time-limit", 1, *OPTIONS)
+    assert run.code == 3
+    drives = pl.read_parquet(limited / "drives.parquet")
+    slow = drives.filter(pl.col("status") == "timeout")
+    assert slow.height >= 1
+    assert set(slow["reason"]) == {"took longer than 1 s (limit)"}
+    assert cogest("batch", little_fleet, "--out", limited, *OPTIONS).code == 3
+    assert tables_of(limited) == tables_of(store)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
+def test_a_worker_that_dies_costs_its_drive_alone(cogest, program, done, little_fleet, tmp_path) -> None:
+    import psutil
+
+    store, _ = done
+    hit = tmp_path / "store"
+    command = [*program, "batch", str(little_fleet), "--out", str(hit), "--workers", "1", "--json", *OPTIONS]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+    assert process.stdout is not None
+    # the largest drive goes first; its worker is killed while it is at it
+    while json.loads(process.stdout.readline())["event"] != "started":
+        pass
+    time.sleep(1.5)
+    for worker in psutil.Process(process.pid).children():
+        worker.kill()
+    process.communicate(timeout=120)
+    assert process.returncode == 3
+    drives = pl.read_parquet(hit / "drives.parquet")
+    crashed = drives.filter(pl.col("status") == "crashed")
+    assert crashed.height == 1
+    assert "signal 9" in crashed["reason"][0]
+    assert drives.filter(pl.col("status") == "done").height == 3
+    assert cogest("batch", little_fleet, "--out", hit, *OPTIONS).code == 3
+    assert tables_of(hit) == tables_of(store)
