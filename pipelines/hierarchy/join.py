@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 
 import numpy as np
@@ -26,7 +26,8 @@ class Joined:
     """drives: all, in order of time. posterior: of those that go together; None where nothing was to be joined.
 
     sources: of the posterior's drives. widened: drive -> factor on its errors. left_out: drive -> its misfit. apart:
-    whether the drives contradict each other so that each stands on its own.
+    whether the drives contradict each other so that each stands on its own. other_sensors: drives that go with the others
+    only with sensors of their own, and how they did before.
     """
 
     drives: tuple[DriveTold, ...]
@@ -36,6 +37,7 @@ class Joined:
     left_out: dict[str, Misfit]
     apart: bool
     rho: float = RHO
+    other_sensors: Mapping[str, Misfit] = field(default_factory=dict)
 
     def with_extras(self, extras: Sequence[Extra]) -> VehiclePosterior:
         """The posterior with more shared unknowns (trends). Raises ValueError where nothing was joined."""
@@ -86,4 +88,4 @@ def joined(drives: Sequence[DriveTold], rho: float = RHO) -> Joined:
     for _ in range(ROUNDS):
         kept = tuple(replace(s, place=posterior.mean(i)) for i, s in enumerate(kept))
         posterior = solve(*make_parts(kept, rho))
-    return Joined(ordered, posterior, kept, found.widened, found.left_out, False, rho)
+    return Joined(ordered, posterior, kept, found.widened, found.left_out, False, rho, found.other_sensors)

@@ -11,7 +11,7 @@ import numpy as np
 from pipelines.hierarchy.common import common_directions, shared_error
 from pipelines.hierarchy.posterior import DrivePart, Extra
 from pipelines.hierarchy.relinear import at_place
-from pipelines.hierarchy.shared import HEIGHT, LOADED, belongs, own_shares
+from pipelines.hierarchy.shared import HEIGHT, LOADED, SENSORS, belongs, own_shares
 from pipelines.joint.kept import KeptRelations
 from pipelines.joint.posterior import whitener_of
 from pipelines.results import FloatArray
@@ -23,13 +23,15 @@ FILE = "vehicle file"
 class Source:
     """One drive as it goes into the model. factor: on its relations' standard deviations (misfit, a contradiction).
 
-    place: (k,) where its relations are linear; None = its own mode.
+    place: (k,) where its relations are linear; None = its own mode. other_sensors: whether it is taken as recorded by other
+    sensors than the vehicle's other drives, which then say nothing of its own ones' errors.
     """
 
     drive_id: str
     kept: KeptRelations
     factor: float = 1.0
     place: FloatArray | None = None
+    other_sensors: bool = False
 
 
 @dataclass(frozen=True)
@@ -52,12 +54,15 @@ def agreed(drives: Sequence[KeptRelations]) -> Mapping[str, tuple[float, float]]
     return {name: pair for name, (pair, times) in usual.items() if 2 * times >= said[name].total()}
 
 
-def before(kept: KeptRelations, same: Mapping[str, tuple[float, float]]) -> Before:
+def before(source: Source, same: Mapping[str, tuple[float, float]]) -> Before:
     """One drive's unknowns. What it shares with others it knows as they do: its vehicle file may be another one.
 
     A load that is stated for this drive is this drive's alone.
     """
+    kept = source.kept
     own = own_shares(kept.names, kept.mean, kept.std)
+    if source.other_sensors:
+        own[[belongs(name) in SENSORS for name in kept.names]] = 1.0
     mean, std = kept.mean.copy(), kept.std.copy()
     for row, name in enumerate(kept.names):
         if belongs(name) in (LOADED, HEIGHT):
@@ -110,7 +115,7 @@ def make_parts(
 ) -> tuple[tuple[DrivePart, ...], tuple[str, ...]]:
     """Every drive's part, and the names of the shared unknowns. sources: in order of time."""
     same = agreed([s.kept for s in sources])
-    known = [before(s.kept, same) for s in sources]
+    known = [before(s, same) for s in sources]
     every = tuple(dict.fromkeys(name for b in known for name in b.names))
     column = {name: i for i, name in enumerate(every)}
     told = [_relations(s, b, column, len(every)) for s, b in zip(sources, known, strict=True)]

@@ -98,34 +98,43 @@ def misfit(part: DrivePart, posterior: VehiclePosterior, rho: float) -> Misfit:
 
 @dataclass(frozen=True)
 class Weighed:
-    """Drives as they go together. widened: drive -> factor; left_out: drive -> its misfit."""
+    """Drives as they go together. other_sensors: drive -> its misfit before its sensors were taken as its own; widened:
+    drive -> factor; left_out: drive -> its misfit."""
 
     sources: tuple[Source, ...]
     posterior: VehiclePosterior | None
     widened: dict[str, float]
     left_out: dict[str, Misfit]
+    other_sensors: dict[str, Misfit]
 
 
 def weigh(sources: Sequence[Source], rho: float) -> Weighed:
-    """Join the drives; widen or leave out, the worst first, those that contradict the others.
+    """Join the drives. Of those that contradict the others, the worst first, the sensors are taken as their own (another
+    recorder, or one that was calibrated anew); if that does not explain it they are widened, or left out.
 
     Of two drives that contradict each other nobody can say which is wrong: then, and where no majority would be left,
     posterior is None and all stand on their own.
     """
     kept, widened, left_out = list(sources), dict[str, float](), dict[str, Misfit]()
+    apart = dict[str, Misfit]()
     while True:
         posterior = solve(*make_parts(kept, rho))
         worst = [misfit(part, posterior, rho) for part in posterior.parts]
         row = int(np.argmin([m.log_probability for m in worst]))
         found, at = worst[row], kept[row]
         if found.log_probability >= np.log(UNLIKELY / len(kept)):
-            return Weighed(tuple(kept), posterior, widened, left_out)
+            return Weighed(tuple(kept), posterior, widened, left_out, apart)
+        if not at.other_sensors:
+            kept[row] = replace(at, other_sensors=True)
+            apart[at.drive_id] = found
+            continue
         if len(left_out) + 1 > (len(sources) - 1) // 2:
-            return Weighed((), None, {}, {at.drive_id: found, **left_out})
+            return Weighed((), None, {}, {at.drive_id: found, **left_out}, {})
         total = widened.get(at.drive_id, 1.0) * max(found.factor, 1.1)
         if total > WIDEST:
             left_out[at.drive_id] = found
             widened.pop(at.drive_id, None)
+            apart.pop(at.drive_id, None)
             kept.pop(row)
         else:
             widened[at.drive_id] = total

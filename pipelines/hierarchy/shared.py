@@ -40,12 +40,16 @@ MODEL = Belongs(
     0.5, "how this vehicle differs from the model's, which shows in its own way with every road and driver"
 )
 MOUNTED = Belongs(0.1, "how the sensor is built in; a tenth moves with temperature")
+ENGINE = Belongs(
+    0.5,
+    "torques that a control unit works out: right to some per cent, otherwise when warm, in another gear, on other fuel",
+)
 PLACED = Belongs(0.3, "a recorder stays where it is, or is put in anew for a drive: nobody says which")
 DELAY = Belongs(0.5, "delays and gains: of this vehicle's sensors, and of how it was driven")
 LOADED = Belongs(
-    0.25, "each drive's own, but loads differ less within a vehicle than between vehicles: seats, tools"
+    0.5, "each drive's own, but loads differ less within a vehicle than between vehicles: seats, tools"
 )
-HEIGHT = Belongs(0.4, "the same for how high a load lies; what goes onto a roof is less of a habit")
+HEIGHT = Belongs(0.6, "the same for how high a load lies; what goes onto a roof is less of a habit")
 REST = Belongs(
     0.2, "dry friction that holds at rest: mostly the way in which loads come on, in part new at every stop"
 )
@@ -73,7 +77,7 @@ RULES: Mapping[str, Belongs] = {
     "damping_factor": MODEL, "corner_drag": MODEL, "rolling_shift": MODEL, "torque_arm": MODEL,
     "axle_pitch_gain": MODEL, "strut_pitch_gain": MODEL, "tilt": MODEL,
     "imu": PLACED, "askew": PLACED, "scale": MOUNTED, "suspension_scale": MOUNTED, "tyre_scale": MOUNTED,
-    "axle_scale": MOUNTED, "drive_scale": MOUNTED, "brake_scale": MOUNTED,
+    "axle_scale": MOUNTED, "drive_scale": ENGINE, "brake_scale": ENGINE,
     "late": DELAY, "gain": DELAY,
     "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "banked_bends": ROAD,
     "offset": DRIFT, "zero": DRIFT, "suspension_zero": DRIFT, "tyre_zero": DRIFT, "axle_zero": DRIFT,
@@ -82,6 +86,10 @@ RULES: Mapping[str, Belongs] = {
     "brake_gain": PADS, "pads": FADING,
 }  # fmt: skip
 """The unknown's name, or what it begins with up to an underscore (the longest that fits) -> to whom it belongs."""
+
+
+SENSORS = (MOUNTED, ENGINE, PLACED, DELAY, DRIFT)
+"""What another recorder, or one that was put in or calibrated anew, has otherwise."""
 
 
 def belongs(name: str) -> Belongs:

@@ -16,7 +16,7 @@ def _chance(log_probability: float) -> str:
     return f"{math.exp(log_probability):.1g}" if log_probability > -230 else "less than 1e-99"
 
 
-def _notes(found: Joined) -> tuple[str, ...]:
+def notes_of(found: Joined) -> tuple[str, ...]:
     """What was done with drives that do not go with the others, and which were not joined."""
     notes = []
     silent = [d.drive_id for d in found.drives if not usable(d)]
@@ -26,6 +26,12 @@ def _notes(found: Joined) -> tuple[str, ...]:
         notes.append(
             f"{drive_id} does not go with the vehicle's other drives (probability {_chance(misfit.log_probability)} by "
             "chance): another vehicle or vehicle file, changed parts, or a sensor that was moved; it was left out"
+        )
+    for drive_id, misfit in sorted(found.other_sensors.items()):
+        what = f" ({misfit.about.replace('_', ' ')})" if misfit.about else ""
+        notes.append(
+            f"{drive_id} goes with the others only as recorded by other sensors, or by sensors that were moved or calibrated "
+            f"anew{what}: its sensors' errors are taken as its own"
         )
     for drive_id, factor in sorted(found.widened.items()):
         notes.append(
@@ -51,5 +57,5 @@ def join_vehicle(vehicle_id: str, drives: Sequence[DriveTold]) -> VehicleKnowled
         changes = load_changes(found.posterior, found.drives)
         drifts = trends(found.posterior, found.drives)
     return VehicleKnowledge(
-        vehicle_id, vehicle_answers(found), drive_answers(found), changes, drifts, _notes(found)
+        vehicle_id, vehicle_answers(found), drive_answers(found), changes, drifts, notes_of(found)
     )

@@ -11,6 +11,7 @@ from pipelines.hierarchy.join import CURVED, Joined, joined, usable
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.relinear import at_place
 from pipelines.hierarchy.shared import MOST, belongs, own_shares
+from pipelines.hierarchy.vehicle import notes_of
 from pipelines.joint.kept import KeptRelations
 from tests.pipelines.hierarchy.linear_fleet import MEAN, NAMES, STD, draw, slopes, told
 
@@ -61,6 +62,28 @@ def test_drive_somewhat_off_counts_less() -> None:
     found = joined(drives, RHO)
     assert found.posterior is not None
     assert "d04" in found.widened or "d04" in found.left_out
+
+
+def test_drive_with_other_sensors_stays_and_says_so() -> None:
+    drives = []
+    for drive in fleet(3, 8):
+        assert drive.kept is not None
+        names = tuple("scale_fl" if name == "somebody_else" else name for name in NAMES)
+        drives.append(replace(drive, kept=replace(drive.kept, names=names)))
+    calm = joined(drives)
+    assert not calm.other_sensors
+    column = NAMES.index("somebody_else")
+    kept = drives[4].kept
+    assert kept is not None
+    drives[4] = replace(
+        drives[4], kept=replace(kept, observed=kept.observed + kept.rows[:, column] * 4.5 * STD[column])
+    )
+    found = joined(drives)
+    assert set(found.other_sensors) == {"d04"}
+    assert not found.left_out
+    assert found.posterior is not None
+    assert "d04" in found.posterior.drives
+    assert any("other sensors" in note for note in notes_of(found))
 
 
 def test_two_that_contradict_each_other_stay_apart() -> None:
