@@ -36,9 +36,10 @@ SPEED_UP, OVERHEAD, GROWTH = 1.8, 0.05, 1.10
 """What is asked for: two workers against one; share lost to scheduling; memory of the last drives against the first."""
 
 
-def batch(fleet: Path, store: Path, workers: int) -> Run:
+def batch(fleet: Path, store: Path, workers: int, reports: str = "html") -> Run:
     """`cogest batch` as a user runs it. Raises RuntimeError where it fails."""
     command = [str(PROGRAM), "batch", str(fleet), "--out", str(store), "--workers", str(workers), "--json"]
+    command += ["--reports", reports]
     run = watched(command, store.with_suffix(".err"))
     if run.code != 0:
         raise RuntimeError(f"exit code {run.code}: {run.errors[-2000:]}")
@@ -120,23 +121,25 @@ def speed(work: Path, drives: int, rounds: int, say: Callable[[str], None]) -> l
     ]
 
 
-def many(work: Path, drives: int, workers: int, say: Callable[[str], None]) -> list[str]:
+def many(
+    work: Path, drives: int, seconds: float, reports: str, workers: int, say: Callable[[str], None]
+) -> list[str]:
     """One batch of many drives: time, memory; the same again unchanged; what `cogest results` takes over it."""
     fleet, store = work / "many", work / "many_store"
-    size = sum(path.stat().st_size for path in write_short_drives(fleet, drives))
-    say(f"{drives} drives of a minute, {size / 2**20:.1f} MiB")
-    run = batch(fleet, store, workers)
+    size = sum(path.stat().st_size for path in write_short_drives(fleet, drives, seconds=seconds))
+    say(f"{drives} drives of {seconds:g} s, {size / 2**20:.1f} MiB")
+    run = batch(fleet, store, workers, reports)
     part = min(100, max(drives // 5, 1))
     skipped = 2 * workers  # a worker's first drives load what it needs
     first, last = run.held(skipped, skipped + part), run.held(drives - part, drives + 1)
     parent, worker, together = run.peak
     stored = sum(path.stat().st_size for path in store.rglob("*") if path.is_file())
     say(f"done in {run.wall_s:.0f} s; workers {first[1]:.0f} -> {last[1]:.0f} MiB")
-    again = [batch(fleet, store, workers) for _ in range(3)]
+    again = [batch(fleet, store, workers, reports) for _ in range(3)]
     shown = [_timed([str(PROGRAM), "results", str(store), "--csv"]) for _ in range(3)]
     joining = run.at("reported") - run.at("joining")
     return [
-        f"## {drives} drives in one batch, {workers} workers",
+        f"## {drives} drives of {seconds:g} s in one batch, {workers} workers, --reports {reports}",
         "",
         f"- {run.done} done in {run.wall_s:.0f} s ({run.cpu_s / drives:.2f} s of CPU a drive, all told): {3600 * run.done / run.loop_s:.0f} drives an hour, {run.loop_s * workers / drives:.2f} s of a "
         f"worker a drive; share of the workers' time without a drive {100 * run.overhead(workers):.1f} %",
@@ -168,6 +171,8 @@ def main() -> None:
     parser.add_argument("--speed-drives", type=int)
     parser.add_argument("--rounds", type=int)
     parser.add_argument("--workers", type=int, default=2, help="of the large batch")
+    parser.add_argument("--seconds", type=float, default=60.0, help="of a drive of the large batch")
+    parser.add_argument("--reports", default="html", help="of the large batch's drives: html, none")
     parser.add_argument("--only", default="speed,many")
     parser.add_argument("--save", action="store_true")
     parser.add_argument("--work", type=Path, help="a folder for fleets and stores; default: a temporary one")
@@ -192,7 +197,7 @@ def main() -> None:
         if "speed" in asked.only:
             lines += speed(work, asked.speed_drives or pair, asked.rounds or rounds, say)
         if "many" in asked.only:
-            lines += many(work, asked.drives or large, asked.workers, say)
+            lines += many(work, asked.drives or large, asked.seconds, asked.reports, asked.workers, say)
     text = "\n".join(lines)
     print(text)
     if asked.save:
