@@ -51,9 +51,8 @@ def batch(
         bool, typer.Option("--json", help="Events as JSON lines on stdout, for scripts.")
     ] = False,
     time_limit: Annotated[
-        float | None,
-        typer.Option(help="Seconds that one drive may take; default: no limit.", min=1.0, show_default=False),
-    ] = None,
+        float, typer.Option(help="Seconds that one drive may take; 0: no limit.", min=0.0)
+    ] = 3600.0,
     memory_limit: Annotated[
         float | None,
         typer.Option(help="GiB that one drive may take; default: no limit.", min=0.1, show_default=False),
@@ -96,7 +95,7 @@ def batch(
         engine=engine,
         workers=workers,
         scheduler=scheduler,
-        limits=Limits(time_limit, None if memory_limit is None else round(memory_limit * 2**30)),
+        limits=Limits(time_limit or None, None if memory_limit is None else round(memory_limit * 2**30)),
         fresh=fresh,
         retry=retry,
         prune=prune,
