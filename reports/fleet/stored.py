@@ -74,16 +74,17 @@ def facts_in(store: Store) -> FleetFacts:
     )
 
 
-def _led_back(drives: pl.DataFrame, store: Store, out: Path) -> pl.DataFrame:
-    """The drives with links to their reports as they are seen from another folder."""
+def led_back(drives: pl.DataFrame, place: str, out: Path) -> pl.DataFrame:
+    """The drives with links to their reports as they are seen from another folder. place: the store's."""
     import polars as pl
 
-    back = store.place if is_url(store.place) else os.path.relpath(store.place, out).replace(os.sep, "/")
-    return drives.with_columns(pl.lit(f"{masked(back).rstrip('/')}/") + pl.col("report"))
+    back = place if is_url(place) else os.path.relpath(place, out).replace(os.sep, "/")
+    led = pl.lit(f"{masked(back).rstrip('/')}/") + pl.col("report")
+    return drives.with_columns(led.alias("report"))
 
 
 def put_fleet_report(store: Store, formats: Sequence[str], out: Path | None = None) -> list[str]:
-    """Make the fleet's report from the store alone and put it there, or into a folder; the places written.
+    """Make the fleet's report from the store alone and put it there, or into a folder; its places.
 
     In another folder the links to the drives' reports lead back to the store. Raises StoreError, ReportError.
     """
@@ -91,7 +92,7 @@ def put_fleet_report(store: Store, formats: Sequence[str], out: Path | None = No
         return []
     tables = {name: store.read_table(name) for name in TABLES}
     if out is not None:
-        tables["drives"] = _led_back(tables["drives"], store, out)
+        tables["drives"] = led_back(tables["drives"], store.place, out)
     pages = fleet_pages(tables, facts_in(store), formats)
     written = []
     if out is not None:
@@ -100,7 +101,8 @@ def put_fleet_report(store: Store, formats: Sequence[str], out: Path | None = No
         if out is not None:
             write_whole(out / name, content)
             written.append(str(out / name))
-        elif store.storage.read(name) != content:
-            store.storage.write(name, content)
+        else:
+            if store.storage.read(name) != content:
+                store.storage.write(name, content)
             written.append(store.storage.at(name))
     return written
