@@ -10,22 +10,15 @@ from pathlib import Path
 from typing import cast
 
 from pipelines.fleet.records import BatchError
-
-STORE_FILE = "store.json"
-"""A folder with this file is a results store."""
+from pipelines.fleet.store import STORE_FILE
 
 
 @dataclass(frozen=True)
-class Entry:
-    """A file. place: absolute path or URL. below: its name below the fleet's folder, with forward slashes.
-
-    changed: when it was last written, in ns since 1970; 0 where that is not known.
-    """
+class Placed:
+    """What lies in a fleet's folder. place: absolute path or URL. below: its name there, with forward slashes."""
 
     place: str
     below: str
-    size: int
-    changed: int = 0
 
     @property
     def folder(self) -> str:
@@ -34,8 +27,16 @@ class Entry:
 
     @property
     def name(self) -> str:
-        """The file's own name."""
+        """Its own name."""
         return self.below.rpartition("/")[2]
+
+
+@dataclass(frozen=True)
+class Entry(Placed):
+    """A file. changed: when it was last written, in ns since 1970; 0 where that is not known."""
+
+    size: int
+    changed: int = 0
 
     @property
     def path(self) -> Path:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pipelines.fleet.listing import STORE_FILE, Entry, Listing, is_hidden
+from pipelines.fleet.listing import Entry, Listing, is_hidden
+from pipelines.fleet.store import STORE_FILE
 from pipelines.fleet.records import BatchError
 
 

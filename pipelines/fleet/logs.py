@@ -5,20 +5,18 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipelines.fleet.listing import path_of
+from pipelines.fleet.listing import Placed, path_of
 from pipelines.fleet.table_heads import TableLook
 
 
 @dataclass(frozen=True)
-class Log:
+class Log(Placed):
     """A recording. place, below, size: as `Entry` has them; a folder where the format is one. stem: its name without suffix.
 
     format, title: of its importer; "" where none claims it, and `trouble` then says why it will fail. look: how to read its
     time, of tables of text. digest: of its first bytes, "" for a folder. parts: names of the files in it, of a folder.
     """
 
-    place: str
-    below: str
     size: int
     stem: str
     format: str
@@ -27,16 +25,6 @@ class Log:
     look: TableLook | None = field(default=None, repr=False, compare=False)
     digest: bytes = b""
     changed: int = 0
-
-    @property
-    def folder(self) -> str:
-        """The folder below the fleet's, "" for the fleet's own."""
-        return self.below.rpartition("/")[0]
-
-    @property
-    def name(self) -> str:
-        """Its own name."""
-        return self.below.rpartition("/")[2]
 
     @property
     def path(self) -> Path:

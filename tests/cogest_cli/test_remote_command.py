@@ -28,6 +28,33 @@ def test_a_drive_in_a_store_is_analysed_with_the_files_beside_it(
     assert found["verdict"]["cg_height_m"]["value"] > 0
 
 
+def test_a_fleet_and_its_results_in_a_bucket(
+    inside, s3_store, samples: Path, tmp_path: Path, quick: Path
+) -> None:
+    for name in ("vehicle.toml", "map.toml", "track.vbo", "town.parquet"):
+        s3_store.put(samples / "fleet" / "sedan" / name, f"fleet/sedan/{name}")
+    s3_store.put(quick, "fleet/settings.toml")
+    few = ("--engine", "serial", "--estimators", "roll_map", "--reports", "none", "--format", "html")
+    run = inside("batch", "s3://drives/fleet", "--out", "s3://drives/results", *few)
+    assert run.code == 0, run.err
+    assert "2 done" in run.out
+    again = inside("batch", "s3://drives/fleet", "--out", "s3://drives/results", *few)
+    assert "0 done, 2 kept" in again.out
+    # the same logs on the disk say the same
+    here = tmp_path / "fleet" / "sedan"
+    here.mkdir(parents=True)
+    for name in ("vehicle.toml", "map.toml", "track.vbo", "town.parquet"):
+        (here / name).write_bytes((samples / "fleet" / "sedan" / name).read_bytes())
+    (here.parent / "settings.toml").write_bytes(quick.read_bytes())
+    assert inside("batch", here.parent, "--out", tmp_path / "store", *few).code == 0
+    shown = [
+        inside("results", store, "--csv", "--table", "parameters")
+        for store in ("s3://drives/results", tmp_path / "store")
+    ]
+    assert shown[0].out == shown[1].out
+    assert shown[0].out.count("cg_height_m") >= 4
+
+
 def test_a_log_in_a_store_is_inspected_and_converted(inside, s3_store, samples: Path, tmp_path: Path) -> None:
     url = s3_store.put(samples / "ros", "bags") + "/drive_mcap"
     run = inside("inspect", url, "--json")
