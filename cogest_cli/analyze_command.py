@@ -8,7 +8,17 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cogest_cli.options import Dbc, InputPath, Logs, Map, NoFix, SuspensionMapFile, VehicleFile
+from cogest_cli.options import (
+    Dbc,
+    Estimators,
+    InputPath,
+    Logs,
+    Map,
+    NoFix,
+    Seed,
+    SuspensionMapFile,
+    VehicleFile,
+)
 from parsers.places import as_path
 
 if TYPE_CHECKING:
@@ -20,9 +30,7 @@ def analyze(
     vehicle: VehicleFile = None,
     map_file: Map = None,
     dbc: Dbc = None,
-    estimators: Annotated[
-        str | None, typer.Option(help="Only these, by name: NAME,NAME…; default: all.", show_default=False)
-    ] = None,
+    estimators: Estimators = None,
     out: Annotated[Path, typer.Option(help="Folder for the report.")] = Path("report"),
     settings: Annotated[
         InputPath | None,
@@ -34,9 +42,7 @@ def analyze(
         ),
     ] = None,
     formats: Annotated[str, typer.Option("--format", help="What to write.")] = "html,pdf,json",
-    seed: Annotated[
-        int, typer.Option(help="Seed of the random numbers; the same seed gives the same result.", min=0)
-    ] = 0,
+    seed: Seed = 0,
     suspension_map: SuspensionMapFile = None,
     no_fix: NoFix = False,
 ) -> None:

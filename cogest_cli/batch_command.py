@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cogest_cli.options import NoFix, command_line
+from cogest_cli.options import Estimators, NoFix, Seed, command_line
 
 if TYPE_CHECKING:
     from pipelines.fleet.batch import Batch
@@ -20,53 +20,52 @@ Folder = Annotated[
     typer.Argument(metavar="FOLDER", help="The fleet's folder, or a URL (s3://…).", show_default=False),
 ]
 Out = Annotated[str, typer.Option("--out", help="The results store: a folder or a URL.")]
+Workers = Annotated[
+    int | None,
+    typer.Option(help="Drives at a time; default: one for each core.", min=1, show_default=False),
+]
 Engine = Annotated[
     str, typer.Option(help="What does the work: serial, local (processes of this machine) or dask.")
 ]
+Scheduler = Annotated[
+    str | None,
+    typer.Option(help="A running Dask cluster's scheduler (tcp://host:port).", show_default=False),
+]
+Fresh = Annotated[bool, typer.Option("--fresh", help="Do every drive again.")]
+Retry = Annotated[
+    bool, typer.Option("--retry", help="Try drives again that failed, though nothing has changed.")
+]
+Prune = Annotated[bool, typer.Option("--prune", help="Take drives out of the store whose logs are no more.")]
+DryRun = Annotated[bool, typer.Option("--dry-run", help="Only list what would be done, and what lacks what.")]
+Events = Annotated[bool, typer.Option("--json", help="Events as JSON lines on stdout, for scripts.")]
+TimeLimit = Annotated[float, typer.Option(help="Seconds that one drive may take; 0: no limit.", min=0.0)]
+MemoryLimit = Annotated[
+    float | None,
+    typer.Option(help="GiB that one drive may take; default: no limit.", min=0.1, show_default=False),
+]
+Reports = Annotated[
+    str, typer.Option(help="Report of each drive: html, pdf, or none (results are always kept).")
+]
+Formats = Annotated[str, typer.Option("--format", help="Of the fleet's report.")]
 
 
 def batch(
     folder: Folder,
     out: Out = "store",
-    workers: Annotated[
-        int | None,
-        typer.Option(help="Drives at a time; default: one for each core.", min=1, show_default=False),
-    ] = None,
+    workers: Workers = None,
     engine: Engine = "local",
-    scheduler: Annotated[
-        str | None,
-        typer.Option(help="A running Dask cluster's scheduler (tcp://host:port).", show_default=False),
-    ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Do every drive again.")] = False,
-    retry: Annotated[
-        bool, typer.Option("--retry", help="Try drives again that failed, though nothing has changed.")
-    ] = False,
-    prune: Annotated[
-        bool, typer.Option("--prune", help="Take drives out of the store whose logs are no more.")
-    ] = False,
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only list what would be done, and what lacks what.")
-    ] = False,
-    events: Annotated[
-        bool, typer.Option("--json", help="Events as JSON lines on stdout, for scripts.")
-    ] = False,
-    time_limit: Annotated[
-        float, typer.Option(help="Seconds that one drive may take; 0: no limit.", min=0.0)
-    ] = 3600.0,
-    memory_limit: Annotated[
-        float | None,
-        typer.Option(help="GiB that one drive may take; default: no limit.", min=0.1, show_default=False),
-    ] = None,
-    estimators: Annotated[
-        str | None, typer.Option(help="Only these, by name: NAME,NAME…; default: all.", show_default=False)
-    ] = None,
-    reports: Annotated[
-        str, typer.Option(help="Report of each drive: html, pdf, or none (results are always kept).")
-    ] = "html",
-    formats: Annotated[str, typer.Option("--format", help="Of the fleet's report.")] = "html,pdf",
-    seed: Annotated[
-        int, typer.Option(help="Seed of the random numbers; the same seed gives the same results.", min=0)
-    ] = 0,
+    scheduler: Scheduler = None,
+    fresh: Fresh = False,
+    retry: Retry = False,
+    prune: Prune = False,
+    dry_run: DryRun = False,
+    events: Events = False,
+    time_limit: TimeLimit = 3600.0,
+    memory_limit: MemoryLimit = None,
+    estimators: Estimators = None,
+    reports: Reports = "html",
+    formats: Formats = "html,pdf",
+    seed: Seed = 0,
     no_fix: NoFix = False,
 ) -> None:
     """Analyse a folder of drives: a results store, one verdict a drive and a vehicle, and a fleet report."""

@@ -82,6 +82,12 @@ SuspensionMapFile = Annotated[
         show_default=False,
     ),
 ]
+Estimators = Annotated[
+    str | None, typer.Option(help="Only these, by name: NAME,NAME…; default: all.", show_default=False)
+]
+Seed = Annotated[
+    int, typer.Option(help="Seed of the random numbers; the same seed gives the same result.", min=0)
+]
 NoFix = Annotated[
     bool,
     typer.Option(
