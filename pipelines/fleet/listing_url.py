@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from pipelines.fleet.listing import Entry, Listing, is_hidden
-from pipelines.fleet.store import STORE_FILE
 from pipelines.fleet.records import BatchError
+from pipelines.fleet.store import STORE_FILE
 
 
 def list_url(folder: str, store: str | None = None) -> Listing:
