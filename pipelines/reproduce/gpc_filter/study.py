@@ -47,7 +47,6 @@ class Setup:
     unknown: tuple[str, ...]
     begin_s: float = 0.0
     like_the_model: bool = True
-    most_runs: int = 1000
 
     @property
     def part(self) -> slice:
@@ -158,7 +157,7 @@ def setups(rng: np.random.Generator, force_of_sine: FloatArray) -> tuple[Setup, 
             0.0,
             False,
         ),
-        Setup("mass, stiffness, damping, steady sine", plant, force_of_sine, NAMES, STEADY_S, False, 20),
+        Setup("mass, stiffness, damping, steady sine", plant, force_of_sine, NAMES, STEADY_S, False),
     )
 
 
@@ -167,7 +166,7 @@ def study(setup: Setup, runs: int, rng: np.random.Generator) -> list[StudyRow]:
     drive = simulate_mass_spring(setup.plant, setup.force, STEP_S)
     force, truth = drive.force[setup.part], drive.position[setup.part]
     answers: dict[str, list[_Answer]] = {name: [] for name in METHODS}
-    for _ in range(min(runs, setup.most_runs)):
+    for _ in range(runs):
         position = truth + SENSOR_M * rng.standard_normal(len(truth))
         prior = _prior(setup, rng)
         for name, method in METHODS.items():

@@ -12,8 +12,6 @@ from pipelines.reproduce.gpc_map.setup import NAMES, SETTINGS, UNITS, Bench, Set
 from pipelines.results import FloatArray
 
 RATIO_TARGET = 2.0
-LEAST_RUNS = 10
-FEW_INTERVALS = 10
 
 
 @dataclass(frozen=True)
@@ -56,15 +54,13 @@ def study(place: Bench, runs: int, rng: np.random.Generator, progress: Progress)
     for number, setting in enumerate(SETTINGS):
         progress(f"study: run {setting.run}", 0.2 + 0.08 * number)
         words = f"run {setting.run}: order {setting.order}, {setting.intervals} x {setting.interval_s:g} s"
-        # two dozen intervals take a second on a busy machine, and tell what the same data at once tell
-        many = setting.intervals > FEW_INTERVALS
-        found = repeated(place, Method(place, setting), max(LEAST_RUNS, runs // 2) if many else runs, rng)
+        found = repeated(place, Method(place, setting), runs, rng)
         rows += _rows(words, "domain follows", place, setting.seconds, found, RATIO_TARGET, "")
     setting = Setting(0, SETTINGS[0].mean, 4, 12.0, 2, (0.0,) * 3, (0.0,) * 3)
     for number, warp in enumerate((False, True)):
         progress("study: seven degrees of freedom", 0.86 + 0.06 * number)
         method = Method(place, setting, warp=warp)
-        found = repeated(place, method, max(LEAST_RUNS, runs // 2), rng, seven=True)
+        found = repeated(place, method, runs, rng, seven=True)
         words = "seven-degree-of-freedom car, 24 s"
         way = "with the hubs' warp" if warp else "hubs as a plane, (86)-(88)"
         remark = "" if warp else "The interval knows nothing of what the model leaves out."
