@@ -29,6 +29,7 @@ from cogest_cli.reproduce_command import reproduce
 from cogest_cli.results_command import results
 from cogest_cli.simulate_command import simulate
 from cogest_cli.suspension_map_command import suspension_map
+from parsers.algebra_threads import one_algebra_thread
 from parsers.errors import CogestError
 
 P = ParamSpec("P")
@@ -130,6 +131,7 @@ def run() -> None:
     """One command, with its exit code as SystemExit."""
     # importing makes two hundred thousand objects and no garbage: looking for some costs a short command 6 % of its time
     gc.set_threshold(300_000, 20, 20)
+    one_algebra_thread()
     forgive_encodings()
     try:
         app()

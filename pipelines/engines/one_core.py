@@ -6,14 +6,12 @@ import contextlib
 import os
 from collections.abc import Iterator
 
+from parsers.algebra_threads import ALGEBRA_THREADS
 from parsers.parallel import CORES_VARIABLE
 
 ONE_CORE = {
+    **ALGEBRA_THREADS,
     "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MKL_NUM_THREADS": "1",
-    "VECLIB_MAXIMUM_THREADS": "1",
-    "BLIS_NUM_THREADS": "1",
     "NUMBA_NUM_THREADS": "1",
     "POLARS_MAX_THREADS": "1",
     "RAYON_NUM_THREADS": "1",

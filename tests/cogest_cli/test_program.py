@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import json
 import os
 import shutil
@@ -15,6 +16,7 @@ from typer.testing import CliRunner
 
 from cogest_cli.main import app
 from cogest_cli.version import version
+from parsers.algebra_threads import ALGEBRA_THREADS
 from pipelines.estimators.registry import estimators
 from pipelines.settings import defaults, texts
 
@@ -87,3 +89,31 @@ def test_a_full_disk_is_one_line():
     assert done.returncode == 1
     assert done.stderr.startswith(b"cogest: no space left")
     assert done.stderr.count(b"\n") == 1
+
+
+ALGEBRA = """
+import sys
+import cogest_cli.main
+assert not {"numpy", "scipy"} & set(sys.modules), "loaded before the limit is set"
+sys.argv = ["cogest", "--version"]
+try:
+    cogest_cli.main.run()
+except SystemExit:
+    pass
+import scipy.linalg
+from threadpoolctl import threadpool_info
+print([library["num_threads"] for library in threadpool_info() if library["user_api"] == "blas"])
+"""
+
+
+@pytest.mark.parametrize(("told", "threads"), [(None, 1), ("2", 2)])
+def test_linear_algebra_runs_on_one_thread_unless_told_otherwise(told: str | None, threads: int) -> None:
+    environment = {name: value for name, value in os.environ.items() if name not in ALGEBRA_THREADS}
+    if told:
+        environment |= dict.fromkeys(ALGEBRA_THREADS, told)
+    done = subprocess.run(
+        [sys.executable, "-c", ALGEBRA], env=environment, capture_output=True, text=True, check=True
+    )
+    found = ast.literal_eval(done.stdout.splitlines()[-1])
+    assert found
+    assert set(found) == {min(threads, os.cpu_count() or 1)}
