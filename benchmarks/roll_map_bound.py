@@ -24,7 +24,7 @@ from roll_map_drives import manoeuvre  # noqa: E402
 from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
 from parsers.jit import kernel  # noqa: E402
 from pipelines.estimators.roll_map.estimator import RollMap  # noqa: E402
-from pipelines.estimators.roll_map.model import SLIP  # noqa: E402
+from pipelines.estimators.roll_map.motion import SLIP  # noqa: E402
 from pipelines.filters.kalman import innovations  # noqa: E402
 from pipelines.models.roll import RollCoefficients, discretise, dry_friction, process_noise  # noqa: E402
 from pipelines.results import FloatArray  # noqa: E402

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.estimators.roll_map.fit import RollFit
+from pipelines.estimators.roll_map.model import WEAK_PRIOR
 from pipelines.estimators.roll_map.posterior import (
     RollLikelihood,
     moments,
@@ -60,28 +61,25 @@ def coefficients_of(
 ) -> Coefficients:
     """a, b, c (and the rate gain) of a fit, with the model's own error and that of the angle's scale added.
 
-    Friction counts into b by the energy that it takes over the drive: the log tells the sum of the two well, and hardly
-    which is which (b alone came out 25-45 % off). a stays without friction.
-
     mean, covariance: of all parameters, where not the fit's own (running estimate).
     """
-    names = tuple(n for n in ("a", "b", "c", "rate_gain") if n in fit.values)
-    index = [fit.index(name) for name in names]
-    everything = np.array([fit.values[k.name] for k in fit.known]) if mean is None else mean
-    spread = fit.covariance if covariance is None else covariance
-    pick = np.zeros((len(names), len(everything)))
-    pick[np.arange(len(names)), index] = 1.0
-    pick[1, fit.index("friction")] = fit.friction_damping
-    x = np.asarray(pick @ everything)
+    names, x, pick = fit.names, fit.handed, fit.jacobian
+    spread = pick @ (fit.covariance if covariance is None else covariance) @ pick.T
+    if mean is not None:
+        x = x + pick @ (mean - np.array([fit.values[k.name] for k in fit.known]))
+    if fit.mixed is not None:
+        # a running estimate is the heaviest model's, moved by as much as the mixture lies off it at the end
+        x = x + (fit.mixed.mean - fit.handed)
+        spread = fit.mixed.covariance if covariance is None else spread + fit.mixed.between
     table = DISCREPANCY_AXLES if against_axles else DISCREPANCY
     own = np.array([table.get(name, 0.0) for name in names]) * x
     share = LEFT_OVER_AXLES if against_axles else LEFT_OVER
     own[:3] = np.hypot(own[:3], share * x[0] / max(fit.quickness, 0.1) ** np.arange(3))
     own[0] = np.hypot(own[0], fit.doubt * x[0])
     scaled = np.where(np.array(names) == "rate_gain", -x, x) * scale_std
-    total = pick @ spread @ pick.T + np.diag(own**2) + np.outer(scaled, scaled)
-    known = [fit.known[i] for i in index]
-    return Coefficients(names, x, total, np.array([k.mean for k in known]), np.array([k.std for k in known]))
+    total = spread + np.diag(own**2) + np.outer(scaled, scaled)
+    weak = [WEAK_PRIOR[name] for name in names]
+    return Coefficients(names, x, total, np.array([m for m, _ in weak]), np.array([s for _, s in weak]))
 
 
 def likelihood_of(coefficients: Coefficients, *, against_axles: bool) -> RollLikelihood:

@@ -1,15 +1,18 @@
-"""The band that the roll fit works in: the sure one, or the whole one where the model is seen to hold in it."""
+"""The models that the roll fit takes, and its band: the sure one, or the whole one where the model is seen to hold in it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from parsers.channels import IntArray
 from pipelines.estimators.roll_map.data import RollData
-from pipelines.estimators.roll_map.fit import RollFit
+from pipelines.estimators.roll_map.fit import Mixed, RollFit, fit_roll
+from pipelines.estimators.roll_map.model import STANDARD, Known
+from pipelines.estimators.roll_map.select import select_parts
 from pipelines.results import FloatArray
 
 MOST_ROWS = 3000
@@ -23,13 +26,17 @@ MOST_WIDENED = 1.6
 
 BEYOND_MODE = 1.3
 
+LEAST_TRIED = 0.2
+"""Share of the roll signal's variance that must follow from the lateral acceleration before parts of a model are weighed."""
+
 
 def _coefficients(fit: RollFit) -> tuple[FloatArray, FloatArray, FloatArray]:
     """a, b, c, their honest covariance, and their variances with white noise."""
-    index = [fit.index(name) for name in "abc"]
-    values = np.array([fit.values[name] for name in "abc"])
-    block = np.ix_(index, index)
-    return values, fit.covariance[block], np.diag(fit.white_covariance[block])
+    pick = fit.jacobian[:3]
+    white = np.diag(pick @ fit.white_covariance @ pick.T)
+    if fit.mixed is None:
+        return fit.handed[:3], pick @ fit.covariance @ pick.T, white
+    return fit.mixed.mean[:3], fit.mixed.covariance[:3, :3], white + np.diag(fit.mixed.between)[:3]
 
 
 def holds(sure: RollFit, whole: RollFit) -> bool:
@@ -47,9 +54,52 @@ def holds(sure: RollFit, whole: RollFit) -> bool:
     return agrees and bool(np.all(np.diag(honest) <= MOST_WIDENED**2 * white))
 
 
-def fit_best(
-    sure: RollData, whole: Callable[[], RollData | None], fitted: Callable[[RollData], RollFit]
-) -> tuple[RollData, RollFit]:
+@dataclass(frozen=True)
+class Asked:
+    """known: the parameters of a model with certain parts on some data. edges: of the running sums."""
+
+    known: Callable[[RollData, frozenset[str]], tuple[Known, ...]]
+    edges: IntArray
+
+
+def mixed_fit(fits: list[tuple[RollFit, float]]) -> RollFit:
+    """The heaviest of several models (given first), with the coefficients of all of them by weight."""
+    first = fits[0][0]
+    if len(fits) == 1:
+        return first
+    weights = np.array([weight for _, weight in fits])
+    handed = np.array([fit.handed for fit, _ in fits])
+    mean = weights @ handed
+    away = handed - mean
+    between = (away.T * weights) @ away
+    inside = sum(weight * (fit.jacobian @ fit.covariance @ fit.jacobian.T) for fit, weight in fits)
+    return replace(first, mixed=Mixed(mean, np.asarray(inside + between), np.asarray(between)))
+
+
+def fit_models(data: RollData, asked: Asked) -> RollFit:
+    """The models that the stretches of the drive leave standing, fitted to all of it and mixed by their weights.
+
+    Beyond MOST_ROWS the usual model stands alone: several on half an hour would cost ten times as much as one.
+    """
+    base = fit_roll(data, asked.known(data, STANDARD), asked.edges)
+    if base.explained < LEAST_TRIED or data.size > MOST_ROWS:
+        return base
+    verdict = select_parts(data, lambda parts: asked.known(data, parts), base.values)
+    fits: list[tuple[RollFit, float]] = []
+    for parts, weight in verdict.models:
+        try:
+            fits.append((fit_roll(data, asked.known(data, parts), asked.edges, base.values), weight))
+        except np.linalg.LinAlgError:
+            # a model that ran away: the others, or the one that every suspension has, stand for it
+            continue
+    settled = [pair for pair in fits if pair[0].converged] or fits
+    if not settled:
+        return base
+    total = sum(weight for _, weight in settled)
+    return replace(mixed_fit([(fit, weight / total) for fit, weight in settled]), verdict=verdict)
+
+
+def fit_best(sure: RollData, whole: Callable[[], RollData | None], asked: Asked) -> tuple[RollData, RollFit]:
     """Data and fit to go on with.
 
     The sure band ends where the input falls to 0.005 of its peak. On a plant like the model it loses a factor of two of b; on
@@ -57,12 +107,12 @@ def fit_best(
     is taken where it is seen to hold, and where the input has motion beyond the roll mode: short of that, noise and motion
     tell equally much there.
     """
-    fit = fitted(sure)
+    fit = fit_models(sure, asked)
     mode = math.sqrt(max(fit.values["a"], 1.0) / max(fit.values["c"], 0.1)) / (2 * math.pi)
     if sure.size > MOST_ROWS or sure.top_hz < BEYOND_MODE * mode or fit.explained < 0.5:
         return sure, fit
     data = whole()
     if data is None or data.size != sure.size:
         return sure, fit
-    other = fitted(data)
+    other = fit_models(data, asked)
     return (data, replace(other, whole_band=True)) if holds(fit, other) else (sure, fit)

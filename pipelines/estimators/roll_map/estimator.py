@@ -16,17 +16,18 @@ from parsers.drive import Drive
 from parsers.signals import SUSPENSION_DEFLECTIONS
 from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.roll_map.answers import coefficients_of
-from pipelines.estimators.roll_map.choose import fit_best
+from pipelines.estimators.roll_map.choose import Asked, fit_best
 from pipelines.estimators.roll_map.data import RollData, collect
 from pipelines.estimators.roll_map.evidence import evidence_of
 from pipelines.estimators.roll_map.figures import fit_traces, gradient_track, height_track, roll_scatter
-from pipelines.estimators.roll_map.fit import RollFit, fit_roll
-from pipelines.estimators.roll_map.model import known_parameters
+from pipelines.estimators.roll_map.fit import RollFit
+from pipelines.estimators.roll_map.model import OPTIONS, Known, known_parameters
 from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle, usable
 from pipelines.estimators.roll_map.words import (
     assumptions_of_fit,
     conflicts,
     like_tilting_ground,
+    model_parts,
     not_following,
     said_of_drive,
 )
@@ -160,20 +161,20 @@ class RollMap:
             return self._nothing(prepared, before, vehicle, spread, data)
         edges = np.unique(np.linspace(0, data.size, TRACK_POINTS + 1).round().astype(np.int64))[1:]
 
-        def fitted(rows: RollData) -> RollFit:
-            known = known_parameters(
+        def known(rows: RollData, parts: frozenset[str]) -> tuple[Known, ...]:
+            return known_parameters(
                 rows,
                 self._rate_offset(prepared),
                 _value(settings, "max_delay_s"),
                 _value(settings, "delay_std_s"),
                 self._lever(vehicle),
+                parts,
             )
-            return fit_roll(rows, known, edges)
 
         def whole() -> RollData | None:
             return collect(prepared, roll, least, round(_value(settings, "max_rows")), wide=True)
 
-        data, fit = fit_best(data, whole, fitted)
+        data, fit = fit_best(data, whole, Asked(known, edges))
         if fit.explained < LEAST_EXPLAINED:
             return self._nothing(prepared, before, vehicle, spread, data, not_following(fit))
         if fit.values["a"] < LEAST_STIFFNESS:
@@ -250,7 +251,7 @@ class RollMap:
         relative = math.sqrt(coefficients.covariance[0, 0]) / coefficients.mean[0]
         scatter = self._scatter(data, fit, ranked, relative, gradient.status != "not_identifiable")
         figures |= self._figures(data, fit)
-        sentences = (*conflicts(data, fit), *sentences)
+        sentences = (*conflicts(data, fit), *sentences, *filter(None, [model_parts(fit)]))
         reason = (
             " ".join(("the roll motion was fitted.", *sentences))
             if sentences
@@ -297,9 +298,16 @@ class RollMap:
             "roll_delay_s": fit.values["delay"],
             "roll_delay_std_s": fit.std("delay"),
             "frequency_at_sensor_hz": math.sqrt(fit.values["a"] / fit.values["c"]) / (2 * math.pi),
-            **{name: fit.values[name] for name in ("a", "b", "c", "stiffening", "friction")},
-            **{f"{name}_std": fit.std(name) for name in ("a", "b", "c", "stiffening", "friction")},
+            **{name: fit.values[name] for name in ("a", "b", "c", *OPTIONS) if name in fit.values},
+            **{f"{name}_std": fit.std(name) for name in ("a", "b", "c", *OPTIONS) if name in fit.values},
         }
+        if fit.verdict is not None:
+            found["held_out_stretches"] = float(fit.verdict.stretches)
+            found["weight_of_all_parts"] = fit.verdict.full_weight
+            for name, gain in fit.verdict.gains.items():
+                found[f"held_out_gain_{name}"] = gain.total
+                found[f"held_out_t_{name}"] = float(np.clip(gain.t, -1e3, 1e3))
+                found[f"supported_{name}"] = float(name in fit.verdict.supported)
         for name, scale in (
             ("roll_offset", DEGREES),
             ("rate_offset", DEGREES),

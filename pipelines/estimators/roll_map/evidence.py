@@ -2,7 +2,7 @@
 
 With κ = K / (K + K_tyre), M the moment of a unit of lateral acceleration about the axis (tyres' lean included):
 
-    a = K (1 - κ) / M        b = D (1 - κ)² / M        c = (I + z (M - κ m_u R)) / M - κ b² / ((1 - κ) a)
+    a = K (1 - κ) / M    b = D (1 - κ)² m h / M²    c = (I + z (M - κ m_u R)) / M - κ (1 + γ) b² / ((1 - κ) a)
 
 I: of the body about its CG, z: its height above the accelerometer. Against the axles K, D and M are the suspension's own.
 """
@@ -50,7 +50,7 @@ def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
     kappa = stiffness / (stiffness + values["tyre_rate"] * width**2)
     moment = own + kappa * ground
     reach = body.h - np.asarray(values["imu_h"])
-    road_a, road_b = stiffness * (1 - kappa) / moment, damping * (1 - kappa) ** 2 / moment
+    road_a, road_b = stiffness * (1 - kappa) / moment, damping * (1 - kappa) ** 2 * own / moment**2
     share = (1 - kappa) * own / moment
     if against_axles:
         c = (inertias_of(values)[0] / own + reach) / share
@@ -59,7 +59,7 @@ def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
     return [
         road_a,
         road_b,
-        np.asarray(inertia - kappa / (1 - kappa) * road_b**2 / road_a),
+        np.asarray(inertia - kappa * (1 + ground / own) / (1 - kappa) * road_b**2 / road_a),
         np.asarray(1 / share),
     ]
 

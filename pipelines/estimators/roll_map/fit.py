@@ -18,7 +18,9 @@ from scipy.stats import t as student
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.likelihood import Problem, Slopes, climb, named
-from pipelines.estimators.roll_map.model import BANK_TIME_S, Known, friction_damping, run
+from pipelines.estimators.roll_map.model import BANK_TIME_S, Known, run
+from pipelines.estimators.roll_map.motion import handed_on
+from pipelines.estimators.roll_map.select import Verdict
 from pipelines.estimators.roll_map.spectrum import Shifter
 from pipelines.estimators.roll_map.spread import coloured_covariance, honest_covariance, long_run_covariance
 from pipelines.results import FloatArray
@@ -41,14 +43,24 @@ USUAL_BANK = 0.02
 
 
 @dataclass(frozen=True)
+class Mixed:
+    """Coefficients over several models. mean (k,), covariance (k, k) with the spread between them, between (k, k): that alone."""
+
+    mean: FloatArray
+    covariance: FloatArray
+    between: FloatArray
+
+
+@dataclass(frozen=True)
 class RollFit:
     """The fit. values: by name. covariance: (p, p) in the order of `known`, with the white-noise one beside it.
 
     normalised: (n, m) innovations in standard deviations.
     explained: share of the roll signal's variance that the simulation gives (negative where it does worse than none).
     quickness: rad/s, of the input (RMS of its rate over its RMS). doubt: of a, relative: what friction and banked bends leave
-    open (`_doubt`). whole_band: see `fit_best`. friction_damping:
-    linear damping (of b) that a unit of friction is worth over the drive. edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
+    open (`_doubt`). whole_band: see `fit_best`. mixed: of this and other models, None where it stands alone.
+    verdict: what spoke for the models' parts. names, handed (k,), jacobian (k, p): the coefficients
+    that the second stage takes, and their slopes in the parameters. edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
     """
 
     known: tuple[Known, ...]
@@ -63,10 +75,14 @@ class RollFit:
     explained: float
     quickness: float
     doubt: float
-    friction_damping: float
+    names: tuple[str, ...]
+    handed: FloatArray
+    jacobian: FloatArray
     steps: int
     converged: bool
     whole_band: bool = False
+    mixed: Mixed | None = None
+    verdict: Verdict | None = None
 
     def index(self, name: str) -> int:
         """Place of a parameter in the matrices."""
@@ -203,12 +219,22 @@ def _covariances(
     return white, wide
 
 
-def fit_roll(data: RollData, known: tuple[Known, ...], edges: IntArray) -> RollFit:
-    """Fit; `edges` are rows up to which the running sums are wanted (the last is the data's size). Three starts on a part of the data, the best of them on all of it."""
+def _cold_start(data: RollData, known: tuple[Known, ...]) -> FloatArray:
+    """Three starts on a part of the data, the best of them."""
     part = Problem(_part(data, START_ROWS), known)
     tried = [climb(part, start, START_STEPS, 1)[0] for start in _starts(part)]
-    best = min(tried, key=lambda x: part.cost(x, None))
+    return min(tried, key=lambda x: part.cost(x, None))
+
+
+def fit_roll(
+    data: RollData, known: tuple[Known, ...], edges: IntArray, near: Mapping[str, float] | None = None
+) -> RollFit:
+    """Fit. `edges` are rows up to which the running sums are wanted (the last is the data's size).
+
+    near: values to start from (a part of the model that they do not hold starts at its prior); else the start is sought.
+    """
     problem = Problem(data, known)
+    best = _cold_start(data, known) if near is None else problem.near(near)
     x, steps, converged = climb(problem, best, MOST_STEPS)
     if data.whole:
         moved = problem.polished(x)
@@ -218,6 +244,7 @@ def fit_roll(data: RollData, known: tuple[Known, ...], edges: IntArray) -> RollF
     scores = slopes.scores()
     white, wide = _covariances(problem, x, taught, slopes)
     values = named(known, x)
+    names, handed, jacobian = handed_on(data, values, tuple(k.name for k in known))
     pieces = list(itertools.pairwise([0, *(int(edge) for edge in edges)]))
     information = np.cumsum([_summed(problem, taught[:, i:j]) for i, j in pieces], axis=0)
     gradient = np.zeros((len(pieces), len(known)))
@@ -235,7 +262,9 @@ def fit_roll(data: RollData, known: tuple[Known, ...], edges: IntArray) -> RollF
         explained=_explained(data, values),
         quickness=data.quickness,
         doubt=_doubt(data, values),
-        friction_damping=friction_damping(data, values),
+        names=names,
+        handed=handed,
+        jacobian=jacobian,
         steps=steps,
         converged=converged,
     )

@@ -17,13 +17,14 @@ import numpy as np
 
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map.data import RollData
-from pipelines.estimators.roll_map.model import CLIP, NOISES, Known, simulated, whitened
+from pipelines.estimators.roll_map.model import CLIP, NOISES, Known, whitened
+from pipelines.estimators.roll_map.motion import simulated
 from pipelines.results import FloatArray
 
 SETTLED, TURNED = 0.01, 0.05
 MOST_TURNS = 5
 POLISHED = 3
-QUIET = ("stiffening", "friction", "lever", "roll_offset", "rate_offset", "yaw_leak", "delay")
+QUIET = ("stiffening", "friction", "knee", "lever", "roll_offset", "rate_offset", "yaw_leak", "delay")
 """What a single sample of noise has nothing to do with."""
 
 
@@ -32,11 +33,15 @@ def named(known: Sequence[Known], x: FloatArray) -> dict[str, float]:
     return {k.name: float(value) for k, value in zip(known, x, strict=True)}
 
 
+def huber(square: FloatArray) -> FloatArray:
+    """Half of normalised squares, with Huber's loss."""
+    size = np.sqrt(square)
+    return np.asarray(np.where(size <= CLIP, 0.5 * square, CLIP * size - 0.5 * CLIP * CLIP))
+
+
 def _squares(error: FloatArray, variance: FloatArray) -> float:
     """Half the sum of the normalised squares, with Huber's loss."""
-    square = error * error / variance
-    size = np.sqrt(square)
-    return float(np.nansum(np.where(size <= CLIP, 0.5 * square, CLIP * size - 0.5 * CLIP * CLIP)))
+    return float(np.nansum(huber(error * error / variance)))
 
 
 @dataclass(frozen=True)
@@ -88,6 +93,11 @@ class Problem:
         self.motion: IntArray = np.array([i for i in free if known[i].name not in NOISES])
         self.levels: IntArray = np.array([i for i in free if known[i].name in NOISES])
 
+    def near(self, values: Mapping[str, float]) -> FloatArray:
+        """A point at these values; a parameter that they do not hold starts at its prior's mean, or off its bound."""
+        start = [values.get(k.name, k.mean if k.mean != k.low else k.mean + 0.5 * k.std) for k in self.known]
+        return np.asarray(np.clip(np.array(start), self.low, self.high))
+
     def prior_cost(self, x: FloatArray) -> float:
         """Minus the log prior."""
         return 0.5 * float(np.sum(self.weight * (x - self.mean) ** 2))
@@ -105,11 +115,15 @@ class Problem:
 
     def cost(self, x: FloatArray, weights: Mapping[str, float] | None) -> float:
         """Half the squares less what the input's noise adds to them; without weights the whole likelihood. With the prior."""
-        error, variance = self.innovations(x, named(self.known, x) if weights is None else weights)
-        value = _squares(error, variance) + self.prior_cost(x)
-        value += (
-            0.5 * float(np.nansum(np.log(variance))) if weights is None else -0.5 * self.carried(x, weights)
-        )
+        # a trial far off may run away: its cost is infinite
+        with np.errstate(over="ignore", invalid="ignore"):
+            error, variance = self.innovations(x, named(self.known, x) if weights is None else weights)
+            value = _squares(error, variance) + self.prior_cost(x)
+            value += (
+                0.5 * float(np.nansum(np.log(variance)))
+                if weights is None
+                else -0.5 * self.carried(x, weights)
+            )
         return value if math.isfinite(value) else math.inf
 
     def _moved(self, x: FloatArray, i: int) -> tuple[FloatArray, float]:
@@ -205,6 +219,8 @@ def _climb(
         slopes = problem.of_levels(x) if weights is None else problem.of_motion(x, weights)
         gradient = slopes.scores().sum(axis=0) - problem.weight[block] * (x - problem.mean)[block]
         curvature = slopes.information() + np.diag(problem.weight[block])
+        if not (np.isfinite(curvature).all() and np.isfinite(gradient).all()):
+            break
         scale = np.sqrt(np.diag(curvature))
         gained = 0.0
         for _ in range(12):
@@ -222,6 +238,11 @@ def _climb(
         if gained < SETTLED:
             break
     return x, first - cost, count
+
+
+def settle(problem: Problem, x: FloatArray, weights: Mapping[str, float], most: int) -> FloatArray:
+    """The motion's parameters from x, with the levels held at `weights`."""
+    return _climb(problem, x, weights, most)[0]
 
 
 def climb(

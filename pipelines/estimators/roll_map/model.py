@@ -4,20 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipelines.estimators.roll_map.data import RollData
+from pipelines.estimators.roll_map.motion import rate_gain, simulated
 from pipelines.filters.kalman import innovations
-from pipelines.models.roll import (
-    GRAVITY,
-    RollCoefficients,
-    discretise,
-    dry_friction,
-    process_noise,
-    ramp_response,
-)
+from pipelines.models.roll import GRAVITY, RollCoefficients, discretise, process_noise
 from pipelines.results import FloatArray
 
 BANK_TIME_S = 8.0
@@ -29,9 +23,6 @@ CLIP = 4.0
 FRICTION = (0.0, 0.1)
 """m/s² of lateral acceleration that the suspension's dry friction holds: 20-70 N a wheel (dampers' seals, bushings,
 ball joints), times the track of both axles, over m h of a car."""
-
-SLIP = 0.002
-"""rad of roll (1.5 mm at a wheel) after which friction has turned round."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +37,29 @@ class Known:
     high: float
 
 
+OPTIONS: dict[str, Known] = {
+    "stiffening": Known("stiffening", 0.0, 3.0, 0.02, -12.0, 40.0),
+    "friction": Known("friction", *FRICTION, 0.005, 0.0, 1.0),
+    "knee": Known("knee", 0.35, 0.3, 0.01, -0.5, 0.9),
+    "series": Known("series", 0.17, 0.04, 0.002, 0.01, 0.6),
+    "smoothing": Known("smoothing", 0.0, 1e-3, 2e-5, -1e-3, 8e-3),
+}
+"""Parts of the model that are there or not, each with one parameter and its prior.
+
+stiffening: s of K φ (1 + s φ²), 3 % at 0.1 rad. friction: see FRICTION. knee: what the dampers' slope loses beyond KNEE_RATE (two
+slopes 1 : 0.35-0.75, progressive ones too). series: tyres' share of the roll, road stiffness 0.83 ± 0.04 of the suspension's. smoothing:
+variance in s² of the angle's filter beyond the acceleration's (a first-order lag of 30 ms: 0.0009; a mean over 0.1 s: 0.0008;
+an accelerometer behind a 5 Hz low-pass: -0.001, no less).
+"""
+
+WEAK_PRIOR = {"a": (110.0, 80.0), "b": (6.0, 6.0), "c": (0.8, 0.6), "rate_gain": (1.2, 0.15)}
+"""Of any road vehicle (2.5 to 16 deg/g): mean and spread."""
+
+STANDARD = frozenset(("stiffening", "friction"))
+"""What every suspension has."""
+
+SHARE_TOLD = 0.12
+
 USUAL_ROLL = RollCoefficients(90.0, 7.0, 0.8)
 """A car's roll motion, for the spectrum of what the road and noise make of it."""
 
@@ -56,20 +70,24 @@ ONE_UNIT_S = 0.01
 """s by which roll rate and lateral acceleration of one unit may differ (filters of its own, the sensors' place)."""
 
 
-def _usual_delay(data: RollData, std_s: float) -> tuple[float, float]:
+TYRE_LEAD_S = 0.011
+"""s by which tyres let the body's rate lead that of its deflections: b/(k (1 + κ)) of a car, 0.007-0.015."""
+
+
+def _usual_delay(data: RollData, std_s: float, rate_lag_s: float, *, tyres: bool) -> tuple[float, float]:
     """Prior of the first channel's delay against the acceleration.
 
     A delay τ looks like damping, a τ: 30 ms take half of b. Roll rate and acceleration that were sampled together come
-    from one unit, as a rule, and the angle's lag behind the rate can be seen: so its delay is known as well.
+    from one unit, as a rule, and the angle's lag behind the rate can be seen: so its delay is known as well. tyres: they
+    are a part of the model; else deflections lag behind the body's rate by what tyres do, and nothing is known.
     """
     if not data.rate_with_accel or not data.has_rate:
         return 0.0, std_s
     if not data.has_roll:
         return 0.0, ONE_UNIT_S
-    # a lag of exactly zero was not found; deflections lag behind the body's rate by what the tyres do
-    return (
-        (0.0, std_s) if data.rate_shift_s == 0.0 or data.against_axles else (-data.rate_shift_s, ONE_UNIT_S)
-    )
+    # a lag of exactly zero was not found
+    found = data.rate_shift_s != 0.0 and (tyres or not data.against_axles)
+    return (-rate_lag_s, ONE_UNIT_S) if found else (0.0, std_s)
 
 
 def known_parameters(
@@ -78,22 +96,34 @@ def known_parameters(
     max_delay_s: float,
     delay_std_s: float,
     lever: tuple[float, float] | None,
+    options: frozenset[str] = STANDARD,
 ) -> tuple[Known, ...]:
-    """The parameters that this drive's channels call for, in a fixed order.
+    """The parameters that this drive's channels and the chosen parts of the model call for, in a fixed order.
 
     The priors of a, b, c are those of any road vehicle (2.5 to 16 deg/g); they are taken out again before the
     vehicle's own priors come in. rate_offset: from standstill, with its error. lever: accelerometer ahead of the CG in
     m, with its error (it reads lever times the yaw acceleration on top); None where its place is not known: the delay
     then takes up what it does, and a lever left free besides would take up the tyres' motion too.
     """
+    tyres = "series" in options
+    # what the coarse search found holds the tyres' part; a lag of exactly zero was not found
+    lead = TYRE_LEAD_S if tyres and data.against_axles and data.rate_shift_s != 0.0 else 0.0
+    rate_lag = data.rate_shift_s + lead
     found = [
-        Known("a", 110.0, 80.0, 0.05, 10.0, 1000.0),
-        Known("b", 6.0, 6.0, 0.02, 0.3, 200.0),
-        Known("c", 0.8, 0.6, 0.003, 0.1, 8.0),
-        Known("delay", *_usual_delay(data, delay_std_s), 2e-4, -max_delay_s, max_delay_s),
-        Known("stiffening", 0.0, 3.0, 0.02, -12.0, 40.0),
-        Known("friction", *FRICTION, 0.005, 0.0, 1.0),
+        Known("a", *WEAK_PRIOR["a"], 0.05, 10.0, 1000.0),
+        Known("b", *WEAK_PRIOR["b"], 0.02, 0.3, 200.0),
+        Known("c", *WEAK_PRIOR["c"], 0.003, 0.1, 8.0),
+        Known(
+            "delay", *_usual_delay(data, delay_std_s, rate_lag, tyres=tyres), 2e-4, -max_delay_s, max_delay_s
+        ),
     ]
+    found += [OPTIONS[name] for name in ("stiffening", "friction", "knee") if name in options]
+    if "series" in options:
+        # a gyro beside deflections tells the tyres' share; else it is what is known of cars
+        told = data.against_axles and data.has_rate
+        found.append(replace(OPTIONS["series"], std=SHARE_TOLD) if told else OPTIONS["series"])
+    if "smoothing" in options and data.has_roll:
+        found.append(OPTIONS["smoothing"])
     if data.has_yaw and lever is not None:
         found.append(Known("lever", *lever, 2e-3, -6.0, 6.0))
     if data.has_roll:
@@ -105,10 +135,10 @@ def known_parameters(
             found.append(Known("yaw_leak", 0.0, 0.03, 1e-4, -0.3, 0.3))
     if data.has_roll and data.has_rate:
         found.append(
-            Known("rate_lag", data.rate_shift_s, 0.01, 2e-4, data.rate_shift_s - 0.1, data.rate_shift_s + 0.1)
+            Known("rate_lag", rate_lag, 0.01, 2e-4, data.rate_shift_s - 0.1, data.rate_shift_s + 0.1)
         )
-        if data.against_axles:
-            found.append(Known("rate_gain", 1.2, 0.15, 1e-3, 0.5, 3.0))
+        if data.against_axles and "series" not in options:
+            found.append(Known("rate_gain", *WEAK_PRIOR["rate_gain"], 1e-3, 0.5, 3.0))
     if data.has_roll:
         found.append(Known("log_roll_noise", math.log(0.003), 2.0, 0.01, math.log(1e-6), math.log(0.3)))
     if data.has_rate:
@@ -129,114 +159,6 @@ def known_parameters(
     return tuple(found)
 
 
-def _steady_angle(
-    data: RollData, accel: FloatArray, steady: float, phi: FloatArray, before: FloatArray, after: FloatArray
-) -> FloatArray:
-    """(n,) the angle that the linear model makes of an acceleration."""
-    later = np.append(accel[1:], accel[-1])
-    later[data.stops - 1] = accel[data.stops - 1]
-    push = np.outer(accel, before) + np.outer(later, after)
-    x0 = np.zeros((len(data.starts), 2))
-    x0[:, 0] = accel[data.starts] / steady
-    nothing = np.zeros((data.size, 1))
-    angle, _ = innovations(
-        nothing, push, nothing, (data.starts, data.stops), phi=phi, q=np.zeros((2, 2)),
-        c=np.array([[-1.0, 0.0]]), r=np.ones(1), x0=x0, p0=np.zeros((2, 2)),
-    )  # fmt: skip
-    return np.nan_to_num(angle[:, 0])
-
-
-def _without_curves(
-    data: RollData,
-    p: Mapping[str, float],
-    accel: FloatArray,
-    steady: float,
-    phi: FloatArray,
-    before: FloatArray,
-    after: FloatArray,
-) -> FloatArray:
-    """The acceleration less what curved springs, K φ (1 + s φ²), and dry friction hold of it, to the first order.
-
-    Springs that are 3 % stiffer at 0.1 rad would otherwise move a, and with it the height, by as much. Friction of
-    0.1 m/s² left out moved b and c by 20-40 % in a sine with dwell: what turns round with the rate looks like damping
-    that shrinks with the amplitude, and a delay takes up the rest.
-    """
-    inside = _steady_angle(data, accel, steady, phi, before, after)
-    held = p["a"] * p["stiffening"] * inside**3
-    return np.asarray(accel - held - p["friction"] * dry_friction(inside, data.starts, data.stops, SLIP))
-
-
-def _input(data: RollData, p: Mapping[str, float]) -> tuple[RollCoefficients, FloatArray]:
-    """The linear model and its input (n,): see `simulated`."""
-    gravity = GRAVITY if data.holds_course else 0.0
-    accel = data.shifter.delayed(p["delay"])
-    if data.yaw_shifter is not None and "lever" in p:
-        accel = accel - p["lever"] * data.yaw_shifter.slope(p["delay"])
-    if data.holds_course:
-        accel = accel - gravity * data.whole_roll
-    return RollCoefficients(p["a"] - gravity, p["b"], p["c"]), accel
-
-
-def friction_damping(data: RollData, p: Mapping[str, float]) -> float:
-    """Linear damping, in units of b, that takes as much energy from the simulated motion as friction of 1 m/s²."""
-    roll, accel = _input(data, p)
-    angle = _steady_angle(data, accel, roll.a, *discretise(roll, data.step_s))
-    way = np.diff(angle)
-    way[data.stops[:-1] - 1] = 0.0
-    held = dry_friction(angle, data.starts, data.stops, SLIP)
-    power = float(np.sum(way * way)) / data.step_s
-    return float(np.sum(held[1:] * way)) / max(power, 1e-12)
-
-
-def simulated(data: RollData, p: Mapping[str, float]) -> FloatArray:
-    """(n, m) measurement minus the motion that the model makes of the acceleration alone.
-
-    A vehicle that holds its course on a banked road reads g times the bank: the accelerometer is not independent of
-    what moves the angle without the springs, and slopes come out too large (the gradient by 24 % in slow circles on
-    roads with 0.1-0.8 deg of bank). The path's acceleration f - g φ is independent of it: with an angle against the
-    horizon, c φ'' + b φ' + (a - g) φ = f - g φ is simulated, the same equation with that input.
-    """
-    roll, accel = _input(data, p)
-    phi, before, after = discretise(roll, data.step_s)
-    accel = _without_curves(data, p, accel, roll.a, phi, before, after)
-    later = np.append(accel[1:], accel[-1])
-    later[data.stops - 1] = accel[data.stops - 1]
-    earlier = np.insert(accel[:-1], 0, accel[0])
-    earlier[data.starts] = accel[data.starts]
-    y: list[FloatArray] = []
-    feed: list[FloatArray] = []
-    rows: list[FloatArray] = []
-    if data.has_roll:
-        y.append(data.roll)
-        feed.append(np.full(data.size, p["roll_offset"]))
-        rows.append(np.array([1.0, 0.0]))
-    if data.has_rate:
-        # the rate comes `rate_lag` after the angle: the model's rate is read that much earlier, exactly
-        late = p["rate_lag"] - data.rate_shift_s if "rate_lag" in p else 0.0
-        gain = p.get("rate_gain", 1.0)
-        moved, level, ramp = ramp_response(roll, -late)
-        slope = (accel - earlier if late >= 0 else later - accel) / data.step_s
-        y.append(data.rate)
-        offset = p["rate_offset"] + p.get("yaw_leak", 0.0) * data.yaw
-        feed.append(offset + gain * (level[1] * accel + ramp[1] * slope))
-        rows.append(gain * moved[1])
-    x0 = np.zeros((len(data.starts), 2))
-    x0[:, 0] = accel[data.starts] / roll.a
-    error, _ = innovations(
-        np.column_stack(y),
-        np.outer(accel, before) + np.outer(later, after),
-        np.column_stack(feed),
-        (data.starts, data.stops),
-        phi=phi,
-        q=np.zeros((2, 2)),
-        c=np.array(rows),
-        r=np.ones(len(rows)),
-        x0=x0,
-        p0=np.zeros((2, 2)),
-    )
-    return error
-
-
 def whitened(
     data: RollData, p: Mapping[str, float], miss: FloatArray, *, clip: float = CLIP
 ) -> tuple[FloatArray, FloatArray]:
@@ -250,7 +172,7 @@ def whitened(
     step = data.step_s * data.every
     fade = math.exp(-step / BANK_TIME_S)
     bank = math.exp(2 * p["log_bank"]) if "log_bank" in p else 0.0
-    own = _input(data, p)[0]
+    own = RollCoefficients(p["a"] - (GRAVITY if data.holds_course else 0.0), p["b"], p["c"])
     phi = np.zeros((5, 5))
     phi[:2, :2] = discretise(USUAL_ROLL, step)[0]
     phi[2:4, 2:4] = discretise(own, step)[0]
@@ -265,7 +187,7 @@ def whitened(
         rows.append([1.0, 0.0, 1.0, 0.0, 1.0])
         noise.append(math.exp(2 * p["log_roll_noise"]))
     if data.has_rate:
-        gain = p.get("rate_gain", 1.0)
+        gain = rate_gain(data, p)
         rows.append([0.0, gain, 0.0, gain, 0.0])
         noise.append(math.exp(2 * p["log_rate_noise"]))
     here = miss[taken]

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.estimators.roll_map.priors import VehicleDraws
+from pipelines.models.roll_series import AXLES_MOMENT
 from pipelines.results import FloatArray, Prior
 
 KNEE = 0.15
@@ -91,12 +92,13 @@ def suspension_rates(
     d: VehicleDraws, a: FloatArray, b: FloatArray, *, against_axles: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """K and D of the suspension, and d log K / d log a, for each draw."""
+    own = d.sprung * d.arm
     if against_axles:
-        own = d.sprung * d.arm
         return a * own, b * own, np.ones_like(a)
     kappa, moment = _tyre_share(d, None, a)
     stiffness = a * moment / (1 - kappa)
-    damping = b * moment / (1 - kappa) ** 2
+    # twice the lean: tyres that carry the axles' part answer late as well (`roll_series`)
+    damping = b * moment**2 / own / (1 - kappa) ** 2
     slope = np.ones_like(a)
     if d.tyre_roll is not None:
         ground = d.sprung * d.roll_axis + d.unsprung * d.hub
@@ -106,7 +108,7 @@ def suspension_rates(
 
 def series_loss(kappa: FloatArray, a: float, b: float) -> FloatArray:
     """What tyres in series with damped springs take off the apparent c: the ω² term of K(1 - K/K_tyre …)."""
-    return np.asarray(kappa / (1 - kappa) * b**2 / a)
+    return np.asarray((1 + AXLES_MOMENT) * kappa / (1 - kappa) * b**2 / a)
 
 
 def expected_rest(

@@ -50,6 +50,40 @@ def like_tilting_ground(fit: RollFit) -> str:
     )
 
 
+PARTS = {
+    "stiffening": "springs that stiffen",
+    "friction": "dry friction",
+    "knee": "dampers with a knee",
+    "series": "tyres in series",
+    "smoothing": "a smoothing of the angle against the acceleration",
+}
+
+
+def model_parts(fit: RollFit) -> str:
+    """Which parts of the model the log asked for, and with what gain; what stays open. Empty where none was tried."""
+    verdict = fit.verdict
+    if verdict is None:
+        return ""
+    if not verdict.gains:
+        return "The motion is too short to hold stretches of it out: the parts of the model (friction, knee, tyres, curved springs) are as usual."
+    said = [
+        f"{PARTS[name]} (+{verdict.gains[name].total:.1f} in log likelihood, t = {verdict.gains[name].t:.1f})"
+        for name in PARTS
+        if name in verdict.supported
+    ]
+    opened = [PARTS[name] for name in PARTS if name in verdict.gains and name not in verdict.supported]
+    asked = (
+        f"the log asks for {', '.join(said)}" if said else "the log asks for no part beyond the plain model"
+    )
+    rest = f"; it cannot tell {', '.join(opened)}" if opened else ""
+    share = (
+        f": the answers hold the models with and without them, {100 * verdict.full_weight:.0f} % with"
+        if opened
+        else ""
+    )
+    return f"By the likelihood of {verdict.stretches} held-out stretches, {asked}{rest}{share}."
+
+
 def conflicts(data: RollData, fit: RollFit) -> tuple[str, ...]:
     """Sentences on what looks wrong in the data."""
     found: list[str] = []
@@ -109,6 +143,11 @@ def assumptions_of_fit(
             "filter", f"zero-phase low-pass at {prepared.cutoff_hz:.3g} Hz on all signals", "settings"
         ),
     ]
+    parts = model_parts(fit)
+    if parts:
+        found.append(
+            Assumption("parts of the roll model", parts.rstrip("."), "chosen by held-out likelihood")
+        )
     if data.has_roll:
         found.append(
             Assumption(
