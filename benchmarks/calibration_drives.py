@@ -15,6 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.vehicle_data import measured
 from parsers.drive import Drive
 from parsers.errors import SettingsError
 from pipelines.simulation.loads import Load
@@ -101,9 +102,15 @@ class Kept:
     reason: str
     old: bool
 
-    def vehicle(self, mass_std: float | None = None) -> Vehicle:
-        """Its vehicle file. mass_std: the empty mass drawn anew with this relative spread instead of the data sheet's."""
+    def vehicle(self, mass_std: float | None = None, data: str = "sheet") -> Vehicle:
+        """Its vehicle file. data: how well it knows the vehicle (`benchmarks.vehicle_data`).
+
+        mass_std: the empty mass drawn anew with this relative spread instead of the data sheet's.
+        """
         file = parse_vehicle(self.sheet, Path("vehicle.toml"))
+        if data == "measured":
+            rng = np.random.default_rng([self.plan.seed, 23])
+            file = measured(file, plan_vehicle(self.plan), rng, self.plan.sheet_errors)
         if mass_std is None:
             return file
         draw = float(np.clip(np.random.default_rng([self.plan.seed, 22]).standard_normal(), -2.5, 2.5))

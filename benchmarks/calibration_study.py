@@ -1,13 +1,15 @@
 """Is the verdict as sure as it should be? Simulation-based calibration over random vehicles, loads, manoeuvres and sensors.
 
 python benchmarks/calibration_study.py [--drives 200] [--jobs 2] [--out FILE.jsonl] [--cache DIR] [--more N] [--save]
-python benchmarks/calibration_study.py --medians deflection|ins|imu [--drives 50]
+python benchmarks/calibration_study.py --medians deflection|ins|imu [--drives 50] [--data sheet|measured]
 python benchmarks/calibration_study.py --evaluate --out FILE.jsonl     (the tables again, nothing is run)
 python benchmarks/calibration_study.py --drives 40 --sensors ins --no-witnesses --error-scale 0 --sheet-errors 0
 
 Every drive: a random vehicle of the full plant (`pipelines.simulation.plant.random_vehicle`), an unknown load, a manoeuvre with
 random options, drawn sensor errors, and a vehicle file whose figures are off by their stated spreads; in half of the drives it
 does not say about which height the links let the body pitch. --medians: ten minutes of public road, all of that told.
+--data: whether the vehicle file is a data sheet's or that of a measured vehicle (`benchmarks/vehicle_data.py`); it is off by
+its stated spreads in either case, and the drives are the same.
 Drives are kept on disk: a study of new verdict code costs no simulation. --error-scale, --sheet-errors set those errors' size;
 --each prints every drive's main answers.
 """
@@ -48,6 +50,7 @@ from benchmarks.calibration_tables import (  # noqa: E402
     save_reliability,
     sensors_table,
 )
+from benchmarks.vehicle_data import QUALITIES  # noqa: E402
 from pipelines.analyze import run_estimator  # noqa: E402
 from pipelines.estimators.registry import estimators  # noqa: E402
 from pipelines.results import Estimate, ParameterEstimate  # noqa: E402
@@ -75,6 +78,7 @@ class Job:
     code: str
     witnesses: bool
     mass_std: float | None = None
+    data: str = "sheet"
     skip: tuple[str, ...] = ()
 
 
@@ -118,7 +122,7 @@ def run_drive(job: Job) -> Record:
     }  # fmt: skip
     if kept.drive is None:
         return record
-    vehicle = kept.vehicle(job.mass_std)
+    vehicle = kept.vehicle(job.mass_std, job.data)
     simulated = time.perf_counter()
     results, seconds = [], {}
     for estimator in estimators():
@@ -247,6 +251,7 @@ def _arguments() -> argparse.Namespace:
     parser.add_argument(
         "--mass-std", type=float, default=None, help="the empty mass is known so well, e.g. 0.003: weighed"
     )
+    parser.add_argument("--data", choices=QUALITIES, default="sheet", help="the quality of the vehicle file")
     parser.add_argument("--untold", action="store_true", help="no pitch centre in any vehicle file")
     parser.add_argument("--told", action="store_true", help="pitch centre in every vehicle file")
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "cogest_calibration")
@@ -274,6 +279,7 @@ def main() -> None:
     """Run what is asked for, and print the tables."""
     a = _arguments()
     name = f"medians_{a.medians}" if a.medians else "study"
+    name += "" if a.data == "sheet" else f"_{a.data}"
     out: Path = a.out or a.cache / f"{name}.jsonl"
     out.parent.mkdir(parents=True, exist_ok=True)
     if not a.evaluate:
@@ -285,18 +291,27 @@ def main() -> None:
         chosen = [int(s) for s in a.seeds.split(",")] if a.seeds else seeds
         code = simulation_hash(ROOT)
         jobs = [
-            Job(_plan(seed, a), a.cache, code, not a.no_witnesses, a.mass_std, tuple(a.skip.split(",")))
+            Job(
+                _plan(seed, a),
+                a.cache,
+                code,
+                not a.no_witnesses,
+                a.mass_std,
+                a.data,
+                tuple(a.skip.split(",")),
+            )
             for seed in chosen
         ]
         run_all(jobs, a.jobs, out, a.each)
     records = read_records(out)
     title = f"Medians with the sensor set `{a.medians}`" if a.medians else "Calibration over random drives"
+    title += "" if a.data == "sheet" else ", vehicle measured"
     title += "" if a.mass_std is None else f", empty mass known to {100 * a.mass_std:g} %"
     text = summary(records, title, bool(a.medians))
     print(text)
     if a.save:
         keep_text(text, title)
-        if not a.medians:
+        if not a.medians and a.data == "sheet":
             identified = [x for x in answers_of(records) if x.status == "identified"]
             save_reliability(identified, FIGURE)
 
@@ -306,7 +321,7 @@ def keep_text(text: str, title: str) -> None:
     head = "# Calibration of the verdict\n\nWritten by `benchmarks/calibration_study.py --save`.\n"
     page = RESULT.read_text(encoding="utf-8") if RESULT.exists() else head
     sections = page.split("\n## ")
-    others = [f"## {s.strip()}\n" for s in sections[1:] if not s.startswith(title)]
+    others = [f"## {s.strip()}\n" for s in sections[1:] if s.splitlines()[0].strip() != title]
     RESULT.write_text("\n".join([sections[0].rstrip() + "\n", *others, text]), encoding="utf-8")
 
 

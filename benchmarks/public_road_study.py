@@ -2,9 +2,11 @@
 
 python benchmarks/public_road_study.py [--drives 100] [--manoeuvre public_road] [--sensors deflection] [--jobs 2]
     [--minutes 10] [--presets suv,sedan,van] [--verdict] [--pitch-center told|untold] [--wrong NAME] [--save]
+    [--data sheet|measured]
 
 Every drive: a preset vehicle, an unknown load (roof 50-250 kg, or rear, side, seats), a manoeuvre, drawn sensor errors, and a
 vehicle file each of whose figures is wrong by its stated spread. The estimator knows neither the load nor the plant.
+--data: a data sheet's vehicle file, or that of a measured vehicle (`benchmarks/vehicle_data.py`).
 --wrong: radius (wheel radius 3 % off), askew (inertial unit turned by 2 deg more), scale (deflection sensors 2 % off, all
 alike), springs (5 % off with a stated 2 %).
 """
@@ -22,6 +24,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
 
+from benchmarks.vehicle_data import QUALITIES, measured  # noqa: E402
 from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
 from pipelines.estimators.base import Estimator  # noqa: E402
 from pipelines.estimators.load_balance.estimator import LoadBalance  # noqa: E402
@@ -58,6 +61,7 @@ class Job:
     verdict: bool
     told: bool
     wrong: str
+    data: str = "sheet"
 
 
 @dataclass(frozen=True)
@@ -113,6 +117,9 @@ def vehicle_file(
             ("pitch_center_height_drive_m", driving),
         ):
             quantities[key] = Quantity(true + 0.02 * float(rng.standard_normal()), 0.02, "vehicle file")
+    if job.data == "measured":
+        told = measured(replace(file, quantities=quantities), preset, np.random.default_rng([job.seed, 23]))
+        quantities = dict(told.quantities)
     factors = {"radius": ("wheel_radius_m", 1.03), "springs": ("spring_rate", 1.05)}
     if job.wrong in factors:
         begin, factor = factors[job.wrong]
@@ -212,6 +219,7 @@ def main() -> None:
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--verdict", action="store_true")
     parser.add_argument("--pitch-center", choices=("told", "untold"), default="told")
+    parser.add_argument("--data", choices=QUALITIES, default="sheet", help="the quality of the vehicle file")
     parser.add_argument("--wrong", choices=("", "radius", "askew", "scale", "springs"), default="")
     parser.add_argument("--each", action="store_true", help="print every drive's height and mass")
     parser.add_argument("--save", action="store_true")
@@ -219,7 +227,7 @@ def main() -> None:
     presets = a.presets.split(",")
     jobs = [
         Job(seed, a.manoeuvre, a.sensors, a.minutes, presets[seed % len(presets)], a.verdict,
-            a.pitch_center == "told", a.wrong)
+            a.pitch_center == "told", a.wrong, a.data)
         for seed in range(a.first, a.first + a.drives)
     ]  # fmt: skip
     if a.jobs > 1:
@@ -236,7 +244,7 @@ def main() -> None:
     what = "the verdict" if a.verdict else "load_balance"
     extra = f", wrong on purpose: {a.wrong}" if a.wrong else ""
     head = (f"{what}: {a.drives} drives of {a.manoeuvre}, sensors {a.sensors}, vehicles {a.presets}, pitch centre "
-            f"{a.pitch_center}{extra}")  # fmt: skip
+            f"{a.pitch_center}{', vehicle measured' if a.data == 'measured' else ''}{extra}")  # fmt: skip
     text = f"{head}\n\n{table(found)}\n"
     print(text)
     if a.save:

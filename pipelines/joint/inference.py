@@ -13,6 +13,7 @@ from pipelines.evidence import Evidence
 from pipelines.joint.answers import estimate_of, learned_of, listed, told
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
+from pipelines.joint.file_check import file_check
 from pipelines.joint.information import prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
 from pipelines.joint.next_measurement import next_measurements
@@ -116,7 +117,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         return None
     joint, modes = _modes((*kept, *stated), known, rng)
     middle, gradients = slopes(joint)
-    checks = check(joint)
+    relations = check(joint)
+    checks = (*relations, *file_check(joint, vehicle))
     factor = _inflation(joint)
     draws, method = _draws(joint, modes, gradients, rng)
     columns = None if draws is None else outputs_of(values_at(joint.known, draws), joint.given)
@@ -141,7 +143,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         method, factor, time.perf_counter() - started,
     )  # fmt: skip
     return Inference(
-        _with_conflicts(parameters, checks), record, kept_of(joint, checks, factor, draws is None)
+        _with_conflicts(parameters, checks), record, kept_of(joint, relations, factor, draws is None)
     )
 
 

@@ -31,6 +31,10 @@ CORNERS = ("fl", "fr", "rl", "rr")
 ZERO_M = 0.0012
 """Zero error of a deflection sensor."""
 
+FORCE_SENSORS = {"suspension": (0.006, 40.0), "tyre": (0.006, 50.0), "axle": (0.01, 60.0)}
+"""Scale error of an axle's sensors together, and zero of a wheel's in N: strain gauges and measuring wheels are calibrated to 0.8 %
+each, load sensors in springs to about one per cent. What the two of an axle differ by is a zero beside these."""
+
 PITCH_CENTER = (0.12, 0.08)
 """m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
 
@@ -206,6 +210,35 @@ def _suspension(book: _Book, kilos: float) -> bool:
     return springs
 
 
+def _drive_jacking(book: _Book) -> tuple[float, float]:
+    """Drop of the springs' force over the driving force: mean and spread.
+
+    Links that carry `pitch_center_drive` of pitch moment at one axle do it by lifting the body there: over that axle's distance
+    from the CG. A driven rigid axle's lift is a quarter of the driving force. With both axles driven it is unsure which lifts.
+    """
+    stated = book.vehicle.get("drive_front_share")
+    front, front_std = (0.5, 0.5) if stated is None else (stated.value, stated.std)
+    ahead = book.rows["empty_x"][0]
+    behind = book.rows["wheelbase"][0] - ahead
+    height, std = book.rows["pitch_center_drive"]
+    lever = (1 - front) / behind - front / ahead
+    unsure = (0.03, std * lever, height * front_std * (1 / behind + 1 / ahead), 0.2 * front * (1 - front))
+    return height * lever, float(np.linalg.norm(unsure))
+
+
+def _side_jacking(book: _Book) -> tuple[float, float]:
+    """Lift of the body in bends over its mass, a (m/s²)² across, s²/m: mean and spread.
+
+    The outer tyres take more of the side force, W (a/g)² 2 h/t of an axle's load W if forces go with loads, and the links
+    to a roll centre at h_rc stand h_rc / (t/2) steep: 4 h h_rc / (g t²). How forces really go with loads, and how roll
+    centres move as the body rises, make about half of it unsure.
+    """
+    track = 0.5 * (book.rows["track_front"][0] + book.rows["track_rear"][0])
+    axis = 0.5 * (book.rows["roll_center_front"][0] + book.rows["roll_center_rear"][0])
+    mean = 4 * book.rows["empty_h"][0] * max(axis, 0.0) / (GRAVITY * track**2)
+    return mean, 0.004 + 0.5 * mean
+
+
 def _links(book: _Book, kilos: float) -> None:
     """What the links carry: roll centres, pitch centre, jacking."""
     vehicle = book.vehicle
@@ -230,21 +263,26 @@ def _links(book: _Book, kilos: float) -> None:
     # (inertia of the hubs, gyroscopes) then go into the springs in that part
     book.put("camber", 0.7, 0.25)
     radius = book.rows["radius"][0]
-    # guides fixed in the body: 0; round wheels that stay over their patches: the radius less what the links carry; a body
-    # that tips about the ground: its height
+    # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
+    # model without gravity's part in pitching: the CG's height
     book.put(
         "pitch_path",
-        0.65 * radius,
-        0.5 * radius,
+        0.6 * radius,
+        0.6 * radius,
         "height about which the body pitches over its wheels, m",
         SILENT,
     )
     mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
-    # a braked tyre's patch lags behind its axle, a driven one's runs ahead: see `patch_shift`
-    book.put("patch_lag", *patch_shift(mass.value if mass else None, rate.value if rate else None))
+    # a braked tyre's patch lags behind its axle, a driven one's runs ahead (`patch_shift`): by two thirds of the squash where no
+    # power comes from nowhere, by nothing where torque is force on the loaded radius
+    third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
+    book.put("patch_lag", 1.35 * third, 0.75 * third)
+    # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
+    # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
+    book.put("hubs_past", 0.1, 0.25)
     book.put("jack_brake", 0.0, 0.04)
-    book.put("jack_drive", 0.0, 0.04)
-    book.put("jack_side", 0.004, 0.008)
+    book.put("jack_drive", *_drive_jacking(book))
+    book.put("jack_side", *_side_jacking(book))
     roll = measured_roll_inertia(kilos, book.rows["track_front"][0])
     pitch = measured_pitch_inertia(kilos)
     book.quantity(
@@ -289,11 +327,12 @@ def _sensors(book: _Book) -> None:
             "usual; unknowns of the fit",
         )
     )
-    for kind in ("suspension", "tyre", "axle"):
+    usual = 0.25 * GRAVITY * book.rows["empty_mass"][0]
+    for kind, (scale, zero) in FORCE_SENSORS.items():
         for axle in AXLES:
-            book.put(f"{kind}_scale_{axle}", 1.0, 0.015)
+            book.put(f"{kind}_scale_{axle}", 1.0, scale)
         for wheel in CORNERS:
-            book.put(f"{kind}_zero_{wheel}", 0.0, 60.0)
+            book.put(f"{kind}_zero_{wheel}", 0.0, float(np.hypot(zero, scale * usual)))
     # wheels, hubs and tyres take part in quick motion in their own ways: an inertia is seen no better than this
     for axis, share in (("pitch", 0.06), ("roll", 0.15)):
         book.put(f"swing_{axis}", 0.0, share)

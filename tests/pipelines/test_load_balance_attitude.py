@@ -41,7 +41,7 @@ def test_compliance_equals_the_hand_calculation() -> None:
 
 def test_links_take_from_the_nose_and_the_patch_adds() -> None:
     known = before_the_log(vehicle_file(Car(), None))
-    p = known.at(np.zeros(len(known.names))) | {"pitch_center_brake": 0.0, "patch_lag": 0.0}
+    p = known.at(np.zeros(len(known.names))) | {"pitch_center_brake": 0.0, "patch_lag": 0.0, "hubs_past": 0.0}
     body = body_of(p, None)
     bare = nod(p, "brake", None)
     springs, _ = pitch_compliance(p)
@@ -78,7 +78,8 @@ def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArr
         links = np.where(slope < -0.05, p["pitch_center_brake"], p["pitch_center_drive"])
         load = moment * force + path * 9.80665 * theta + 4 * p["wheel_inertia"] / p["radius"] * slope
         load += v2 * p["drag_height"]
-        theta = -(both * load - springs * links * (body.mass * force + v2))
+        hubs = p["hubs_past"] * (p["unsprung_front"] + p["unsprung_rear"]) * (p["radius"] - links)
+        theta = -(both * load - springs * (links * (body.mass * force + v2) + hubs * force))
     zero = np.zeros(n)
     columns = {
         "accel_x": force, "pitch": theta - grade, "pitch_rate": np.gradient(theta - grade) * RATE, "speed": speed,

@@ -9,6 +9,7 @@ import pytest
 from plant_balance import Car, vehicle_file
 
 from pipelines.estimators.load_balance.along import pads_relation
+from pipelines.estimators.load_balance.attitude import nod, pitch_compliance
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import Relation, pitch_terms
 from pipelines.estimators.load_balance.solve import solve
@@ -24,6 +25,7 @@ def test_drag_and_rolling_resistance_do_not_reach_the_brakes_links() -> None:
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {
         "pitch_center_brake": 0.2, "pitch_center_drive": 0.05, "patch_lag": 0.0, "offset_x": 0.0, "rolling_shift": 0.0,
+        "hubs_past": 0.0,
     }  # fmt: skip
     body, speed, f_x = body_of(p, None), 20.0, -2.0
     drag = 0.5 * 1.225 * p["drag"] * speed**2
@@ -45,6 +47,36 @@ def test_a_lagging_patch_reads_as_height() -> None:
     for kind, moved in (("suspension", 0.01 * mass), ("tyre", 0.0)):
         terms = pitch_terms(kind, known, None)
         assert terms(higher)["fx_brake"] - terms(p)["fx_brake"] == pytest.approx(moved)
+
+
+def test_hubs_on_swing_arms_pass_the_springs_by() -> None:
+    """With all of it past, the springs miss hub mass times what hubs stand above the links' height; tyres miss nothing."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {"pitch_center_brake": 0.1, "gain_pitch_suspension": 0.0}
+    hubs = p["unsprung_front"] + p["unsprung_rear"]
+    for kind, missed in (("suspension", hubs * (p["radius"] - 0.1)), ("tyre", 0.0)):
+        terms = pitch_terms(kind, known, None)
+        assert terms(p | {"hubs_past": 0.0})["fx_brake"] - terms(p | {"hubs_past": 1.0})[
+            "fx_brake"
+        ] == pytest.approx(missed)
+    springs, _ = pitch_compliance(p)
+    bare, all_past = (nod(p | {"hubs_past": past}, "brake", None) for past in (0.0, 1.0))
+    assert all_past - bare == pytest.approx(springs * hubs * (p["radius"] - 0.1))
+
+
+def test_side_force_of_steered_wheels_is_no_torque_for_the_links() -> None:
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {"patch_lag": 0.0, "product": 0.0}
+    body = body_of(p, None)
+    held_back = body.mass * (p["wheelbase"] - body.whole_x)
+    low, high = (
+        pitch_terms("suspension", known, None)(p | {"pitch_center_drive": h})["yaw2"] for h in (0.05, 0.15)
+    )
+    # what else there is beside yaw² comes from the unit's place, and the links' height enters it times that lever
+    lever = body.x - p["imu_x"]
+    assert high - low == pytest.approx(
+        -0.1 * held_back - 0.5 * 0.1 * lever * (body.mass - p["hubs_past"] * body.unsprung)
+    )
 
 
 def braked(ratio: float, seconds: float = 120.0) -> Columns:

@@ -26,7 +26,7 @@ RADIUS_SHARE = (0.118, 0.02)
 RIDE_HZ = (1.5, 0.35)
 SPRUNG_SHARE = 0.91
 PITCH_AXIS = (0.035, 0.03)
-PITCH_ARM_STD = 0.15
+PITCH_ARM_STD = 0.3
 AIR_DENSITY = 1.2
 DRAG_AREA_LIGHT = (0.75, 0.2)
 DRAG_AREA_HEAVY = (4.5, 1.5)
@@ -36,7 +36,7 @@ DRAG_HEIGHT = (1.1, 0.35)
 """Where the vehicle file is silent. WHEEL_SPIN_SHARE: spin inertia over radius of all wheels, as a share of m h.
 RADIUS_SHARE: wheel radius over wheelbase. RIDE_HZ: natural frequency of the body in heave. PITCH_INERTIA: over m L².
 PITCH_AXIS: height of the axis that the links make, over the wheelbase. PITCH_ARM_STD: how far the CG's shift with pitch
-may differ, over h.
+may differ, over h: a body tips over its round wheels' hubs or over the links' axis, which are 0.3 to 0.5 h apart.
 DRAG_HEIGHT: height at which drag acts (lift counted in), as a share of the CG's; each mean and standard deviation."""
 
 PITCH_BAND_HZ = 0.4

@@ -13,7 +13,14 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.estimators.load_balance.relations import Coefficients, Relation, Terms, add, make_relation
+from pipelines.estimators.load_balance.relations import (
+    Coefficients,
+    Relation,
+    Terms,
+    add,
+    make_relation,
+    past_the_springs,
+)
 from pipelines.joint.body import body_inertias
 from pipelines.joint.unknowns import AXLES, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
@@ -31,7 +38,8 @@ def nod(p: Values, mode: str, sag: float | None) -> float:
     body = body_of(p, sag)
     springs, tyres = pitch_compliance(p)
     moment = body.moment + body.mass * p["patch_lag"]
-    return -(springs * (moment - body.mass * p[f"pitch_center_{mode}"]) + tyres * moment)
+    past = body.mass * p[f"pitch_center_{mode}"] + past_the_springs(p, mode)
+    return -(springs * (moment - past) + tyres * moment)
 
 
 def _damping_s(p: Values) -> float:

@@ -3,12 +3,13 @@
 Sprung body, in body axes (specific force f, so that grade and bank drop out), S the suspension's vertical forces:
 
     vertical  sum S = m_s f_z - jacking
-    pitch     a S_f - b S_r = -m (h - h_links) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
+    pitch     a S_f - b S_r = -(m (h - h_links) - past) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
     roll      sum y S = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w (1 - camber) v r / R + I_xx p' + y_s m_s f_z
 
 The longitudinal balance is in `along`.
 
-Tyre forces or axle loads in S's place see the whole vehicle: no links, no roll centre. m, h: whole vehicle.
+Tyre forces or axle loads in S's place see the whole vehicle: no links, no roll centre. m, h: whole vehicle. past: the part of
+the hubs' inertia that their links take past the springs (`past_the_springs`).
 
 A balance is divided by what its S scales with, so that nothing is won by letting stiffness and mass shrink together.
 Its mean products with instruments (accelerations, speed: signals without the deflection sensors' noise and without
@@ -116,6 +117,12 @@ FORCES: dict[str, Callable[[Values, Sequence[float], Terms], None]] = {
 }
 
 
+def past_the_springs(p: Values, mode: str) -> float:
+    """kg m of the hubs' inertia that their links take to the tyres in braking or driving. mode: "brake" or "drive"."""
+    hubs = p["unsprung_front"] + p["unsprung_rear"]
+    return p["hubs_past"] * hubs * (p["radius"] - p[f"pitch_center_{mode}"])
+
+
 def _place(p: Values, body: Body) -> tuple[float, float, float]:
     """The inertial unit from the sprung CG: ahead, left, above."""
     return body.x - p["imu_x"], p["imu_y"] - body.y, p["imu_h"] - body.h
@@ -198,7 +205,10 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
             if whole
             else (p["pitch_center_brake"] - p["patch_lag"], p["pitch_center_drive"] - p["patch_lag"])
         )
-        brake, drive = (gain * (body.moment - body.mass * link) for link in links)
+        past = (0.0, 0.0) if whole else (past_the_springs(p, "brake"), past_the_springs(p, "drive"))
+        brake, drive = (
+            gain * (body.moment - body.mass * link - hubs) for link, hubs in zip(links, past, strict=True)
+        )
         # drag passes the tyres by, and rolling resistance is no brake's
         pressure = 0.5 * AIR * p["drag"]
         add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
@@ -213,6 +223,8 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         add(terms, "v2", pressure * (p["drag_height"] - links[1]) + 0.5 * AIR * (0.0 if whole else lift))
         add(terms, "pitch_acc", body_inertias(p)[1] * (1 + p["swing_pitch"]))
         add(terms, "yaw2", p["product"])
+        # the steered wheels' side force holds the car back (see `along`): it is in f_x, but no torque that links would carry
+        add(terms, "yaw2", -links[1] * body.mass * (p["wheelbase"] - body.whole_x))
         if not whole:
             add(terms, "one", p["pitch_bias"])
             add(terms, "rest", p["pitch_wound"])

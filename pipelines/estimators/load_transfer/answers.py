@@ -15,6 +15,7 @@ import numpy as np
 
 from parsers.signals import WHEELS
 from pipelines.estimators.axle_load_gls.known import rolling_arm
+from pipelines.estimators.load_transfer.batch import STATIC, BatchFit
 from pipelines.estimators.load_transfer.data import Known, StrutData
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray, Identification, ParameterEstimate
@@ -57,6 +58,13 @@ class Standing:
 def sensors_covariance(loads: FloatArray, errors: Errors) -> FloatArray:
     """(4, 4) of independent scale errors and offsets."""
     return np.diag((errors.scale * loads) ** 2 + errors.offset**2)
+
+
+def about_cg(found: BatchFit, known: Known) -> FloatArray:
+    """(4,) levers of the struts behind the sprung CG, m: what the links lift of the whole body has no moment there."""
+    loads = found.coefficients[STATIC]
+    behind = float(loads[2:].sum() / loads.sum())
+    return known.wheelbase.value * np.array([-behind, -behind, 1 - behind, 1 - behind])
 
 
 def level_doubt(data: StrutData, arms: tuple[float, float]) -> tuple[float, float]:

@@ -15,6 +15,7 @@ from pipelines.estimators.load_transfer.answers import (
     USUAL_ARM,
     Errors,
     Standing,
+    about_cg,
     assumptions,
     contradiction,
     level_doubt,
@@ -119,7 +120,7 @@ class LoadTransferBatch:
             traces=force_traces(self.name, data, prepared, found.fitted),
             assumptions=assumptions(data, known, errors), diagnostics=_figures(found, data),
             used_fraction=data.size / max(data.drive_rows, 1),
-            evidence=evidence(found, data, known, vehicle, standing, moving),
+            evidence=evidence(found, data, known, standing, moving),
         )  # fmt: skip
 
     def _parameters(
@@ -162,13 +163,6 @@ def _halves(known: Known) -> FloatArray:
     return np.array([front, -front, rear, -rear])
 
 
-def _about_cg(found: BatchFit, known: Known) -> FloatArray:
-    """(4,) levers of the struts behind the sprung CG, m: what the links lift of the whole body has no moment there."""
-    loads = found.coefficients[STATIC]
-    behind = float(loads[2:].sum() / loads.sum())
-    return known.wheelbase.value * np.array([-behind, -behind, 1 - behind, 1 - behind])
-
-
 def _standing(
     found: BatchFit, data: StrutData, known: Known, vehicle: Vehicle, errors: Errors, model: float
 ) -> Standing:
@@ -202,7 +196,7 @@ def pitch_arm(found: BatchFit, sprung: float, known: Known, vehicle: Vehicle) ->
     Beside it the struts see the unsprung masses held at their hubs, the wheels' spin, and the tyres' patches.
     """
     both = np.zeros_like(found.coefficients)
-    both[ALONG] = both[BRAKING] = _about_cg(found, known)
+    both[ALONG] = both[BRAKING] = about_cg(found, known)
     flat = both.ravel()
     arm = float(flat @ found.coefficients.ravel()) / sprung
     spread = math.sqrt(max(float(flat @ found.covariance @ flat), 0.0)) / sprung
@@ -219,7 +213,7 @@ def pitch_arm(found: BatchFit, sprung: float, known: Known, vehicle: Vehicle) ->
 
 def drag_area(found: BatchFit, sprung: float, known: Known) -> tuple[float, float]:
     """Drag area, m², and its standard deviation: the force is taken to act as high as the arm of driving."""
-    lever = _about_cg(found, known)
+    lever = about_cg(found, known)
     moment, spread = found.combine(lever, DRAG)
     arm, _ = found.combine(lever, ALONG)
     arm = max(arm / sprung, 0.1)

@@ -35,12 +35,13 @@ BESIDE_STD = (1.5, 0.02)
 GRADE_HZ = 0.25
 TYRES = 1.15
 OFFSET_STD = {"x": 0.17, "y": 0.16}
+LEANING = 0.9
 ROAD_STD = {"x": 0.010, "y": 0.025}
 LEAN = {"x": (0.06, 0.04), "y": (0.09, 0.04)}
 """BESIDE_STD: of the square of the yaw rate (m) and
 of the lateral force (s²/m): a sliding vehicle is slowed by its own turn. BRAKING: m/s² of deceleration taken
 for braking where no pressure is logged. OFFSET_STD: m/s², what an accelerometer's offset, its mounting and the body's
-standing lean make together. ROAD_STD: rad, mean grade and cross slope of a drive (roads fall to one side by 2 to 2.5 %). LEAN: share by which the body's lean
+standing lean make together; LEANING of it where deflections tell the lean. ROAD_STD: rad, mean grade and cross slope of a drive (roads fall to one side by 2 to 2.5 %). LEAN: share by which the body's lean
 enlarges the force that it feels, mean and standard deviation over cars. GRADE_HZ: slower than
 braking and driving, as hills are. TYRES: lean over that of the springs alone."""
 
@@ -319,7 +320,7 @@ def collect(prepared: Prepared, known: Known) -> StrutData | None:
             level[axis], doubt[axis] = (zero if instead is None else instead), GRAVITY * ROAD_STD[axis] * 3
         else:
             column = column - GRAVITY * TYRES * _standing(angle, column)
-            offset, doubt[axis] = _offset(column, instead, beside[axis], axis, 0.9 if leaning else 1.0)
+            offset, doubt[axis] = _offset(column, instead, beside[axis], axis, LEANING if leaning else 1.0)
             level[axis] = column - offset
     normal_gravity = _normal_gravity(level["x"], paths["x"] if raw["x"] is not None else None, rate_hz)
     normal = None if vertical is None else _levelled(vertical, level["x"], level["y"], normal_gravity)

@@ -4,27 +4,29 @@
     pitch     sum x S = m_s (x - L/2) g,  and a m/s² along  m h - m h_links - κ (m_u R + m_s h_path) + (1 - κ) 4 I_w / R
     roll      sum y S = m_s y g,          and a m/s² across m_s (h_s - h_rc) + (1 - camber) (m_u R + 4 I_w / R)
 
-x from the middle of the wheelbase, κ: g times pitch per longitudinal specific force. The same relations as load_balance's by
+x from the middle of the wheelbase at rest; a m/s² from where the static loads have their middle, the body's CG: what the links
+lift of the whole body in braking (anti-dive of one axle more than the other's) has no moment there. κ: g times pitch per
+longitudinal specific force. The same relations as load_balance's by
 suspension forces, with the same unknowns, so that they are counted once. Scales and zeros of the sensors are unknowns.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipelines.estimators.load_balance.evidence import PATCH
 from pipelines.estimators.load_balance.relations import TITLES
-from pipelines.estimators.load_transfer.answers import Standing, rolling_shift
+from pipelines.estimators.load_transfer.answers import Standing, about_cg
 from pipelines.estimators.load_transfer.batch import ACROSS, ALONG, BRAKING, STATIC, BatchFit
-from pipelines.estimators.load_transfer.data import LEAN, TYRES, Known, StrutData
+from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, TYRES, Known, StrutData
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
-from pipelines.vehicles.vehicle import Vehicle
 
 SOURCE = "load_transfer_batch"
 CARRIER = TITLES["suspension"]
@@ -35,10 +37,16 @@ BODY = (
 )  # fmt: skip
 SCALES = tuple(f"suspension_scale_{axle}" for axle in AXLES)
 ZEROS = tuple(f"suspension_zero_{wheel}" for wheel in CORNERS)
+ROLLING = ("rolling_shift", "rolling")
 LINKS = ("pitch_center_brake", "pitch_center_drive", "pitch_path", "wheel_inertia")
 ROLL = ("roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear")
 PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05
 LEVEL_GAIN = 0.005
+ASKEW: Mapping[str, tuple[str, str, float]] = {
+    "x": ("offset_x", "askew_pitch", GRAVITY), "y": ("offset_y", "askew_roll", -GRAVITY)
+}  # fmt: skip
+"""What an accelerometer's reading lacks: its offset, and gravity through its tilt (m/s² a rad). The same unknowns as in the balances
+by deflections: one inertial unit is not two witnesses of where the body's CG lies."""
 LEAST_SPREAD = 0.4
 """Shares by which the moments and the sum may be wrong by what the balances leave out; braking and driving both alike and each
 for itself. CURVE_ERROR: how far load transfer bends: it turns into a lateral place where all bends go one way. LEVEL_GAIN: scale of the
@@ -87,6 +95,39 @@ def _lean(data: StrutData) -> Unknown:
     return Unknown(GAIN, value, 0.1 * abs(value) + 0.002)
 
 
+@dataclass(frozen=True)
+class _Level:
+    """How far a horizontal force is level. kept: the share of what the reading lacks (`ASKEW`) that is still in it.
+
+    road: m/s² (std), what the road's mean slope, taken for the sensor's, put in.
+    """
+
+    axis: str
+    kept: float
+    road: float
+
+    @property
+    def unknowns(self) -> tuple[str, ...]:
+        """Names that `lacking` depends on."""
+        return ASKEW[self.axis][:2] if self.kept > 0 else ()
+
+    def lacking(self, values: Values) -> float | FloatArray:
+        """m/s² that the true force is above the one that was used."""
+        offset, tilt, gravity = ASKEW[self.axis]
+        return self.kept * (values[offset] + gravity * values[tilt]) if self.kept > 0 else 0.0
+
+
+def _level(data: StrutData, axis: str) -> _Level:
+    """From the spread that is left: sensor² (1 - w) with w the weight that the wheels' motion had against the sensor's prior."""
+    left = data.offset_std["xy".index(axis)]
+    sensor = OFFSET_STD[axis] * (LEANING if np.any(data.roll) else 1.0)
+    if not left < sensor:
+        # no accelerometer: the path's own doubt, which nobody shares
+        return _Level(axis, 0.0, left)
+    weight = 1 - (left / sensor) ** 2
+    return _Level(axis, 1 - weight, math.sqrt(weight) * left)
+
+
 def _rows(known: Known) -> tuple[FloatArray, FloatArray, FloatArray]:
     """(4,) levers of sum, pitch moment and roll moment."""
     half = 0.5 * known.wheelbase.value
@@ -115,16 +156,25 @@ def _carried(found: BatchFit, lever: FloatArray) -> Evidence:
     )  # fmt: skip
 
 
-def _pitching(
-    found: BatchFit, data: StrutData, known: Known, vehicle: Vehicle, lever: FloatArray, moving: bool
-) -> Evidence:
+def _rolling_moment(values: Values, rolls: bool) -> float | FloatArray:
+    """What rolling resistance moves from the front wheels to the rear ones, N m: as in the balances by deflections."""
+    if not rolls:
+        return 0.0
+    arm = values["rolling_shift"] * values["rolling"] * values["radius"]
+    return GRAVITY * loaded_body(values).mass * arm
+
+
+def _pitching(found: BatchFit, data: StrutData, known: Known, lever: FloatArray, moving: bool) -> Evidence:
     """Mean moment, and those a m/s² of braking and of driving."""
-    place = rolling_shift(vehicle, known) if data.moving else (0.0, 0.0)
-    picks = [(STATIC,), (ALONG, BRAKING), (ALONG,)] if moving else [(STATIC,)]
-    value, covariance = _combined(found, [_row(found, lever, *pick) for pick in picks])
+    rows = [_row(found, lever, STATIC)]
+    if moving:
+        about = about_cg(found, known)
+        rows += [_row(found, about, ALONG, BRAKING), _row(found, about, ALONG)]
+    value, covariance = _combined(found, rows)
     weight = float(found.coefficients[STATIC].sum())
-    level = abs(float(value[-1])) * data.offset_std[0] if moving else 0.0
-    still = math.hypot(weight * place[1], level, 0.002 * known.wheelbase.value * weight)
+    level = _level(data, "x")
+    a_unit = float(lever @ found.coefficients[ALONG]) if moving else 0.0
+    still = math.hypot(a_unit * level.road, 0.002 * known.wheelbase.value * weight)
     alike, each = math.hypot(PITCH_ERROR, LEVEL_GAIN) * value[1:], PITCH_ERROR * value[1:]
     half = 0.5 * known.wheelbase.value
     own = (_lean(data),) if moving else ()
@@ -132,14 +182,16 @@ def _pitching(
     def parameters(values: Values) -> list[float | FloatArray]:
         front, rear = axle_forces(values)
         length = 2 * half / values["wheelbase"]
-        found_: list[float | FloatArray] = [half * (rear - front) - weight * place[0]]
+        found_: list[float | FloatArray] = [
+            half * (rear - front) + _rolling_moment(values, data.moving) + a_unit * level.lacking(values)
+        ]
         if moving:
             found_ += [m * length / mean_scale(values) for m in pitch_moments(values)]
         return found_
 
     model = np.diag(np.square([still, *each]))
     model[1:, 1:] += np.outer(alike, alike)
-    names = (*BODY, *SCALES, *ZEROS, *((*LINKS, PATCH) if moving else ()))
+    names = (*BODY, *SCALES, *ZEROS, *ROLLING, *((*LINKS, PATCH, *level.unknowns) if moving else ()))
     return evidence_of(
         "pitch", CARRIER, "pitch moment of the struts", SOURCE, direct(value.tolist(), covariance + model), parameters,
         names, own,
@@ -152,10 +204,16 @@ def _rolling(
     """Mean moment, and that a m/s² across."""
     rows = [_row(found, lever, STATIC), *([_row(found, -lever, ACROSS)] if moving else [])]
     value, covariance = _combined(found, rows)
-    weight = float(found.coefficients[STATIC].sum())
+    weight, level = float(found.coefficients[STATIC].sum()), _level(data, "y")
+    a_unit = float(value[1]) if moving else 0.0
+    aside = (
+        math.hypot(a_unit * level.road, 0.001 * known.wheelbase.value * weight)
+        if moving
+        else weight * standing.aside[1]
+    )
     bent = CURVE_ERROR * abs(float(data.across.mean()) * value[1]) if moving else 0.0
     errors = [
-        math.hypot(weight * standing.aside[1], bent),
+        math.hypot(aside, bent),
         *([math.hypot(ROLL_ERROR, LEVEL_GAIN) * value[1]] if moving else []),
     ]
     used = 0.5 * (known.track[0].value + known.track[1].value)
@@ -166,13 +224,15 @@ def _rolling(
             (half if w[1] == "l" else -half) * values[f"suspension_zero_{w}"]
             for w, half in zip(CORNERS, np.abs(lever).tolist(), strict=True)
         )
-        made: list[float | FloatArray] = [(GRAVITY * body.sprung * body.y - zeros) / scale]
+        made: list[float | FloatArray] = [
+            (GRAVITY * body.sprung * body.y - zeros) / scale - a_unit * level.lacking(values)
+        ]
         if moving:
             wider = 2 * used / (values["track_front"] + values["track_rear"])
             made.append(roll_moment(values) * wider / scale)
         return made
 
-    names = dict.fromkeys((*BODY, *SCALES, *ZEROS, *(ROLL if moving else ())))
+    names = dict.fromkeys((*BODY, *SCALES, *ZEROS, *((*ROLL, *level.unknowns) if moving else ())))
     return evidence_of(
         "roll", CARRIER, "roll moment of the struts", SOURCE,
         direct(value.tolist(), covariance + np.diag(np.square(errors))), parameters, tuple(names),
@@ -180,14 +240,14 @@ def _rolling(
 
 
 def evidence(
-    found: BatchFit, data: StrutData, known: Known, vehicle: Vehicle, standing: Standing, moving: bool
+    found: BatchFit, data: StrutData, known: Known, standing: Standing, moving: bool
 ) -> tuple[Evidence, ...]:
     """The relations of one drive. moving: it was long and lively enough for the moments a m/s²."""
     total, pitch, roll = _rows(known)
     along, across = (moving and float(np.std(a)) > LEAST_SPREAD for a in (data.along, data.across))
     told = (
         _carried(found, total),
-        _pitching(found, data, known, vehicle, pitch, along and bool(data.braking.any())),
+        _pitching(found, data, known, pitch, along and bool(data.braking.any())),
         _rolling(found, data, known, roll, across, standing),
     )
     return tuple(replace(e, dedicated=True) for e in told)

@@ -1,0 +1,63 @@
+"""How well the vehicle file knows the empty vehicle: the quality of the data that a study gives to the verdict.
+
+sheet      what a data sheet says (`pipelines.simulation.logs.vehicle`): mass 1 %, CG along 10 mm, roll and pitch centres
+           20 mm, bars 4 %, and nothing of the CG's height and lateral place.
+measured   a vehicle that was weighed at its corners, tilted for its CG's height, and whose suspension was measured for
+           kinematics and compliance. Spreads are those of such rigs and not of the simulated vehicle:
+
+- corner scales: 0.1 % of their range each, fuel and ballast known to some kg: mass 0.25 %, CG 3 mm along and 2.5 mm across;
+- height by lifting an axle or tilting (ISO 10392 and the like; springs held or their travel taken off): 1 %, the usual span
+  of repeated tests by one laboratory; better rigs state 0.5 %;
+- kinematics and compliance rigs: wheel travel to 0.1 mm and forces to 0.3 % give wheel and roll rates to 1-2 %, and the
+  slopes of the contact patch's path, from which roll and pitch centres follow, to 0.005-0.01: 5 mm at half a track or half a
+  wheelbase for the brakes, 8 mm for driving, where the shafts' torque comes in;
+- a scale for wheel, hub and half of the links: 1.5 %; tape and laser: 2 mm.
+
+Pads, drag, rolling resistance, inertias and dampers are no better known than before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from pipelines.simulation.loads import truth
+from pipelines.simulation.logs.vehicle import sheet_values
+from pipelines.simulation.plant.vehicle import PlantVehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+QUALITIES = ("sheet", "measured")
+RIG = "vehicle file (measured)"
+FARTHEST = 2.5
+"""Standard deviations beyond which a figure is never off: rigs are checked too."""
+
+RELATIVE: Mapping[str, float] = {
+    "mass_kg": 0.0025, "cg_height_m": 0.01, "unsprung_mass_front_kg": 0.015, "unsprung_mass_rear_kg": 0.015,
+    "wheelbase_m": 0.0007, "track_front_m": 0.0013, "track_rear_m": 0.0013, "spring_rate_front_npm": 0.02,
+    "spring_rate_rear_npm": 0.02, "anti_roll_stiffness_front_nmprad": 0.02, "anti_roll_stiffness_rear_nmprad": 0.02,
+    "roll_stiffness_nmprad": 0.02, "tire_vertical_rate_npm": 0.03, "wheel_radius_m": 0.003,
+}  # fmt: skip
+"""Standard deviation over the value."""
+
+ABSOLUTE_M: Mapping[str, float] = {
+    "cg_to_front_axle_m": 0.003, "cg_lateral_offset_m": 0.0025, "roll_center_height_front_m": 0.005,
+    "roll_center_height_rear_m": 0.005, "pitch_center_height_m": 0.005, "pitch_center_height_drive_m": 0.008,
+}  # fmt: skip
+"""Standard deviation in m."""
+
+
+def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, errors: float = 1.0) -> Vehicle:
+    """The vehicle file with what the rigs found in place of the data sheet's figures, each off by its spread times `errors`.
+
+    plant: the empty vehicle as it is. What no rig here measures stays as it was.
+    """
+    empty = truth(plant, ())
+    true = {**sheet_values(plant), **{k: empty[k] for k in ("cg_height_m", "cg_lateral_offset_m")}}
+    found = dict(file.quantities)
+    for key in (*RELATIVE, *ABSOLUTE_M):
+        std = ABSOLUTE_M.get(key, RELATIVE.get(key, 0.0) * abs(true[key]))
+        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
+        found[key] = Quantity(true[key] + errors * std * draw, std, RIG)
+    return replace(file, quantities=found)

@@ -1,0 +1,89 @@
+"""Does the vehicle file go with the log? What a figure that does not makes of the intervals.
+
+Priors are relations like any other. For the unknowns of a stated figure, u in prior standard deviations at the mode and S their
+posterior covariance, what the log says without that prior lies u / (1 - S) off it with the variance S / (1 - S), so that
+
+    chi² = u' (I - S)⁻¹ u
+
+in the directions that the log saw at all. An unknown may end a harmless 1.9 standard deviations off and still contradict the
+log by 4, if the log pulls hard; springs that are too soft front and rear alike show in their sum.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from pipelines.joint.conflict import LIKELY, UNLIKELY, Check
+from pipelines.joint.posterior import Joint
+from pipelines.results import FloatArray, RelationCheck
+from pipelines.vehicles.vehicle import Vehicle
+
+SEEN = 0.05
+"""Share of a prior's variance that the log must have taken for a direction to count."""
+
+LEFT = 0.04
+"""Precision that is left to a prior in conflict: its spread five times as wide."""
+
+SOURCE = "stated figures"
+
+STATED: Mapping[str, Mapping[str, str]] = {
+    "stated mass": {"mass_kg": "empty_mass"},
+    "stated spring rates": {f"spring_rate_{a}_npm": f"spring_{a}" for a in ("front", "rear")},
+    "stated anti-roll bars": {f"anti_roll_stiffness_{a}_nmprad": f"bar_{a}" for a in ("front", "rear")},
+    "stated place of the CG": {"cg_to_front_axle_m": "empty_x"},
+    "stated height of the CG": {"cg_height_m": "empty_h"},
+    "stated roll centres": {f"roll_center_height_{a}_m": f"roll_center_{a}" for a in ("front", "rear")},
+    "stated tracks": {f"track_{a}_m": f"track_{a}" for a in ("front", "rear")},
+    "stated wheelbase": {"wheelbase_m": "wheelbase"},
+    "stated roll inertia": {"roll_inertia_kgm2": "roll_inertia"},
+    "stated brake gain": {"brake_gain_nmppa": "brake_gain"},
+}
+"""Figures of the vehicle file that go wrong together, and the unknowns that hold them."""
+
+
+def misfit(u: FloatArray, covariance: FloatArray) -> tuple[float, int]:
+    """chi² of k unknowns' priors against the log, u (k,) and covariance (k, k) at the mode, and its degrees of freedom."""
+    taken, axes = np.linalg.eigh(np.eye(len(u)) - covariance)
+    seen = taken > SEEN
+    along = axes.T @ u
+    return float(np.sum(along[seen] ** 2 / taken[seen])), int(seen.sum())
+
+
+def worse_test(u: FloatArray, covariance: FloatArray) -> tuple[float, float, int]:
+    """Probability, chi² and degrees of freedom of the worse of two tests: each figure by itself, and all wrong alike."""
+    from scipy.stats import chi2 as law
+
+    alike = np.ones((1, len(u))) / math.sqrt(len(u))
+    both = (misfit(u, covariance), misfit(alike @ u, alike @ covariance @ alike.T))
+    return min((float(law.sf(amount, n)) if n else 1.0, amount, n) for amount, n in both)
+
+
+def _released(joint: Joint, rows: list[int]) -> FloatArray:
+    """(k,) what u moves by when the priors of these unknowns are given five times their spread."""
+    curvature = np.linalg.inv(joint.covariance)
+    pull = np.zeros(len(joint.u))
+    pull[rows] = (1 - LEFT) * joint.u[rows]
+    curvature[rows, rows] -= 1 - LEFT
+    return np.asarray(np.linalg.solve(curvature, pull))
+
+
+def file_check(joint: Joint, vehicle: Vehicle) -> tuple[Check, ...]:
+    """The stated figures that contradict the log, as relations in conflict; none where all go with it."""
+    from scipy.stats import chi2 as law
+
+    found = []
+    for title, figures in STATED.items():
+        names = [unknown for key, unknown in figures.items() if vehicle.get(key) is not None]
+        rows = [joint.known.names.index(name) for name in names]
+        if not rows:
+            continue
+        probability, amount, count = worse_test(joint.u[rows], joint.covariance[np.ix_(rows, rows)])
+        if probability >= UNLIKELY:
+            continue
+        wider = math.sqrt(amount / float(law.isf(LIKELY, count)))
+        record = RelationCheck(title, SOURCE, count, amount, probability, wider, "contradicts the log")
+        found.append(Check(record, _released(joint, rows)))
+    return tuple(found)
