@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import errno
 import functools
 import gc
 import os
 import sys
+import warnings
 from collections.abc import Callable
 from typing import Annotated, ParamSpec
 
@@ -23,7 +23,15 @@ from cogest_cli.batch_command import batch
 from cogest_cli.convert_command import convert
 from cogest_cli.estimators_command import estimators
 from cogest_cli.inspect_command import inspect
-from cogest_cli.output import complain, drop_output, finish_output, forgive_encodings, full_disk
+from cogest_cli.output import (
+    MACHINE_ERRORS,
+    complain,
+    drop_output,
+    finish_output,
+    forgive_encodings,
+    machine_error,
+)
+from cogest_cli.quick_options import QuickCommand, QuickGroup
 from cogest_cli.report_command import report
 from cogest_cli.reproduce_command import reproduce
 from cogest_cli.results_command import results
@@ -34,11 +42,14 @@ from parsers.errors import CogestError
 
 P = ParamSpec("P")
 
+TURN_S = 0.0005
+
 INTERRUPTED = 130
 """What a shell gives for a program that Ctrl-C ended."""
 
 app = typer.Typer(
     name="cogest",
+    cls=QuickGroup,
     help="Estimate a vehicle's centre-of-gravity height, mass and suspension from its drive log, offline and honestly.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
@@ -67,9 +78,9 @@ def _known_errors(command: Callable[P, None]) -> Callable[P, None]:
             drop_output()
             raise typer.Exit(0) from None
         except OSError as error:
-            if error.errno != errno.ENOSPC:
+            if error.errno not in MACHINE_ERRORS:
                 raise
-            raise typer.Exit(full_disk()) from None
+            raise typer.Exit(machine_error(error)) from None
 
     return wrapped
 
@@ -104,7 +115,7 @@ for _command in (
     simulate,
     suspension_map,
 ):
-    app.command()(_known_errors(_command))
+    app.command(cls=QuickCommand)(_known_errors(_command))
 
 
 def program() -> None:
@@ -121,9 +132,10 @@ def program() -> None:
         code = end.code or 0
     # temporary files are removed, streams flushed, as at any other end
     atexit._run_exitfuncs()
-    with contextlib.suppress(OSError, ValueError):
-        sys.stdout.flush()
-        sys.stderr.flush()
+    for stream in (sys.stdout, sys.stderr):
+        # a stream that the caller closed (`>&-`) is None, whatever its type says
+        with contextlib.suppress(OSError, ValueError, AttributeError):
+            stream.flush()
     os._exit(code & 0xFF)
 
 
@@ -131,14 +143,19 @@ def run() -> None:
     """One command, with its exit code as SystemExit."""
     # importing makes two hundred thousand objects and no garbage: looking for some costs a short command 6 % of its time
     gc.set_threshold(300_000, 20, 20)
+    # threads that hash, unpack and pack come back for the interpreter's lock: by default they wait up to 5 ms each time
+    sys.setswitchinterval(TURN_S)
     one_algebra_thread()
     forgive_encodings()
+    if not sys.warnoptions:
+        # a library's word to its programmers tells a user nothing; tests turn each into an error
+        warnings.simplefilter("ignore")
     try:
         app()
     except SystemExit as end:
         # what is still in the buffer is written now, while an error can be told
         sys.exit(finish_output() or end.code)
     except OSError as error:
-        if error.errno != errno.ENOSPC:
+        if error.errno not in MACHINE_ERRORS:
             raise
-        sys.exit(full_disk())
+        sys.exit(machine_error(error))

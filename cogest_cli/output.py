@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import sys
 from io import TextIOWrapper
+
+_NO_SPACE = frozenset({errno.ENOSPC, errno.EDQUOT, errno.EFBIG})
+MACHINE_ERRORS = _NO_SPACE | {errno.EACCES, errno.EPERM, errno.EROFS, errno.EIO, errno.EMFILE, errno.ENFILE}
+"""Errors of the machine, not of the program: a line, no traceback."""
 
 
 def forgive_encodings() -> None:
@@ -51,10 +56,14 @@ def drop_output() -> None:
         os.close(nowhere)
 
 
-def full_disk() -> int:
-    """Say that the output could not be written; the exit code."""
+def machine_error(error: OSError) -> int:
+    """Say in a line what the machine refused (a full disk, a folder that cannot be written); the exit code."""
     drop_output()
-    complain("no space left where the output goes; free some, or write elsewhere")
+    if error.errno in _NO_SPACE:
+        complain("no space left where the output goes; free some, or write elsewhere")
+    else:
+        where = f"{error.filename}: " if error.filename else ""
+        complain(f"{where}{error.strerror}; check the place and its permissions, or write elsewhere")
     return 1
 
 
@@ -64,6 +73,6 @@ def finish_output() -> int:
         print(end="", flush=True)
     except BrokenPipeError:
         drop_output()
-    except OSError:
-        return full_disk()
+    except OSError as error:
+        return machine_error(error)
     return 0

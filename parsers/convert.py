@@ -49,11 +49,12 @@ def convert_logs(
                 record, count, files = LongDrive(paths, options, folder, budget).convert(taken, digest)
                 return Converted(record, count, tuple(files))
         parts = [make_part(taken.pop(0)) for _ in paths]
-        drive = make_drive(paths, parts, options, digest)
-        del parts
-        from parsers.store import write_drive
+        from parsers.store import pack_ahead, write_drive
 
-        files = write_drive(drive, folder)
+        with contextlib.closing(pack_ahead(s for part in parts for s in part.signals.values())) as ahead:
+            drive = make_drive(paths, parts, options, digest)
+            del parts
+            files = write_drive(drive, folder, ahead)
         return Converted(drive.record, len(drive.signals), tuple(files))
 
 

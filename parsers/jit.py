@@ -1,51 +1,112 @@
 """Compiled kernels: one typed door to numba, so that the rest of the code stays strictly typed.
 
-Kernels are cached on disk: the first call on a machine compiles, every later start loads.
+The first call on a machine compiles. Every later start loads machine code that was kept on disk (`parsers.jit_store`) and
+calls it by itself (`parsers.jit_call`): numba, whose import takes longer than reading a log does, is not even imported.
+What cannot be called so (arrays as results, odd arguments) goes through numba and its own cache on disk.
 """
 
 from __future__ import annotations
 
-import importlib
+import functools
+import os
 import sys
+import threading
 from collections.abc import Callable
-from types import ModuleType
 from typing import Any, ParamSpec, TypeVar, cast
 
-import numba
-from numba.core import types
-from numba.extending import intrinsic
-
 from parsers.channels import ByteArray
+from parsers.jit_shape import Shape, shape_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
 
-_LEAN: dict[str, Any] = {"_nrt": False, "forceinline": True}
+Call = Callable[[tuple[Any, ...]], Any]
+"""Calls a kernel with these arguments."""
 
-_SCIPY_BLAS = "scipy.linalg.cython_blas"
-
-
-def _without_scipy() -> None:
-    """Load the part of numba that looks for scipy's linear algebra, with scipy out of its sight.
-
-    It imports all of scipy.linalg only to see whether it is there, which costs every command a tenth of a second;
-    kernels here need no linear algebra, and one that did would still find it.
-    """
-    if _SCIPY_BLAS in sys.modules:
-        return
-    sys.modules[_SCIPY_BLAS] = cast("ModuleType", None)
-    try:
-        importlib.import_module("numba.np.arraymath")
-    finally:
-        sys.modules.pop(_SCIPY_BLAS, None)
+_LOCK = threading.RLock()
 
 
-_without_scipy()
+class Primitive:
+    """An instruction that Python has no word for, for kernels to call. make: gives numba's intrinsic, when it is needed."""
+
+    def __init__(self, name: str, make: Callable[[], Any]) -> None:
+        self.name, self.make = name, make
+
+    @functools.cached_property
+    def _numba_type_(self) -> Any:
+        from numba.core.registry import cpu_target
+
+        made = self.make()
+        # numba looks for what is new only when it begins to compile
+        cpu_target.typing_context.refresh()
+        return cpu_target.typing_context.resolve_value_type(made)
+
+
+class Kernel:
+    """A function for numba: see `kernel`. py_func: the function in plain Python."""
+
+    def __init__(self, function: Callable[..., Any], *, lean: bool = False) -> None:
+        functools.update_wrapper(self, function)
+        self.py_func, self.lean = function, lean
+        self._calls: dict[tuple[Shape, ...], Call] = {}
+        self._by_numba = False
+
+    def __call__(self, *args: Any, **named: Any) -> Any:
+        """Call the compiled function."""
+        if named or self._by_numba:
+            return self.dispatcher(*map(_plain, args), **named)
+        shapes = tuple(map(shape_of, args))
+        call = self._calls.get(shapes)
+        if call is None:
+            with _LOCK:
+                call = self._calls.get(shapes) or self._prepare(shapes, args)
+                self._calls[shapes] = call
+        return call(args)
+
+    def _prepare(self, shapes: tuple[Shape, ...], args: tuple[Any, ...]) -> Call:
+        """How to call the kernel with arguments of these shapes."""
+        from parsers.jit_call import native_call
+
+        call = native_call(self, shapes, args)
+        # numba is loaded then, and the quickest way for all other arguments too
+        self._by_numba = call is None
+        return call or self.by_numba
+
+    def by_numba(self, args: tuple[Any, ...]) -> Any:
+        """Call the kernel through numba."""
+        return self.dispatcher(*map(_plain, args))
+
+    @functools.cached_property
+    def dispatcher(self) -> Any:
+        """numba's own, with its cache on disk."""
+        from parsers.jit_compile import dispatcher
+
+        return dispatcher(self.py_func, cache=True, lean=self.lean)
+
+    @functools.cached_property
+    def helper(self) -> Any:
+        """numba's own for kernels that call this one: compiled with them, so that no cache can hold an old one."""
+        from parsers.jit_compile import dispatcher
+
+        return dispatcher(self.py_func, cache=False, lean=self.lean)
+
+    @property
+    def _numba_type_(self) -> Any:
+        from numba.core import types
+
+        return types.Dispatcher(self.helper)
+
+
+def _plain(argument: Any) -> Any:
+    """A kernel as an argument, as numba takes it."""
+    return argument.helper if isinstance(argument, Kernel) else argument
 
 
 def kernel(function: Callable[P, R]) -> Callable[P, R]:
-    """Compile `function` with numba on its first call: no Python objects, GIL released, cached on disk."""
-    return cast("Callable[P, R]", numba.njit(cache=True, nogil=True)(function))
+    """Compile `function` with numba on its first call: no Python objects, GIL released, kept on disk."""
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return function
+    return cast("Callable[P, R]", Kernel(function))
 
 
 def lean_kernel(function: Callable[P, R]) -> Callable[P, R]:
@@ -55,33 +116,39 @@ def lean_kernel(function: Callable[P, R]) -> Callable[P, R]:
     caller is a `kernel` and holds the arrays. Single rows may be taken as views; no array is returned, and no slice
     assigned.
     """
-    return cast("Callable[P, R]", numba.njit(cache=True, nogil=True, **_LEAN)(function))
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return function
+    return cast("Callable[P, R]", Kernel(function, lean=True))
 
 
-def _loader(bits: int, result: Any) -> Any:
-    """An intrinsic that reads `bits` bits of a byte array at any place, little-endian whatever the machine."""
+def _loader(bits: int, *, signed: bool) -> Callable[[ByteArray, int], int]:
+    """An instruction that reads `bits` bits of a byte array at any place, little-endian whatever the machine."""
 
-    def load(_typing: Any, array: Any, at: Any) -> Any:
-        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-            from llvmlite import ir
+    def make() -> Any:
+        from llvmlite import ir
+        from numba.core import types
+        from numba.extending import intrinsic
 
-            kind = ir.IntType(bits)
-            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
-            place = builder.bitcast(builder.gep(data, [arguments[1]]), kind.as_pointer())
-            value = builder.load(place, align=1)
-            if sys.byteorder == "big":
-                value = builder.bswap(value)
-            return builder.zext(value, ir.IntType(64)) if bits < 64 else value
+        def load(_typing: Any, array: Any, at: Any) -> Any:
+            def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+                kind = ir.IntType(bits)
+                data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+                place = builder.bitcast(builder.gep(data, [arguments[1]]), kind.as_pointer())
+                value = builder.load(place, align=1)
+                if sys.byteorder == "big":
+                    value = builder.bswap(value)
+                return builder.zext(value, ir.IntType(64)) if bits < 64 else value
 
-        return result(array, types.intp), generate
+            return (types.int64 if signed else types.uint64)(array, types.intp), generate
 
-    return intrinsic(load)
+        return intrinsic(load)
+
+    return cast("Callable[[ByteArray, int], int]", Primitive(f"load {bits}", make))
 
 
-_Load = Callable[[ByteArray, int], int]
-_LOAD_16: _Load = _loader(16, types.int64)
-_LOAD_32: _Load = _loader(32, types.int64)
-_LOAD_64: _Load = _loader(64, types.uint64)
+_LOAD_16 = _loader(16, signed=True)
+_LOAD_32 = _loader(32, signed=True)
+_LOAD_64 = _loader(64, signed=False)
 
 
 @kernel

@@ -6,8 +6,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import polars as pl
-
 from parsers.channels import IntArray
 from parsers.checks.check import Findings, as_applied, decide
 from parsers.drive import Decision, ImportRecord
@@ -21,9 +19,11 @@ from parsers.load import (
 )
 from parsers.log_hash import BackgroundHash
 from parsers.merge import Span, join_pieces
+from parsers.parquet_pages import DOUBLE, INT64
+from parsers.parquet_write import Table, write_pieces
 from parsers.read_log import LoadOptions, Taken
 from parsers.signals import SIGNALS
-from parsers.store import group_frame, sink_frames
+from parsers.store import group_table
 from parsers.store_folder import Replacement
 from parsers.strand_bounds import StrandBounds, bounds_of_strands
 from parsers.strands import Cleaner, Strand, cleaned, make_cleaner, whole_signals
@@ -125,27 +125,27 @@ class LongDrive:
         windows = time_windows([track for s in strands for track in s.tracks], self.budget.window)
         cleaners = {s.name: make_cleaner(s, bounds[s.name].bounds, findings) for s in strands}
         figures = SharedFigures({s.name: s.usual_ns for s in strands})
-        frames = _frames(strands, windows, cleaners, figures, fix=self.options.fix)
-        rows = {id(track.rows): track.rows.rows for s in strands for track in s.tracks}
-        sink_frames(frames, [SIGNALS[s.name].column for s in strands], part, sum(rows.values()))
+        pieces = _pieces(strands, windows, cleaners, figures, fix=self.options.fix)
+        kinds = {"time_ns": INT64} | {SIGNALS[s.name].column: DOUBLE for s in strands}
+        write_pieces(pieces, part, kinds)
         return {
             name: _Written(figures.of(name), _decisions(cleaners[name], bounds[name])) for name in cleaners
         }
 
 
-def _frames(
+def _pieces(
     strands: Sequence[Strand],
     windows: Sequence[Span],
     cleaners: Mapping[str, Cleaner],
     figures: SharedFigures,
     *,
     fix: bool,
-) -> Iterator[pl.DataFrame]:
+) -> Iterator[Table]:
     for signals, base in cleaned(strands, windows, cleaners, fix=fix):
         figures.add(base, {name: signal.time_ns for name, signal in signals.items()})
-        frame = group_frame(list(signals.values()))
-        if len(frame):
-            yield frame
+        table = group_table(list(signals.values()))
+        if len(table["time_ns"]):
+            yield table
 
 
 def _decisions(cleaner: Cleaner, bounds: StrandBounds) -> tuple[Decision, ...]:

@@ -340,13 +340,13 @@ def test_an_error_while_writing_leaves_the_earlier_tables(tapes, tmp_path, monke
     before = {path.name: path.read_bytes() for path in folder.iterdir()}
     calls = []
 
-    def failing(*arguments: object) -> pl.DataFrame:
+    def failing(*arguments: object) -> object:
         calls.append(1)
         if len(calls) > 5:
             raise error
-        return parsers.store.group_frame(*arguments)
+        return parsers.store.group_table(*arguments)
 
-    monkeypatch.setattr(parsers.long_drive, "group_frame", failing)
+    monkeypatch.setattr(parsers.long_drive, "group_table", failing)
     raised = LogError if isinstance(error, OSError) else type(error)
     with pytest.raises(raised):
         convert_logs(paths, LoadOptions(), folder, budget)

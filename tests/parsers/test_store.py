@@ -11,7 +11,7 @@ import pytest
 from parsers.drive import Drive, ImportRecord, Signal
 from parsers.errors import LogError
 from parsers.load import LoadOptions, load_drive
-from parsers.store import group_frame, rate_groups, write_drive
+from parsers.store import group_table, rate_groups, write_drive
 from parsers.store_folder import RECORD_FILE
 from parsers.timebase import NS
 
@@ -35,21 +35,21 @@ def test_signals_of_one_group_share_a_table_and_others_do_not():
         signal("pitch", FAST, "/imu"),
     )
     assert rate_groups([one, two, three]) == [[one, three], [two]]
-    frame = group_frame([one, three])
-    assert frame.columns == ["time_ns", "roll_rad", "pitch_rad"]
-    assert frame["roll_rad"].to_numpy() == pytest.approx(one.values, abs=0)
+    table = group_table([one, three])
+    assert list(table) == ["time_ns", "roll_rad", "pitch_rad"]
+    assert table["roll_rad"] == pytest.approx(one.values, abs=0)
 
 
 def test_stamps_that_differ_within_a_group_leave_empty_cells_and_nothing_else():
     holey = signal("roll", np.delete(FAST, np.arange(200, 300)), "g")
     shifted = signal("pitch", FAST + 3, "g")
-    frame = group_frame([holey, shifted])
-    assert frame["time_ns"].is_sorted()
-    assert len(frame) == 1900
+    table = group_table([holey, shifted])
+    assert len(table["time_ns"]) == 1900
+    assert (np.diff(table["time_ns"]) > 0).all()
     for each, column in ((holey, "roll_rad"), (shifted, "pitch_rad")):
-        own = frame.select("time_ns", column).drop_nulls()
-        assert own["time_ns"].to_numpy().tolist() == each.time_ns.tolist()
-        assert own[column].to_numpy().tolist() == each.values.tolist()
+        there = ~np.isnan(table[column])
+        assert table["time_ns"][there].tolist() == each.time_ns.tolist()
+        assert table[column][there].tolist() == each.values.tolist()
 
 
 def test_what_is_written_reads_back(tmp_path):
@@ -123,7 +123,7 @@ def test_a_write_that_fails_leaves_the_first_drive(tmp_path, monkeypatch):
     def fail(*_, **__):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(pl.DataFrame, "write_parquet", fail)
+    monkeypatch.setattr("parsers.parquet_write.TableFile.add", fail)
     with pytest.raises(LogError, match=r"cannot be written \(No space left on device\).*--out"):
         write_drive(drive_of(signal("speed", SLOW, "/odom")), tmp_path)
     assert {path.name: path.read_bytes() for path in tmp_path.iterdir()} == before

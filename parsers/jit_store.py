@@ -1,0 +1,167 @@
+"""Machine code of kernels on disk, named by all that it depends on: the kernel's code, that of its helpers, their constants.
+
+So no change of a helper or a constant, in whatever file, can leave old machine code in use.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import importlib.util
+import os
+import platform
+import re
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
+from typing import Any
+
+import numpy as np
+
+from parsers.jit import Kernel, Primitive
+
+SUFFIX = ".kernel"
+_MARK = b"cogest kernel 4\n"
+_FOREIGN = ("numpy", "math", "numba", "builtins")
+
+
+def key_of(kernel: Kernel, *more: object) -> str:
+    """A hash of a kernel's code, its helpers', their constants, the machine and `more`."""
+    text = "\n".join((*_code(kernel.py_func, set()), environment(), *map(repr, more), repr(kernel.lean)))
+    return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
+
+
+def _code(function: Any, seen: set[int]) -> Iterator[str]:
+    """All that makes a function what it is, line by line."""
+    if id(function) in seen:
+        yield f"again {function.__qualname__}"
+        return
+    seen.add(id(function))
+    yield f"{function.__module__} {function.__qualname__} {function.__defaults__!r}"
+    yield from _instructions(function.__code__)
+    known = dict(function.__globals__)
+    for name, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
+        known[name] = cell.cell_contents
+    for name in sorted(_names(function.__code__)):
+        if name in known:
+            yield name
+            yield from _value(known[name], function.__code__, seen)
+
+
+def _instructions(code: CodeType) -> Iterator[str]:
+    yield f"{code.co_code.hex()} {code.co_names} {code.co_varnames} {code.co_argcount} {code.co_flags}"
+    for constant in code.co_consts:
+        if isinstance(constant, CodeType):
+            yield from _instructions(constant)
+        else:
+            yield repr(constant)
+
+
+def _names(code: CodeType) -> set[str]:
+    """Names that a function may find outside of itself."""
+    inner = (_names(each) for each in code.co_consts if isinstance(each, CodeType))
+    return {*code.co_names, *code.co_freevars}.union(*inner)
+
+
+def _value(value: Any, code: CodeType, seen: set[int]) -> Iterator[str]:
+    """What a name stands for."""
+    if isinstance(value, Kernel):
+        yield f"kernel {value.lean}"
+        yield from _code(value.py_func, seen)
+    elif isinstance(value, Primitive):
+        yield value.name
+        yield from _code(value.make, seen)
+    elif isinstance(value, np.ndarray):
+        yield f"{value.dtype} {value.shape} {hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()}"
+    elif isinstance(value, (tuple, list)):
+        yield type(value).__qualname__
+        for each in value:
+            yield from _value(each, code, seen)
+    elif isinstance(value, ModuleType):
+        yield value.__name__
+        if value.__name__.partition(".")[0] not in _FOREIGN:
+            for name in sorted(_names(code)):
+                if hasattr(value, name):
+                    yield from _value(getattr(value, name), code, seen)
+    elif isinstance(value, FunctionType) and value.__module__.partition(".")[0] not in _FOREIGN:
+        yield from _code(value, seen)
+    elif isinstance(value, (type, FunctionType, BuiltinFunctionType)):
+        yield f"{value.__module__} {value.__qualname__} {getattr(value, '_fields', '')}"
+    else:
+        yield f"{type(value).__qualname__} {value!r}"
+
+
+@cache
+def environment() -> str:
+    """What machine code depends on beside its source: Python, numba, and the processor."""
+    import llvmlite
+    import llvmlite.binding as llvm
+
+    found = importlib.util.find_spec("numba")
+    place = found.origin if found else None
+    stamp = Path(place).stat().st_mtime_ns if place else 0
+    told = sorted((name, text) for name, text in os.environ.items() if name.startswith("NUMBA_CPU"))
+    told += [(name, os.environ[name]) for name in ("NUMBA_OPT", "NUMBA_BOUNDSCHECK") if name in os.environ]
+    parts = (sys.version, np.__version__, stamp, llvmlite.__version__, platform.machine(), sys.platform, told)
+    return f"{parts} {llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}"
+
+
+@cache
+def _folder(beside: Path) -> Path | None:
+    """Where the machine code of a source file's kernels lies: as numba has it, beside the source where that can be written."""
+    told = os.environ.get("NUMBA_CACHE_DIR")
+    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or "~/.cache"
+    own = hashlib.sha256(os.fsencode(beside)).hexdigest()[:8]
+    elsewhere = Path(base).expanduser() / "cogest_kernels" / own
+    for place in [Path(told) / f"cogest_{own}"] if told else [beside / "__pycache__", elsewhere]:
+        with contextlib.suppress(OSError):
+            place.mkdir(parents=True, exist_ok=True)
+            if os.access(place, os.W_OK | os.X_OK):
+                return place
+    return None
+
+
+def _place(kernel: Kernel, key: str) -> Path | None:
+    function: Callable[..., Any] = kernel.py_func
+    folder = _folder(Path(function.__code__.co_filename).absolute().parent)
+    name = re.sub(
+        r"[^A-Za-z0-9_.]+", "_", f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
+    )
+    return folder / f"{name[:80]}-{key}{SUFFIX}" if folder else None
+
+
+def read_code(kernel: Kernel, key: str) -> tuple[bytes, str] | None:
+    """The object file of that key, and what its function gives back; an empty file for a kernel that needs numba.
+
+    None where there is none.
+    """
+    place = _place(kernel, key)
+    try:
+        content = place.read_bytes() if place else b""
+    except OSError:
+        return None
+    if not content.startswith(_MARK):
+        return None
+    size, _, rest = content[len(_MARK) :].partition(b"\n")
+    result, _, code = rest.partition(b"\n")
+    return (code, result.decode("ascii", "replace")) if size == str(len(code)).encode() else None
+
+
+def write_code(kernel: Kernel, key: str, code: bytes, result: str) -> None:
+    """Keep an object file; one that cannot be kept is compiled again next time."""
+    place = _place(kernel, key)
+    if place is None:
+        return
+    content = b"".join((_MARK, f"{len(code)}\n{result}\n".encode("ascii"), code))
+    # another process may read, or write the same
+    with contextlib.suppress(OSError):
+        part = place.with_name(f".{place.name}.{os.getpid()}.{threading.get_ident()}.part")
+        try:
+            part.write_bytes(content)
+            part.replace(place)
+        except OSError:
+            part.unlink(missing_ok=True)
+            raise

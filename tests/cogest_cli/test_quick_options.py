@@ -1,0 +1,101 @@
+"""Plain values need none of typer's heavy helpers; all others are judged by typer as before."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from cogest_cli.quick_options import QuickCommand, QuickGroup
+
+ROOT = Path(__file__).resolve().parents[2]
+HEAVY = ["numba", "pydantic", "polars", "scipy", "matplotlib", "rich"]
+
+
+def word(text: str) -> str:
+    """A parser as those of the program."""
+    if text == "bad":
+        raise ValueError("not that one")
+    return f"<{text}>"
+
+
+def app_of(group, command):
+    app = typer.Typer(cls=group)
+
+    @app.callback()
+    def _root(loud: Annotated[bool, typer.Option("--loud")] = False) -> None:
+        print(f"loud={loud}")
+
+    @app.command(cls=command)
+    def run(
+        words: Annotated[list[str], typer.Argument(parser=word)],
+        one: Annotated[str | None, typer.Option(parser=word)] = None,
+        more: Annotated[list[str] | None, typer.Option(parser=word)] = None,
+        text: Annotated[str, typer.Option()] = "none",
+        maybe: Annotated[str | None, typer.Option()] = None,
+        number: Annotated[int, typer.Option(min=0)] = 3,
+        share: Annotated[float, typer.Option()] = 0.5,
+        out: Annotated[Path, typer.Option()] = Path("here"),
+        there: Annotated[Path | None, typer.Option(exists=True)] = None,
+        flag: Annotated[bool, typer.Option("--flag")] = False,
+    ) -> None:
+        print([words, one, more, text, maybe, number, share, out, there, flag])
+
+    return app
+
+
+LINES = [
+    "run a",
+    "run a b --one c --more d --more e --text f --maybe g --number 7 --share 0.25 --out h --there . --flag",
+    "--loud run a",
+    "run a --number 0",
+    "run a --number -1",
+    "run a --number x",
+    "run a --share x",
+    "run a --there /nowhere/at/all",
+    "run bad",
+    "run a --one bad",
+    "run a --more d --more bad",
+    "run",
+    "run a --what",
+    "run a --text",
+    "walk",
+    "",
+]
+
+
+@pytest.mark.parametrize("line", LINES)
+def test_every_line_gives_what_typer_alone_gives(line):
+    ours, theirs = (
+        CliRunner().invoke(app_of(*kinds), line.split())
+        for kinds in ((QuickGroup, QuickCommand), (typer.core.TyperGroup, typer.core.TyperCommand))
+    )
+    assert ours.exit_code == theirs.exit_code
+    assert ours.stdout == theirs.stdout
+    assert ours.stderr == theirs.stderr
+
+
+def test_a_conversion_loads_nothing_heavy(tmp_path):
+    log = ROOT / "sample_logs" / "can" / "drive.blf"
+    program = (
+        "import sys\nfrom cogest_cli.main import run\n"
+        "try:\n    run()\nexcept SystemExit as end:\n    assert not end.code\n"
+        f"print('loaded', [name for name in {HEAVY!r} if name in sys.modules])\n"
+    )
+    command = [sys.executable, "-c", program, "convert", str(log), "--out", str(tmp_path / "out")]
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+    told = [
+        subprocess.run(
+            command, env=environment, capture_output=True, text=True, check=True
+        ).stdout.splitlines()[-1]
+        for _ in range(2)
+    ]
+    # the first start compiles
+    assert "'numba'" in told[0]
+    assert told[1] == "loaded []"
