@@ -26,7 +26,8 @@ Manoeuvre = Annotated[
 Out = Annotated[
     Path | None,
     typer.Option(
-        help="The log: .csv, .parquet, or a folder's name for one Parquet table a rate.", show_default=False
+        help="The log: .csv or .parquet for one table, a name without suffix for a folder with one a rate.",
+        show_default=False,
     ),
 ]
 VehicleName = Annotated[
@@ -43,16 +44,16 @@ Loads = Annotated[
 CrossWeight = Annotated[
     float,
     typer.Option(
-        help="Mass [kg] that unlike spring seats move from front left to front right and from rear right to rear left."
+        help="Mass in kg that unlike spring seats move from front left to front right and from rear right to rear left."
     ),
 ]
 Sensors = Annotated[str, typer.Option(help="A sensor set; see --list.")]
 Rate = Annotated[
     float | None,
-    typer.Option(help="All signals at this rate [Hz]; default: each at its own.", show_default=False),
+    typer.Option(help="All signals at this rate in Hz; default: each at its own.", show_default=False),
 ]
-Speed = Annotated[float | None, typer.Option(help="Test speed [km/h].", show_default=False)]
-Duration = Annotated[float | None, typer.Option(help="Length [s].", show_default=False)]
+Speed = Annotated[float | None, typer.Option(help="Test speed in km/h.", show_default=False)]
+Duration = Annotated[float | None, typer.Option(help="Length in s.", show_default=False)]
 Friction = Annotated[
     float | None, typer.Option(help="Peak friction coefficient of the road.", show_default=False)
 ]
@@ -62,7 +63,7 @@ Severity = Annotated[
 Direction = Annotated[Side, typer.Option(help="left, right or both, where it has sides.")]
 Surface = Annotated[str | None, typer.Option(help="Roughness class of ISO 8608, A to H.", show_default=False)]
 SensorErrors = Annotated[float, typer.Option(help="Factor on noise, offsets, scale errors and misalignment.")]
-Dropouts = Annotated[float, typer.Option(help="Lost messages of each sensor unit [1/s].")]
+Dropouts = Annotated[float, typer.Option(help="Lost messages of each sensor unit a second.")]
 Outliers = Annotated[float, typer.Option(help="Share of wild samples.")]
 VehicleErrors = Annotated[float, typer.Option(help="Factor on how far the vehicle file lies from the truth.")]
 TellLoad = Annotated[bool, typer.Option("--tell-load", help="Write the load into the vehicle file.")]
@@ -136,7 +137,7 @@ def _options(
     surface: str | None,
 ) -> Options:
     """The manoeuvre's options; the speed is in km/h. Raises SettingsError for what none can have."""
-    from pipelines.simulation.manoeuvres.base import Options
+    from pipelines.simulation.manoeuvres.base import SPEEDS_MPS, Options
 
     try:
         return Options(
@@ -148,6 +149,10 @@ def _options(
             surface=surface,
         )
     except ValueError as error:
+        if speed is not None and str(error).startswith("speed_mps"):
+            low, high = (3.6 * bound for bound in SPEEDS_MPS)
+            text = f"--speed is {speed:g} km/h: expected {low:g} to {high:g}"
+            raise SettingsError(text) from error
         raise SettingsError(str(error)) from error
 
 

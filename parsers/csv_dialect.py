@@ -16,6 +16,7 @@ from parsers.table_text import Encoding, decode
 
 _MOST_LINES = 3000
 _SCORED_LINES = 80
+_BROKEN_ROWS = 3
 _HEADER_LINES = 8
 _SAMPLED_ROWS = 500
 _SEPARATORS = ("\t", ";", ",", "|", " ")
@@ -60,6 +61,7 @@ def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTabl
     first = _first_row(lines, rules, style, share)
     if first is None:
         return None
+    first = _before_broken_rows(lines, first, rules, style)
     fitting = (
         tuple(row)
         for line in lines[first:]
@@ -138,6 +140,22 @@ def _first_row(lines: Sequence[str], rules: RowRules, style: NumberStyle, share:
         if all(following) or (at + 3 >= len(filled) and sum(following) >= len(following) - 1):
             return k
     return None
+
+
+def _before_broken_rows(lines: Sequence[str], first: int, rules: RowRules, style: NumberStyle) -> int:
+    """The first line behind the header, where the rows begin with some that are too short or too long.
+
+    They are then counted as rejected like those further down, and do not part the header from its table.
+    """
+    at = first
+    while at > 0 and first - at < _BROKEN_ROWS:
+        above = split_cells(lines[at - 1], rules)
+        if len(above) == rules.width:
+            return at if value_share(above, style) <= 0.2 else first
+        if not _is_filled(lines[at - 1]) or value_share(above, style) < 1:
+            return first
+        at -= 1
+    return first
 
 
 def _name_columns(

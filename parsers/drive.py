@@ -97,6 +97,16 @@ class ImportRecord:
     duplicates: int = 0
     clock_jumps: int = 0
 
+    @property
+    def disorder(self) -> tuple[str, ...]:
+        """What was put in order, in words: "9 repeated stamps"."""
+        counts = (
+            (self.out_of_order, "sample out of order", "samples out of order"),
+            (self.duplicates, "repeated stamp", "repeated stamps"),
+            (self.clock_jumps, "clock jump", "clock jumps"),
+        )
+        return tuple(f"{n} {one if n == 1 else many}" for n, one, many in counts if n)
+
 
 @dataclass(frozen=True)
 class Drive:

@@ -15,12 +15,19 @@ from parsers.errors import LogError
 from parsers.importer import ReadOptions
 from parsers.table_cells import CALENDAR_CELL, CLOCK_CELL, DATE_CELL, NumberStyle, is_missing
 from parsers.table_names import ColumnName
-from parsers.table_stamps import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
+from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST, YEAR_FIRST
 from parsers.units import find_unit
 
 ABSOLUTE_FROM_NS = 630_000_000_000_000_000
 ABSOLUTE_TO_NS = 4_100_000_000_000_000_000
 """A stamp between 1990 and 2100 counts from 1970: no logger has run that long."""
+
+_SERIAL_DATES = (20_000.0, 80_000.0)
+_DATENUMS = (690_000.0, 800_000.0)
+"""Days since 1899-12-30 and since the year 0, from about 1955 to 2119 and 1889 to 2190."""
+_DAY_STEP = 1.5e-4
+"""Days: seconds in steps as small would be a log of more than 6 kHz."""
+_UNIT_TEXTS = {1: "ns", 1000: "us", 1_000_000: "ms", DAY_NS: "days"}
 
 Shape = Literal["number", "moment", "date", "clock", "text"]
 Kind = Literal["decimal", "seconds_nanos", "calendar"]
@@ -49,10 +56,12 @@ _TIME_WORDS = """
     timeunix unixtimestamp epoch epochtime posixtime %time datetime dateandtime date datum elapsed elapsedtime timeelapsed
     reltime relativetime rectime recordtime logtime logtimestamp systemtime systime sampletime timesec timesecs
     timeseconds timens timems timeus rosbagtimestamp rosbagtime bagtime runtime clock localtime measurementtime testtime
-    gpsutctime xtime timestampns timestampms timestampus timestamputc utctimestamp gpstimestamp hosttime
+    gpsutctime xtime timestampns timestampms timestampus timestamputc utctimestamp gpstimestamp hosttime secondselapsed elapsedseconds
+    elapseds timeelapseds datenum exceltime serialdate
 """
 _TIME_NAMES = frozenset(_TIME_WORDS.split())
 _WITH_ZONE = re.compile(r"(?:[zZ]|UTC|:\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$")
+_HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 _STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
 _HEADER_STAMP = re.compile(r"(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
@@ -253,13 +262,24 @@ def _calendar_plan(
     notes = []
     order = YEAR_FIRST
     if not re.match(r"\d{4}", dates[0]):
-        parts = [[int(part) for part in re.split(r"[-/.]", cell)[:2]] for cell in dates]
-        order = MONTH_FIRST if max(p[1] for p in parts) > 12 else DAY_FIRST
-        if order == DAY_FIRST and max(p[0] for p in parts) <= 12 and "." not in dates[0][:6]:
-            notes.append(f"dates such as {dates[0]!r} can be read in two ways: taken as day, month, year")
+        order, note = _date_order(dates, cells)
+        notes += [note] if note else []
     if not any(_WITH_ZONE.search(cell) for cell in cells):
         notes.append(f"the times in {clock} state no time zone: taken as UTC")
     return TimePlan("calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes))
+
+
+def _date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str]:
+    """Whether the day or the month comes first, and a note where the dates alone do not say it."""
+    parts = [[int(part) for part in re.split(r"[-/.]", cell)[:2]] for cell in dates]
+    if max(p[1] for p in parts) > 12:
+        return MONTH_FIRST, ""
+    if max(p[0] for p in parts) > 12 or "." in dates[0][:6]:
+        return DAY_FIRST, ""
+    two_ways = f"dates such as {dates[0]!r} can be read in two ways: taken as"
+    if "/" in dates[0][:6] and any(_HALF_DAY.search(cell) for cell in cells):
+        return MONTH_FIRST, f"{two_ways} month, day, year, as is usual beside AM and PM"
+    return DAY_FIRST, f"{two_ways} day, month, year"
 
 
 def _is_absolute(cells: Sequence[str], style: NumberStyle, unit_ns: int) -> bool:
@@ -287,15 +307,31 @@ def _decimal_plan(
     if unit is not None:
         unit_ns = round(unit.scale * 1e9)
     else:
-        unit_ns, why = guess_unit([v for cell in cells if (v := style.value(cell)) is not None])
-        text = {1: "ns", 1000: "us", 1_000_000: "ms"}.get(unit_ns, "s")
-        notes = (
-            f'column "{column.name}" states no unit: taken as {text}, {why}; state it in the map file: [time] unit',
-        )
-    absolute = _is_absolute(cells, style, unit_ns)
+        values = [v for cell in cells if (v := style.value(cell)) is not None]
+        if _are_days(values, _DATENUMS):
+            raise LogError(
+                f'column "{column.name}" holds days since the year 0 (MATLAB\'s datenum): not read',
+                path=path,
+                hint="write it as seconds, (t - t(1)) * 86400, or as ISO 8601 texts",
+            )
+        unit_ns, why = guess_unit(values)
+        text = _UNIT_TEXTS.get(unit_ns, "s")
+        advice = "" if unit_ns == DAY_NS else "; state it in the map file: [time] unit"
+        notes = (f'column "{column.name}" states no unit: taken as {text}, {why}{advice}',)
+    absolute = unit_ns != DAY_NS and _is_absolute(cells, style, unit_ns)
     stamp = "header stamp" if _HEADER_STAMP.search(column.name) else "time"
     clock = f'{stamp} (column "{column.name}"{", since 1970" if absolute else ""})'
     return TimePlan("decimal", (place,), clock, absolute, unit_ns, notes=notes)
+
+
+def _are_days(values: Sequence[float], span: tuple[float, float]) -> bool:
+    """Whether numbers are dates counted in days: in `span`, and in steps of less than a quarter of a minute."""
+    steps = [b - a for a, b in pairwise(values) if b > a]
+    return (
+        bool(steps)
+        and span[0] < min(values) <= max(values) < span[1]
+        and statistics.median(steps) < _DAY_STEP
+    )
 
 
 def guess_unit(values: Sequence[float]) -> tuple[int, str]:
@@ -306,6 +342,8 @@ def guess_unit(values: Sequence[float]) -> tuple[int, str]:
     for least, unit_ns in ((1e17, 1), (1e14, 1000), (1e11, 1_000_000), (3e8, 1_000_000_000)):
         if size >= least:
             return unit_ns, f"since values near {size:.4g} are then times since 1970"
+    if _are_days(values, _SERIAL_DATES):
+        return DAY_NS, f"since values near {size:.0f} with so small steps are a spreadsheet's dates"
     steps = [b - a for a, b in pairwise(values) if b > a]
     step = statistics.median(steps) if steps else 0.0
     for least, unit_ns in ((2e6, 1), (2e3, 1000), (2.0, 1_000_000)):

@@ -23,7 +23,7 @@ _Fate = tuple[str | None, str]
 
 @dataclass(frozen=True)
 class ChannelReport:
-    """One channel: samples with a value, mean rate, gaps (steps of over five usual periods), range in its own unit.
+    """One channel: samples with a value, their mean rate while the log runs, gaps (steps of over five usual periods), range in its own unit.
 
     signal: the canonical signal that it became, None where it became none; `reason` says why, either way.
     """
@@ -69,6 +69,7 @@ class _Clock:
     last_row: int = 0
     rows: int = 0
     gaps: int = 0
+    gap_ns: int = 0
     period_ns: float = 0.0
     running_ns: int = 0
     jumped: bool = False
@@ -77,6 +78,13 @@ class _Clock:
     def span_s(self) -> float:
         """How long the stamps run; a clock that was set counts only while it ran."""
         return (self.running_ns if self.jumped else self.last - self.first) / NS
+
+    def rate_hz(self, samples: int) -> float:
+        """How often a channel with a value in so many of the rows has one, gaps aside."""
+        running = self.span_s - self.gap_ns / NS
+        if running <= 0 or self.rows <= 1 + self.gaps:
+            return 0.0
+        return (self.rows - 1 - self.gaps) / running * (samples / self.rows)
 
     def add(self, time_ns: IntArray) -> None:
         """Take in the next stamps."""
@@ -93,7 +101,10 @@ class _Clock:
         self.running_ns += int(step[runs].sum())
         self.jumped |= bool(((step >= JUMP_AHEAD_NS) | (step < -JUMP_BACK_NS)).any())
         limit = max(GAP_PERIODS * self.period_ns, MIN_GAP_S * NS)
-        self.gaps += int(((step > limit) & runs).sum()) if self.period_ns else 0
+        if self.period_ns:
+            long = (step > limit) & runs
+            self.gaps += int(long.sum())
+            self.gap_ns += int(step[long].sum())
         self.last_row = int(time_ns[-1])
         low, high = int(time_ns.min()), int(time_ns.max())
         self.first = min(self.first, low) if self.rows else low
@@ -163,7 +174,6 @@ def _why_not(signal: str, entry: MappedChannel | None, taken: bool, drive: Drive
 def _report(info: ChannelInfo, survey: _Survey, fates: Mapping[str, _Fate]) -> ChannelReport:
     clock = survey.clocks.get(info.group, _Clock())
     seen = survey.ranges.get(info.name, _Range())
-    span = clock.span_s
     signal, reason = fates.get(info.name, (None, ""))
     if info.kind == "number" and seen.samples == 0:
         reason = "no valid sample"
@@ -174,7 +184,7 @@ def _report(info: ChannelInfo, survey: _Survey, fates: Mapping[str, _Fate]) -> C
         unit=info.unit,
         kind=info.kind,
         samples=seen.samples,
-        rate_hz=(clock.rows - 1) / span if span > 0 else 0.0,
+        rate_hz=clock.rate_hz(seen.samples) if info.kind == "number" else clock.rate_hz(clock.rows),
         gaps=clock.gaps,
         low=seen.low if seen.samples else None,
         high=seen.high if seen.samples else None,
@@ -227,6 +237,6 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
         problem=problem,
         readiness=tuple(readiness(estimator, signals, vehicle) for estimator in estimators()),
         starter_map=starter_map(channels, proposals),
-        rejected=dict(opened.log.rejected),
+        rejected=dict(drive.record.rejected if drive else opened.log.rejected),
         notes=tuple(dict.fromkeys([*opened.log.notes, *(drive.record.notes if drive else ())])),
     )

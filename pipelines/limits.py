@@ -32,14 +32,19 @@ def _data_limits(record: ImportRecord) -> list[str]:
     return limits
 
 
-def _not_run(estimates: Sequence[Estimate]) -> list[str]:
-    """What was skipped and why; in short where others ran: most logs lack what some method needs."""
+def _not_run(estimates: Sequence[Estimate], record: ImportRecord) -> list[str]:
+    """What was skipped; where nothing ran, what the log gives and what the first method lacks, as an example."""
     skipped = [e for e in estimates if e.status == "skipped"]
     if not skipped:
         return []
-    if not any(e.status == "ran" for e in estimates):
-        return [f"{e.estimator} did not run: {e.reason}." for e in skipped]
     names = ", ".join(e.estimator for e in skipped)
+    if not any(e.status == "ran" for e in estimates):
+        given = ", ".join(entry.signal for entry in record.mapped if entry.used) or "none"
+        return [
+            f"No method could run. Signals that this log gives: {given}.",
+            f"For example, {skipped[0].estimator} {skipped[0].reason}.",
+            f"What each of the others lacks stands under Estimators: {names}.",
+        ]
     return [f"Not run, for what the log or the vehicle file lacks (see Estimators): {names}."]
 
 
@@ -50,7 +55,7 @@ def what_limits(
     vehicle: Vehicle,
 ) -> tuple[str, ...]:
     """Sentences: what the estimators lacked, what the vehicle file left open, what the data lost."""
-    skipped = _not_run(estimates)
+    skipped = _not_run(estimates, record)
     # the weightiest first: that nothing ran, or, where something did, at the end what else could have
     nothing_ran = not any(e.status == "ran" for e in estimates)
     limits = list(skipped) if nothing_ran else []

@@ -118,6 +118,8 @@ def _signal_lines(record: ImportRecord, width: int) -> list[str]:
     if whole:
         spans = ", ".join(f"{g.start_s:.1f}-{g.end_s:.1f} s" for g in whole[:5])
         lines += ["", f"Gaps of the whole drive: {len(whole)} ({spans}{', …' if len(whole) > 5 else ''})"]
+    if record.disorder:
+        lines += ["", f"Put in order: {', '.join(record.disorder)}"]
     if record.decisions:
         lines += ["", "Checks against physics"]
         for decision in record.decisions:

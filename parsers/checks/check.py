@@ -7,7 +7,8 @@ from dataclasses import dataclass, replace
 
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.offsets import offsets, stuck
-from parsers.checks.signs import SignResult, lateral_signs, other_signs, rate_signs
+from parsers.checks.signs import SignResult, lateral_signs, other_signs, rate_signs, springs_signs
+from parsers.checks.sizes import size_faults
 from parsers.checks.spikes import calm, clean
 from parsers.checks.unit_faults import unit_faults
 from parsers.drive import Decision, Signal
@@ -79,7 +80,12 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     """What is wrong with signals, and the signals with all of it applied. stated: see `check_all`."""
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
-    factors, units = unit_faults(work, make_grid(quiet), stated)
+    grid = make_grid(quiet)
+    sized, units = size_faults(grid, stated)
+    told = {name: stated.get(name, True) or name in sized for name in work}
+    factors, more = unit_faults(work, grid.scaled(sized), told)
+    units += more
+    factors = sized | factors
     work = _scaled(work, factors)
     spikes: list[Decision] = []
     for name, signal in list(work.items()):
@@ -96,18 +102,22 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     left_out = frozenset(each.signal for each in idle if each.applied)
     work = {name: signal for name, signal in work.items() if name not in left_out}
     rest += offsets(_without(grid, left_out))
-    guessed = [f"unit of {name}: the log does not say it" for name in work if not stated.get(name, True)]
+    guessed = [
+        f"unit of {name}: the log does not say it"
+        for name in work
+        if not stated.get(name, True) and name not in factors
+    ]
     unsure = (*missing, *guessed)
     findings = Findings(factors, inverted, left_out, tuple(units), tuple(spikes), tuple(rest), unsure)
     return findings, work
 
 
 def _signs(grid: Grid) -> tuple[frozenset[str], Grid, list[Decision], list[str]]:
-    """Lateral signs first (they want to see which way accel_z points), then those that build on them."""
+    """The springs' sign, then lateral ones (which look at it and at accel_z's), then those that build on them."""
     inverted: frozenset[str] = frozenset()
     decisions: list[Decision] = []
     missing: list[str] = []
-    for step in (lateral_signs, other_signs, rate_signs):
+    for step in (springs_signs, lateral_signs, other_signs, rate_signs):
         result: SignResult = step(grid)
         turned = result.inverted & set(grid.columns)
         inverted ^= turned

@@ -38,6 +38,11 @@ class Grid:
         """A signal's column, or None where the drive has no such signal."""
         return self.columns.get(name)
 
+    def scaled(self, factors: Mapping[str, float]) -> Grid:
+        """The grid with some columns multiplied."""
+        columns = {name: column * factors.get(name, 1.0) for name, column in self.columns.items()}
+        return Grid(self.time_s, columns) if factors else self
+
     def rate(self, values: FloatArray) -> FloatArray:
         """Time derivative over two cells, NaN at the borders of what is contiguous."""
         result = np.full(len(values), np.nan)

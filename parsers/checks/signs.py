@@ -3,7 +3,9 @@
 Lateral signals vote: each is compared with the lateral acceleration (else with yaw rate x speed). Of the two
 explanations, "the reference is right" and "the reference is inverted", the one that inverts less wins, where channels
 whose sign convention varies (roll, yaw rate) are cheap to invert, and those that have none (the path over ground,
-the difference of the wheels' speeds) are dear. Without such a witness the choice is a convention, and is said to be.
+the difference of the wheels' speeds, springs whose sign braking has told) are dear. Without such a witness the choice
+is a convention, and is said to be. Where accel_z points down, the log's axes are likely those of SAE J670 (y right): all
+lateral signals that agree with each other are then cheap to invert together.
 """
 
 from __future__ import annotations
@@ -24,7 +26,9 @@ from parsers.checks.motion import (
     smooth,
     vehicle_speed,
 )
+from parsers.checks.springs import DEFLECTIONS, springs_decision, springs_in_braking, springs_tilt
 from parsers.drive import Decision
+from parsers.quantiles import quantile
 
 MIN_LATERAL = 1.0
 MIN_SECONDS = 1.0
@@ -38,7 +42,10 @@ _COSTS = {"accel_y": 1.5, "yaw_rate": 1.0, "roll": 0.9, "steering_wheel_angle": 
 _PATH_COST = 4.0
 _WHEELS_COST = 3.0
 _SPRINGS_COST = 1.1
+_SPRINGS_TOLD_COST = 5.0
+_ROLL_RATE_COST = 0.9
 _Z_DOWN_BONUS = 1.2
+_ROLL_RATE = "roll_rate"
 _WITNESSES = {
     "path": "the path over ground",
     "wheels": "the difference of the rear wheels' speeds",
@@ -81,7 +88,7 @@ def excited(values: FloatArray, least: float) -> bool:
 def varied(values: FloatArray, least: float) -> bool:
     """Whether a column is further than `least` from its median for long enough."""
     finite = values[np.isfinite(values)]
-    return len(finite) > 0 and excited(finite - np.median(finite), least)
+    return len(finite) > 0 and excited(finite - quantile(finite, 0.5), least)
 
 
 def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
@@ -105,9 +112,13 @@ def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
         )
     springs = right_minus_left(grid, "suspension_deflection")
     if springs is not None:
-        votes.append(("springs", springs, _SPRINGS_COST, True))
-    if (roll := grid.get("roll")) is not None:
+        told = springs_in_braking(grid) is not None
+        votes.append(("springs", springs, _SPRINGS_TOLD_COST if told else _SPRINGS_COST, True))
+    roll, turning_over = grid.get("roll"), grid.get("roll_rate")
+    if roll is not None:
         votes.append(("roll", roll, _COSTS["roll"], True))
+    elif turning_over is not None:
+        votes.append((_ROLL_RATE, turning_over, _ROLL_RATE_COST, True))
     if not excited(lateral, MIN_LATERAL):
         return []
     moves = varied(lateral, _MIN_LATERAL_CENTRED)
@@ -116,10 +127,19 @@ def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
         if centred and not moves:
             continue
         smoothed = smooth(lateral) if each == "path" else lateral
+        smoothed = grid.rate(lateral) if each == _ROLL_RATE else smoothed
         together = compare(values, smoothed, centred=centred)
         if together is not None and abs(together.correlation) >= _LEAST:
             found.append(Vote(each, together, cost))
     return found
+
+
+def springs_signs(grid: Grid) -> SignResult:
+    """The sign of suspension deflections, which braking tells without the lateral signals."""
+    found = springs_in_braking(grid)
+    if found is None or found.sign > 0:
+        return SignResult(frozenset(), (), ())
+    return SignResult(frozenset(DEFLECTIONS), (springs_decision(found),), ())
 
 
 def lateral_signs(grid: Grid) -> SignResult:
@@ -137,30 +157,31 @@ def lateral_signs(grid: Grid) -> SignResult:
     down = grid.get("accel_z")
     z_down = down is not None and bool(np.isfinite(down).any()) and float(np.nanmedian(down)) < -5
     costs = {vote.name: vote.cost for vote in votes} | {name: _COSTS[name]}
-    if z_down:
-        for signal in ("accel_y", "yaw_rate"):
-            if signal in costs:
-                costs[signal] = max(costs[signal] - _Z_DOWN_BONUS, 0.1)
     against = {vote.name for vote in votes if vote.found.sign < 0}
     with_it = {vote.name for vote in votes if vote.found.sign > 0}
+    if z_down:
+        turning_alike = {"steering_wheel_angle"} & with_it
+        for signal in {"accel_y", "yaw_rate", *turning_alike} & set(costs):
+            costs[signal] = max(costs[signal] - _Z_DOWN_BONUS, 0.1)
     right = sum(costs[each] for each in against)
     wrong = costs[name] + sum(costs[each] for each in with_it)
     chosen = against if right <= wrong else {name, *with_it}
     margin = abs(right - wrong)
     by_name = {vote.name: vote for vote in votes}
+    chosen = chosen - {
+        _ROLL_RATE
+    }  # a witness here; its own sign is looked at when those of the others are settled
     decisions = tuple(
-        _lateral_decision(each, name, by_name, chosen, margin) for each in costs if each in chosen
+        _lateral_decision(each, name, by_name, chosen, margin, z_down) for each in costs if each in chosen
     )
     names: set[str] = set()
     for each in chosen - {"path", "wheels"}:
-        names |= (
-            {f"suspension_deflection_{w}" for w in ("fl", "fr", "rl", "rr")} if each == "springs" else {each}
-        )
+        names |= set(DEFLECTIONS) if each == "springs" else {each}
     return SignResult(frozenset(names), decisions, ())
 
 
 def _lateral_decision(
-    each: str, reference: str, votes: Mapping[str, Vote], chosen: set[str], margin: float
+    each: str, reference: str, votes: Mapping[str, Vote], chosen: set[str], margin: float, z_down: bool
 ) -> Decision:
     vote = votes.get(each) or next(vote for vote in votes.values() if vote.name not in chosen)
     other = reference if each in votes else vote.name
@@ -179,12 +200,16 @@ def _lateral_decision(
     action = "inverted"
     if each == "springs":
         action = "all four deflections inverted (compression is positive)"
-    if margin < _SURE:
+    if reference in chosen and z_down:
+        action += ": accel_z points down, so the log's axes are taken for those of SAE J670 (y right, z down)"
+    elif margin < _SURE:
         action += " by convention: which of the two is wrong cannot be told, only that they disagree"
     shown = "suspension deflection" if each == "springs" else each
-    return Decision(
-        signal, "sign", f"{shown} has the sign opposite to {said}", action, evidence, applied=True
-    )
+    found = f"{shown} has the sign opposite to {said}"
+    if reference in chosen and each != reference:
+        against = next((name for name in votes if name not in chosen), "")
+        found = f"{shown} goes with {said}, which has the sign opposite to {_WITNESSES.get(against, against)}"
+    return Decision(signal, "sign", found, action, evidence, applied=True)
 
 
 def rate_signs(grid: Grid) -> SignResult:
@@ -203,8 +228,10 @@ def rate_signs(grid: Grid) -> SignResult:
         if turning is None:
             continue
         tilt, driving = grid.get(angle), grid.get(push)
-        found = None if tilt is None else compare(turning, grid.rate(tilt))
         said, least = f"the change of {angle}", _LEAST_RATE
+        if tilt is None:
+            tilt, said = springs_tilt(grid, angle), f"the change of {angle} that the springs show"
+        found = None if tilt is None else compare(turning, grid.rate(tilt))
         if tilt is not None and not varied(tilt, _MIN_TILT):
             found = None
         if (found is None or abs(found.correlation) < least) and driving is not None and varied(driving, 1.0):

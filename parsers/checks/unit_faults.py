@@ -32,6 +32,7 @@ _MISTAKES: dict[str, tuple[tuple[float, str, str], ...]] = {
         (1852 / 3600, "knots", "m/s"),
     ),
 }
+_SI_TAKEN = ("m/s²", "rad/s", "rad", "m/s")
 _COST_STATED = 2.0
 _COST_ASSUMED = 1.0
 _COST_INVERSE = 0.5
@@ -80,7 +81,7 @@ def unit_faults(
     for name, factor in best.items():
         if factor == 1.0:
             continue
-        margin = min(problem.cost({**best, name: other}) for other in _others(problem, name, factor))
+        margin = min(problem.cost({**best, name: other}) for other in _rivals(problem, name, best))
         sure = margin - problem.cost(best) >= _MARGIN and _close(problem, name, best)
         for signal in _members(name, signals):
             decisions.append(_decision(signal, name, factor, problem, sure))
@@ -100,10 +101,13 @@ def _problem(signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, boo
             by_sensor.setdefault((signal.group or signal.source, quantity), []).append(name)
     sensors = [tuple(members) for members in by_sensor.values()]
     sensors += [(name,) for name in sorted(names) if not any(name in sensor for sensor in sensors)]
+    named = [name for sensor in sensors for name in sensor]
+    flags = {name: stated.get(_members(name, signals)[0], True) for name in named}
+    # what was taken for SI because nothing was said cannot be SI that was taken for something else
     choices = {
-        name: (1.0, *(row[0] for row in _MISTAKES[_quantity(name)])) for sensor in sensors for name in sensor
+        name: (1.0, *(row[0] for row in _MISTAKES[_quantity(name)] if flags[name] or row[2] in _SI_TAKEN))
+        for name in named
     }
-    flags = {name: stated.get(_members(name, signals)[0], True) for name in choices}
     return UnitProblem(evidence, choices, flags, tuple(sensors))
 
 
@@ -151,16 +155,21 @@ def _moves(problem: UnitProblem, best: Factors) -> Iterator[Factors]:
 
 
 def _close(problem: UnitProblem, name: str, best: Factors) -> bool:
-    """Whether every ratio that should be 1 is within `_CLOSE` of it after the repair."""
+    """Whether every ratio that should be 1 is within `_CLOSE` of it, and in its range, after the repair."""
     return all(
-        abs(math.log(each.after(best))) < math.log(_CLOSE)
+        each.low <= each.after(best) <= each.high and abs(math.log(each.after(best))) < math.log(_CLOSE)
         for each in problem.evidence
         if name in each.powers and len(each.powers) > 1 and 0.5 < each.low < each.high < 2
     )
 
 
-def _others(problem: UnitProblem, name: str, factor: float) -> list[float]:
-    return [other for other in problem.choices[name] if other != factor]
+def _rivals(problem: UnitProblem, name: str, best: Factors) -> list[float]:
+    """The factors that are to be ruled out by their cost: none at all, and those that make ratios come as close to 1.
+
+    km/h, mph and knots lie within a factor of two, which the wide ranges of most ratios let pass.
+    """
+    others = [other for other in problem.choices[name] if other != best[name]]
+    return [other for other in others if other == 1.0 or _close(problem, name, {**best, name: other})]
 
 
 def _decision(signal: str, name: str, factor: float, problem: UnitProblem, sure: bool) -> Decision:
@@ -175,7 +184,8 @@ def _decision(signal: str, name: str, factor: float, problem: UnitProblem, sure:
         if sure
         else f"{signal} may be in {true}, not in {taken}",
         action=by if sure else "left as it is: say the unit in a mapping file",
-        evidence=words or f"the other axes of the same sensor are in {true}",
+        evidence=words
+        or f"the other {'speeds' if name == _WHEELS else 'axes of the same sensor'} are in {true}",
         applied=sure,
     )
 

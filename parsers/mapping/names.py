@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+import unicodedata
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
@@ -21,12 +23,13 @@ RANK_CANONICAL_NAME = 2
 RANK_NAME = 60
 _RANK_WORSE = 10
 _RANK_WEAK = 8
+_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 # ways in which a unit is glued to a name: "accel_y_mps2"
 _SUFFIX_UNITS = {
     "mps2": "m/s2", "ms2": "m/s2", "m_s2": "m/s2", "radps": "rad/s", "rads": "rad/s", "rad_s": "rad/s",
     "degps": "deg/s", "dps": "deg/s", "deg_s": "deg/s", "degs": "deg/s", "mps": "m/s", "m_s": "m/s", "kmh": "km/h",
     "kph": "km/h", "km_h": "km/h", "mph": "mph", "kn": "kn", "kts": "kn", "deg": "deg", "rad": "rad",
-    "bar": "bar", "kpa": "kPa", "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "nm": "Nm", "g": "g",
+    "bar": "bar", "kpa": "kPa", "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
 }  # fmt: skip
 
 
@@ -91,9 +94,17 @@ def split_unit(name: str) -> tuple[str, str | None]:
     return name.strip(), None
 
 
+def _plain(name: str) -> str:
+    """A name without accents, umlauts as two letters: "Längs" -> "Laengs", "Accélération" -> "Acceleration"."""
+    if name.isascii():
+        return name
+    apart = unicodedata.normalize("NFKD", unicodedata.normalize("NFC", name).translate(_UMLAUTS))
+    return "".join(letter for letter in apart if not unicodedata.combining(letter))
+
+
 def words_of(name: str, table: NameTable) -> list[str]:
     """A name's words, each in the table's spelling: "LatAcc" -> ["lateral", "accel"]."""
-    text = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", name)
+    text = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", _plain(name))
     text = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", text)
     pieces = [piece for piece in re.split(r"[^A-Za-z0-9]+", text) if piece]
     words: list[str] = []
@@ -129,11 +140,37 @@ def _pair_wheels(words: list[str]) -> list[str]:
     return words
 
 
-def name_bindings(channel: ChannelInfo) -> Iterator[Binding | Refusal]:
-    """What a channel could be by its name: at most one signal."""
+def vendor_prefixes(channels: Sequence[ChannelInfo]) -> frozenset[tuple[str, str]]:
+    """(group, prefix) of what two channels of a group or more begin with and no word of the table is: ("ESC", "VehDyn").
+
+    A prefix that means something ("GPS", "Target", "Wheel") is none.
+    """
+    table = load_names()
+    seen = Counter((channel.group, prefix) for channel in channels if (prefix := _prefix(channel)))
+    meaning = {word for key in table.sets for word in key} | table.blocked | table.worse
+    return frozenset(
+        (group, prefix)
+        for (group, prefix), count in seen.items()
+        if count > 1 and not meaning & set(words_of(prefix, table)) and not prefix[0].isdigit()
+    )
+
+
+def _prefix(channel: ChannelInfo) -> str:
+    """What stands before the first underscore of a name's last part."""
+    head, underscore, rest = _texts(channel)[0].partition("_") if _texts(channel) else ("", "", "")
+    return head if underscore and rest else ""
+
+
+def name_bindings(
+    channel: ChannelInfo, prefixes: Collection[tuple[str, str]] = ()
+) -> Iterator[Binding | Refusal]:
+    """What a channel could be by its name: at most one signal. prefixes: those of `vendor_prefixes`."""
     table = load_names()
     blocked = table.blocked & set(words_of(channel.name, table))
-    for text in _texts(channel):
+    texts = _texts(channel)
+    if texts and (channel.group, prefix := _prefix(channel)) in prefixes:
+        texts.append(texts[0].removeprefix(f"{prefix}_"))
+    for text in texts:
         plain, bracket = split_unit(text)
         canonical = None if blocked else _canonical(channel, plain)
         if canonical is not None:

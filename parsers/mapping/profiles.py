@@ -107,6 +107,16 @@ def fits(pattern: Pattern, tags: Mapping[str, str]) -> bool:
     return all(tag in tags and expression.fullmatch(tags[tag]) for tag, expression in pattern)
 
 
+def unusable_reason(channel: ChannelInfo, tags: Mapping[str, str]) -> str | None:
+    """Why a profile says that a channel is no signal, or None where none says it. tags: those of `tags_of`."""
+    for profile in load_profiles():
+        if channel.family in profile.families:
+            for pattern, reason in profile.unusable:
+                if fits(pattern, tags):
+                    return reason
+    return None
+
+
 @cache
 def load_profiles() -> tuple[Profile, ...]:
     """All built-in profiles, by name. Raises MappingError where one is wrong (a fault of the installation)."""

@@ -11,8 +11,8 @@ from parsers.errors import MappingError
 from parsers.mapping.bindings import Binding
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
-from parsers.mapping.names import name_bindings
-from parsers.mapping.profiles import load_profiles
+from parsers.mapping.names import name_bindings, vendor_prefixes
+from parsers.mapping.profiles import load_profiles, unusable_reason
 from parsers.signals import SIGNALS
 
 
@@ -45,8 +45,11 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
     for profile in load_profiles():
         if families & profile.families:
             yield from profile_bindings(profile, index)
-    for channel in index.channels:
-        yield from name_bindings(channel)
+    prefixes = vendor_prefixes(index.channels)
+    for channel, tags in zip(index.channels, index.tags, strict=True):
+        # what a profile knows to be something else is not guessed by its name, unless the log states a unit
+        if channel.unit or unusable_reason(channel, tags) is None:
+            yield from name_bindings(channel, prefixes)
 
 
 def missing_channels(channels: Sequence[ChannelInfo], user: MapFile) -> tuple[str, ...]:

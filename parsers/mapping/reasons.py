@@ -6,7 +6,7 @@ from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.names import ambiguous_name
-from parsers.mapping.profiles import fits, load_profiles, tags_of
+from parsers.mapping.profiles import tags_of, unusable_reason
 from parsers.mapping.propose import candidates
 
 
@@ -18,11 +18,9 @@ def unmapped_reason(channel: ChannelInfo) -> str:
     if channel.kind != "number":
         return "text"
     tags = tags_of(channel)
-    for profile in load_profiles():
-        if channel.family in profile.families:
-            for pattern, reason in profile.unusable:
-                if fits(pattern, tags):
-                    return reason
+    unusable = unusable_reason(channel, tags)
+    if unusable is not None:
+        return unusable
     found = list(candidates([channel]))
     bindings = [each for each in found if isinstance(each, Binding)]
     if bindings:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from parsers.errors import VehicleError
 from pipelines.parameters import PARAMETERS
+from pipelines.vehicles.plausible import check_plausible
 
 if TYPE_CHECKING:
     from pipelines.suspension_mapping.record import SuspensionMap
@@ -157,6 +158,8 @@ def _reject_unknown(key: str, known: frozenset[str], table: str, path: Path) -> 
         return
     near = difflib.get_close_matches(key, sorted(known), n=1, cutoff=0.4)
     hint = f"did you mean {near[0]!r}?" if near else f"known keys are {', '.join(sorted(known))}"
+    if table == "top level" and key in VEHICLE_KEYS | TEXT_KEYS:
+        hint = "write [vehicle] on a line above it"
     raise VehicleError(f"unknown key {key!r}", path=path, place=f"[{table}]", hint=hint)
 
 
@@ -217,6 +220,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         suspension_map_path=_beside(texts.get("suspension_map"), path),
         id=texts["id"].strip() if "id" in texts else None,
     )
+    check_plausible(vehicle, path)
     _check_geometry(vehicle, path)
     return vehicle
 

@@ -79,7 +79,7 @@ def _gap_fact(record: ImportRecord) -> Fact:
     return Fact(
         "Gaps",
         text,
-        f"{count(single, 'more gap')} in single signals" if single else "",
+        f"{count(single, 'more gap' if whole else 'gap')} in single signals" if single else "",
         tone="warn" if whole else "plain",
     )
 
@@ -90,22 +90,13 @@ def facts(record: ImportRecord) -> Facts:
     reasons = "; ".join(
         f"{number(float(n), 0)} × {clean(why, 80)}" for why, n in list(record.rejected.items())[:3]
     )
-    order = [
-        count(n, one, many)
-        for n, one, many in (
-            (record.out_of_order, "sample out of order", "samples out of order"),
-            (record.duplicates, "repeated stamp", "repeated stamps"),
-            (record.clock_jumps, "clock jump", "clock jumps"),
-        )
-        if n
-    ]
     return Facts(
         (
             Fact("Log", record.status, STATUS_WORDS[record.status], tone=STATUS_TONES[record.status]),
             Fact("Read", count(record.messages, "message or row", "messages or rows"), f"{seconds(record.duration_s)} as {clean(record.format, 40)}"),
             Fact("Rejected", number(float(rejected), 0) if rejected else "none", reasons, tone="warn" if rejected else "plain"),
             _gap_fact(record),
-            Fact("Clock", clean(record.clock, 120), ", ".join(order)),
+            Fact("Clock", clean(record.clock, 120), ", ".join(record.disorder)),
         )
     )  # fmt: skip
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 
 import polars as pl
+import pytest
 
 
 def test_the_text_names_channels_signals_checks_and_estimators(inside, samples):
@@ -33,6 +34,26 @@ def test_the_json_says_the_same(inside, samples):
     assert {entry["signal"] for entry in found["import"]["mapped"]} >= {"accel_y", "roll", "speed"}
     (ready,) = [e for e in found["estimators"] if e["estimator"] == "roll_map"]
     assert ready["ready"]
+
+
+def test_rates_are_those_of_the_channel_and_what_was_dropped_is_said(inside, tmp_path):
+    """100 rows a second, a column with a value in each tenth, a gap, nine repeated stamps, a clock set back for good."""
+    rows = [
+        f"{min(k, 900) if 900 < k < 910 else k / 1:.0f},{k % 7 - 3},{k if k % 10 == 0 else ''}"
+        for k in range(6000)
+    ]
+    rows = rows[:3000] + rows[4500:] + [f"{k},1,1" for k in range(100, 700)]
+    log = tmp_path / "log.csv"
+    log.write_text("t [ms],ay [m/s2],speed [m/s]\n" + "\n".join(r.replace(",", "0,", 1) for r in rows) + "\n")
+    run = inside("inspect", log, "--json")
+    found = json.loads(run.out)
+    rates = {channel["name"]: channel["rate_hz"] for channel in found["channels"]}
+    assert rates["ay"] == pytest.approx(100, rel=0.01)
+    assert 9 < rates["speed"] < 21
+    assert found["rejected"] == {"row beyond a jump of the clock": 600}
+    text = inside("inspect", log).out
+    assert "600 x row beyond a jump of the clock" in text
+    assert "Put in order: 9 repeated stamps, 1 clock jump" in text
 
 
 def test_what_nothing_maps_to_is_said_and_the_starter_file_can_be_filled_in(inside, drive, tmp_path):

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import polars as pl
 import pytest
 
 from parsers.load import load_drive
@@ -49,19 +50,18 @@ def test_what_is_written_is_what_the_sensors_gave(inside: Runner, tmp_path: Path
             assert np.abs(found.values - values[there]).max() <= tolerance, signal
 
 
-def test_one_rate_is_one_table(inside: Runner, tmp_path: Path) -> None:
+def test_a_parquet_file_is_one_table_whatever_the_rates(inside: Runner, tmp_path: Path) -> None:
     out = tmp_path / "drive.parquet"
+    out.mkdir()
     assert inside("simulate", *SHORT, "--out", out).code == 0
-    assert out.is_dir()
-    assert inside("simulate", *SHORT, "--rate", "40", "--out", out).code == 0
     assert out.is_file()
+    frame = pl.read_parquet(out)
+    assert frame["accel_y_mps2"].null_count() == 0 < frame["speed_mps"].null_count()
+    assert inside("simulate", *SHORT, "--rate", "40", "--out", out).code == 0
     drive = load_drive([out])
     lengths = {len(drive.signals[name].values) for name in ("accel_y", "speed", "brake_pressure")}
     rows = int(40 * direct().run.time_s[-1] + 1e-6) + 1
     assert lengths == {rows}
-    # and back again: the file gives way to a folder
-    assert inside("simulate", *SHORT, "--out", out).code == 0
-    assert out.is_dir()
 
 
 def test_the_same_seed_gives_the_same_bytes(inside: Runner, tmp_path: Path) -> None:
@@ -189,7 +189,7 @@ def test_the_list_names_everything(inside: Runner) -> None:
         (("slalom", "--load", "5@x=90,y=0,z=1"), "wheelbase"),
         (("slalom", "--load", "roof:nan"), "expected a number"),
         (("slalom", "--load", "roof:25000"), "cannot carry"),
-        (("slalom", "--speed", "900"), "speed_mps"),
+        (("slalom", "--speed", "900"), "--speed is"),
         (("slalom", "--surface", "Z"), "surface"),
         (("slalom", "--rate", "0"), "--rate is 0"),
         (("slalom", "--outliers", "3"), "--outliers is 3"),
@@ -264,3 +264,19 @@ def test_the_vehicle_file_is_valid_toml_for_every_preset() -> None:
             Choice("straight_braking", preset(name), options=Options(duration_s=5.0), sensors="production")
         )
         assert tomllib.loads(made.sheet)["vehicle"]["name"].startswith(name)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--speed", "-5"), "--speed is -5 km/h: expected 1.8 to 252"),
+        (("--speed", "5000"), "--speed is 5000 km/h"),
+        (("--load", "roof:999999"), "at most 30000"),
+    ],
+)
+def test_limits_are_told_in_the_units_of_the_options(
+    inside: Runner, tmp_path: Path, arguments: tuple[str, str], words: str
+) -> None:
+    run = inside("simulate", "slalom", *arguments, "--out", tmp_path / "x.csv")
+    assert run.code == 1
+    assert words in run.err

@@ -170,3 +170,12 @@ def test_a_damaged_time_of_day_costs_its_row(bad: str, tmp_path: Path) -> None:
     assert not table.reader.absolute
     assert table.log.rejected == {"row without a valid time": 1}
     assert table.log.lost_spans_ns == [(28806 * 10**9, 28808 * 10**9)]
+
+
+@pytest.mark.parametrize("broken", ["0,1", "0,1,2,3,4,5", "0,1\n0.01,1,2,3,4"])
+def test_broken_rows_do_not_part_the_header_from_its_table(broken: str, tmp_path: Path) -> None:
+    rows = "".join(f"{k / 100 + 1:.2f},{k % 7},{k % 5}\n" for k in range(60))
+    table = read(tmp_path, f"time_s,accel_y_mps2,speed_mps\n{broken}\n{rows}")
+    assert set(table.columns) == {"accel_y_mps2", "speed_mps"}
+    assert len(table.time) == 60
+    assert sum(table.log.rejected.values()) == broken.count("\n") + 1

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from parsers.channels import ByteArray
 from parsers.csv_log import CsvImporter
+from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.jit import kernel
 from parsers.table_bytes import address_of
@@ -92,6 +93,16 @@ TIMES = {
         ReadOptions(),
         [1397248736300000000, 1397347200000000000],
     ),
+    "american without a day beyond 12": (
+        "Date,Time,a\n05/01/2024,11:59:59.5 PM,1\n05/02/2024,12:00:00.5 AM,2\n",
+        ReadOptions(),
+        [1714607999500000000, 1714608000500000000],
+    ),
+    "seconds elapsed": (
+        "seconds_elapsed,z,y,x\n0.5,1,1,1\n1.5,1,1,1\n",
+        ReadOptions(),
+        [500000000, 1500000000],
+    ),
     "time of day": (
         "Time,a\n23:59:59.5,1\n00:00:00.5,2\n00:00:01.5,2\n",
         ReadOptions(),
@@ -118,6 +129,26 @@ def test_ambiguous_dates_are_said(tmp_path: Path) -> None:
     table = read(tmp_path, "time,a\n04/11/2014 08:00:00,1\n04/11/2014 08:00:01,2\n")
     assert "two ways" in table.said
     assert table.time[0] == int(datetime(2014, 11, 4, 8, tzinfo=UTC).timestamp()) * 10**9
+
+
+def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
+    """45413 is 2024-05-01; at 100 Hz a step is 1.16e-7 days."""
+    rows = "".join(f"{45413 + k / 8_640_000:.12f},1\n" for k in range(200))
+    table = read(tmp_path, "Time,a\n" + rows)
+    assert (table.time[-1] - table.time[0]) / 1e9 == pytest.approx(1.99, abs=1e-5)
+    assert not table.reader.absolute
+    assert "taken as days" in table.said
+
+
+def test_dates_of_matlab_are_refused_not_taken_for_seconds(tmp_path: Path) -> None:
+    rows = "".join(f"{739373 + k / 8_640_000:.12f},1\n" for k in range(200))
+    with pytest.raises(LogError, match=r"datenum.*86400"):
+        read(tmp_path, "Time,a\n" + rows)
+
+
+def test_seconds_of_the_day_stay_seconds(tmp_path: Path) -> None:
+    rows = "".join(f"{45413 + k / 100:.2f},1\n" for k in range(200))
+    assert read(tmp_path, "Time,a\n" + rows).time[1] == 45413_010_000_000
 
 
 def test_a_unit_stated_is_never_overruled(tmp_path: Path) -> None:

@@ -106,6 +106,21 @@ def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
         ("phi", "roll"),
         ("RollAngle", "roll"),
         ("lat", "latitude"),
+        ("a_y", "accel_y"),
+        ("a_lat", "accel_y"),
+        ("v_x", "speed"),
+        ("Querbeschl", "accel_y"),
+        ("Längsbeschleunigung", "accel_x"),
+        ("La\u0308ngsbeschleunigung", "accel_x"),
+        ("Gierwinkelgeschwindigkeit", "yaw_rate"),
+        ("Accélération latérale", "accel_y"),
+        ("Vitesse de lacet", "yaw_rate"),
+        ("InlineAcc", "accel_x"),
+        ("Gyro Yaw Velocity", "yaw_rate"),
+        ("Steered Angle", "steering_wheel_angle"),
+        ("ang_vel_z", "yaw_rate"),
+        ("Vhcl.YawRate", "yaw_rate"),
+        ("MasterCylPressure", "brake_pressure"),
     ],
 )
 def test_names_of_loggers_are_known(name, signal):
@@ -129,6 +144,8 @@ def test_names_of_loggers_are_known(name, signal):
         ("brake_pressure_bar", None, "brake_pressure", 1e5),
         ("r", "°/s", "yaw_rate", math.pi / 180),
         ("p", "deg/s", "roll_rate", math.pi / 180),
+        ("Gz", "deg/s", "yaw_rate", math.pi / 180),
+        ("axle_load_front_kg", None, "axle_load_front", 9.80665),
     ],
 )
 def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
@@ -145,6 +162,8 @@ def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
         ("speed [rpm]", None, "unit rpm"),
         ("r", None, "too general"),
         ("p", "bar", "unit bar"),
+        ("Gz", None, "too general"),
+        ("Gx", "g", "no unit of an angular rate"),
         ("acceleration", "g", "which axis"),
         ("wheel speed", "km/h", "which wheel"),
         ("GPS LatAcc", "g", "no specific force"),
@@ -157,6 +176,18 @@ def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
 def test_doubtful_channels_are_left_alone_with_a_reason(name, unit, words):
     assert best(column(name, unit)) == {}
     assert words in unmapped_reason(column(name, unit))
+
+
+def test_what_the_signals_of_a_message_begin_with_is_no_part_of_their_names():
+    names = ("Xyz_LatAcc", "Xyz_YawRate", "Xyz_Counter")
+    assert set(best(*(column(name, "g" if "Acc" in name else None) for name in names))) == {
+        "accel_y",
+        "yaw_rate",
+    }
+    # once is no prefix, and a prefix with a meaning is none
+    assert best(column("Xyz_LatAcc", "g")) == {}
+    assert best(column("Target_LatAcc", "g"), column("Target_YawRate", "deg/s")) == {}
+    assert set(best(column("GPS_LatAcc", "g"), column("GPS_Speed", "km/h"))) == {"gps_speed_2d"}
 
 
 def test_text_is_never_mapped():

@@ -248,6 +248,30 @@ def test_exports_of_decoded_can_are_known():
     assert found["yaw_rate"].unit_from == "profile toyota"
 
 
+@pytest.mark.parametrize(
+    ("name", "unit", "signal", "scale"),
+    [
+        ("AVz", None, "yaw_rate", np.pi / 180),
+        ("AVz", "rad/s", "yaw_rate", 1.0),
+        ("Steer_SW", None, "steering_wheel_angle", np.pi / 180),
+        ("Fz_R2", None, "tire_normal_force_rr", 1.0),
+        ("Jnc_L1", None, "suspension_deflection_fl", 1e-3),
+        ("Car.CFR.Tire.FzC", None, "tire_normal_force_fr", 1.0),
+    ],
+)
+def test_variables_of_simulators(name, unit, signal, scale):
+    found = mapped(ChannelInfo(name, "t", unit, "table", tags={"column": name}))
+    assert list(found) == [signal]
+    assert found[signal].unit.scale == pytest.approx(scale)
+
+
+@pytest.mark.parametrize("name", ["Car.WheelSpd_FL", "Vhcl.FL.rotv", "CmpS_L1"])
+def test_what_a_profile_knows_to_be_something_else_is_not_guessed_by_name(name):
+    channel = ChannelInfo(name, "t", None, "table", tags={"column": name})
+    assert mapped(channel) == {}
+    assert "no profile knows it" not in unmapped_reason(channel)
+
+
 def test_a_magnitude_without_its_sign_is_refused():
     alone = can("ESP_02", "ESP_Gierrate")
     assert mapped(alone) == {}

@@ -11,6 +11,7 @@ from parsers.errors import SettingsError
 from pipelines.simulation.loads import Load
 from pipelines.simulation.plant.vehicle import PlantVehicle
 
+_MOST_KG = 30_000
 _EXAMPLE = "write MASS@x=BEHIND_FRONT_AXLE,y=LEFT,z=ABOVE_GROUND or PLACE:MASS, e.g. 120@x=1.6,y=0,z=1.75 or roof:120"
 _PERSON_KG = 75.0
 _ROOF_M = {
@@ -97,5 +98,6 @@ def parse_load(spec: str, vehicle: PlantVehicle) -> list[Load]:
 
 
 def _check_mass(mass_kg: float, spec: str) -> None:
-    if not 0 < mass_kg <= 30_000:
-        raise SettingsError(f"load {spec!r}: found {mass_kg:g} kg, expected more than 0", hint=_EXAMPLE)
+    if not 0 < mass_kg <= _MOST_KG:
+        text = f"load {spec!r}: found {mass_kg:g} kg, expected more than 0 and at most {_MOST_KG}"
+        raise SettingsError(text, hint=_EXAMPLE)

@@ -1,4 +1,4 @@
-"""Simulated logs to files: CSV with one row an instant, Parquet as one table or a folder of one a rate group."""
+"""Simulated logs to files: CSV or Parquet with one row an instant, or a folder of Parquet tables, one a rate group."""
 
 from __future__ import annotations
 
@@ -44,7 +44,8 @@ def check_file(path: Path) -> None:
 
 
 def write_log(log: SensorLog, path: Path) -> list[Path]:
-    """Write a log by its suffix; what was made. Several rates: empty cells in a CSV, a folder of tables for Parquet.
+    """Write a log by its suffix; what was made. A file is one table, with empty cells where rates differ; a name without
+    a suffix is a folder of tables, one a rate group.
 
     Raises LogError where it cannot be written.
     """
@@ -55,7 +56,7 @@ def write_log(log: SensorLog, path: Path) -> list[Path]:
             with _whole(path) as part:
                 _table(log, rounded=True).write_csv(part)
             return [path]
-        if len({group.rate_hz for group in log.groups}) == 1 and path.suffix:
+        if path.suffix:
             _no_folder(path)
             frame = _table(log, rounded=False)
             absolute = (frame["time_ns"] + START_NS).alias("time_ns")
@@ -77,7 +78,7 @@ def _whole(path: Path) -> Iterator[Path]:
 
 
 def _no_folder(path: Path) -> None:
-    """A run with several rates left a folder of this name: take it away, if it is ours."""
+    """A folder of tables has this name: take it away, if it is ours."""
     if path.is_dir():
         from parsers.store_folder import refuse_strangers
 

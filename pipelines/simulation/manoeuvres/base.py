@@ -14,6 +14,9 @@ Direction = Literal["left", "right", "both"]
 SURFACES = ("A", "B", "C", "D", "E", "F", "G", "H")
 """Roughness classes of ISO 8608, from a very good road to ground that is hardly passable."""
 
+SPEEDS_MPS = (0.5, 70.0)
+"""What any manoeuvre can be asked for."""
+
 
 @dataclass(frozen=True)
 class Options:
@@ -35,7 +38,7 @@ class Options:
     def __post_init__(self) -> None:
         """Raises ValueError naming the option that cannot be used."""
         ranges = {
-            "speed_mps": (self.speed_mps, 0.5, 70.0),
+            "speed_mps": (self.speed_mps, *SPEEDS_MPS),
             "severity": (self.severity, 0.05, 10.0),
             "duration_s": (self.duration_s, 5.0, 7200.0),
             "friction": (self.friction, 0.05, 1.5),

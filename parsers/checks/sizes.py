@@ -1,0 +1,95 @@
+"""Units that a signal's size alone tells, where the log states none: nothing else is as large or as small."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import Grid, compare, size
+from parsers.checks.motion import smooth, vehicle_speed
+from parsers.drive import Decision
+from parsers.signals import WHEELS
+
+_MM = (15.0, 400.0)
+"""Travel in mm. A road vehicle's wheel moves less than 15 inches, and one that is driven more than 15 mm."""
+_RADIUS_M = (0.292, 0.41)
+"""Rolling radii of cars. 0.278 (km/h for m/s) lies below, 0.447 (mph) above."""
+_LEAST_PRESSURE_PA = 5e4
+_SURE = 0.95
+
+
+def size_faults(grid: Grid, stated: Mapping[str, bool]) -> tuple[dict[str, float], list[Decision]]:
+    """Factors of signals whose unit the log does not state and whose size tells it, and all decisions."""
+    factors: dict[str, float] = {}
+    decisions: list[Decision] = []
+    for found, said in (_deflections(grid, stated), _wheel_turns(grid, stated), _pressure(grid, stated)):
+        factors |= found
+        decisions += said
+    return factors, decisions
+
+
+def _unstated(grid: Grid, quantity: str, stated: Mapping[str, bool]) -> list[str]:
+    names = [f"{quantity}_{wheel}" for wheel in WHEELS]
+    return [name for name in names if grid.get(name) is not None and not stated.get(name, True)]
+
+
+def _deflections(grid: Grid, stated: Mapping[str, bool]) -> tuple[dict[str, float], list[Decision]]:
+    names = _unstated(grid, "suspension_deflection", stated)
+    largest = max((size(grid.columns[name]) for name in names), default=0.0)
+    if not _MM[0] <= largest <= _MM[1]:
+        return {}, []
+    evidence = f"they reach {largest:.3g}"
+    return dict.fromkeys(names, 1e-3), [
+        Decision(
+            name, "unit", f"{name} is in mm, but was taken for m", "divided by 1000", evidence, applied=True
+        )
+        for name in names
+    ]
+
+
+def _wheel_turns(grid: Grid, stated: Mapping[str, bool]) -> tuple[dict[str, float], list[Decision]]:
+    names, speed = _unstated(grid, "wheel_speed", stated), grid.get("speed")
+    if not names or speed is None or not (stated.get("speed", True) or _agrees(grid, speed)):
+        return {}, []
+    mean = np.mean([grid.columns[name] for name in names], axis=0)
+    moving = (np.abs(speed) > 2.0) & (np.abs(mean) > 2.0)
+    found = compare(np.abs(mean), np.abs(speed), moving, centred=False)
+    if found is None or found.correlation < _SURE or not _RADIUS_M[0] <= 1 / found.ratio <= _RADIUS_M[1]:
+        return {}, []
+    radius = 1 / found.ratio
+    evidence = f"they are {found.ratio:.3g} times the speed (correlation {found.correlation:.2f})"
+    return dict.fromkeys(names, radius), [
+        Decision(
+            name,
+            "unit",
+            f"{name} is a turn rate in rad/s, but was taken for m/s",
+            f"multiplied by the rolling radius that makes it the speed, {radius:.3f} m",
+            evidence,
+            applied=True,
+        )
+        for name in names
+    ]
+
+
+def _agrees(grid: Grid, speed: FloatArray) -> bool:
+    """Whether the accelerometer says that a speed is in m/s."""
+    forward = grid.get("accel_x")
+    found = None if forward is None else compare(smooth(forward), grid.rate(smooth(speed)))
+    return found is not None and found.correlation > _SURE and 0.8 < found.ratio < 1.25
+
+
+def _pressure(grid: Grid, stated: Mapping[str, bool]) -> tuple[dict[str, float], list[Decision]]:
+    """Bar, MPa, psi and kPa cannot be told apart without the brakes: said, and left alone."""
+    pressure, speed = grid.get("brake_pressure"), vehicle_speed(grid)
+    if pressure is None or speed is None or stated.get("brake_pressure", True):
+        return {}, []
+    largest = size(pressure)
+    found = compare(pressure, -grid.rate(speed))
+    if not 0 < largest < _LEAST_PRESSURE_PA or found is None or abs(found.correlation) < 0.5:
+        return {}, []
+    text = f"brake_pressure may be in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
+    action = "left as it is: say the unit in a mapping file"
+    evidence = f"correlation {found.correlation:.2f} with the loss of speed"
+    return {}, [Decision("brake_pressure", "unit", text, action, evidence, applied=False)]

@@ -1,0 +1,53 @@
+"""The springs' own sign: braking presses the front down and lifts the rear, whatever the lateral signals say."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import Grid, Together, compare
+from parsers.checks.motion import seconds, smooth, vehicle_speed
+from parsers.drive import Decision
+from parsers.signals import WHEELS
+
+DEFLECTIONS = tuple(f"suspension_deflection_{wheel}" for wheel in WHEELS)
+_LEAST = 0.8
+"""Simulated drives with any braking come to 0.85 and more; off-road ground without it to 0.6, of either sign."""
+_MIN_CHANGE = 0.7
+
+
+def springs_in_braking(grid: Grid) -> Together | None:
+    """Front less rear compression against the loss of speed: positive where compression is positive.
+
+    None without all four deflections and a speed, and where the vehicle neither brakes nor speeds up (0.7 m/s² for a
+    second) or the two do not go together clearly.
+    """
+    pitching, speed = springs_tilt(grid, "pitch"), vehicle_speed(grid)
+    if speed is None or pitching is None:
+        return None
+    slowing = -grid.rate(smooth(np.abs(speed)))
+    if seconds(np.abs(slowing) > _MIN_CHANGE) < 1.0:
+        return None
+    found = compare(smooth(pitching), slowing)
+    return found if found is not None and abs(found.correlation) >= _LEAST else None
+
+
+def springs_tilt(grid: Grid, angle: str) -> FloatArray | None:
+    """What the springs say of roll or pitch, in m of compression: positive as the angle is. None without all four."""
+    columns = [grid.get(name) for name in DEFLECTIONS]
+    if any(column is None for column in columns):
+        return None
+    fl, fr, rl, rr = (column for column in columns if column is not None)
+    return fr + rr - fl - rl if angle == "roll" else fl + fr - rl - rr
+
+
+def springs_decision(found: Together) -> Decision:
+    """What is said of deflections that are positive where the spring extends."""
+    return Decision(
+        DEFLECTIONS[0],
+        "sign",
+        "suspension deflection falls at the front and rises at the rear in braking: extension was taken for compression",
+        "all four deflections inverted (compression is positive)",
+        f"correlation {found.correlation:.2f} with the loss of speed over {found.seconds:.0f} s",
+        applied=True,
+    )

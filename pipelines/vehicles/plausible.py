@@ -1,0 +1,91 @@
+"""Figures of a vehicle file that no road vehicle, robot or kart has: mostly a figure in another unit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from parsers.errors import VehicleError
+
+if TYPE_CHECKING:
+    from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+_LENGTH = "m, not in mm or cm"
+# key -> (least, greatest, the unit in words); from a small robot to a loaded truck
+SPANS: Mapping[str, tuple[float, float, str]] = {
+    "mass_kg": (5.0, 200e3, "kg"),
+    "unsprung_mass_front_kg": (0.1, 20e3, "kg"),
+    "unsprung_mass_rear_kg": (0.1, 20e3, "kg"),
+    "cg_to_front_axle_m": (0.02, 20.0, _LENGTH),
+    "cg_height_m": (0.02, 5.0, _LENGTH),
+    "cg_lateral_offset_m": (-1.0, 1.0, _LENGTH),
+    "wheelbase_m": (0.1, 20.0, _LENGTH),
+    "track_front_m": (0.1, 5.0, _LENGTH),
+    "track_rear_m": (0.1, 5.0, _LENGTH),
+    "roll_center_height_front_m": (-2.0, 3.0, _LENGTH),
+    "roll_center_height_rear_m": (-2.0, 3.0, _LENGTH),
+    "pitch_center_height_m": (-3.0, 5.0, _LENGTH),
+    "pitch_center_height_drive_m": (-3.0, 5.0, _LENGTH),
+    "roll_inertia_kgm2": (0.05, 1e6, "kg·m²"),
+    "pitch_inertia_kgm2": (0.05, 1e7, "kg·m²"),
+    "roll_stiffness_nmprad": (50.0, 1e8, "N·m/rad, not per degree or in kN·m"),
+    "roll_damping_nmsprad": (1.0, 1e7, "N·m·s/rad"),
+    "spring_rate_front_npm": (100.0, 1e7, "N/m at the wheel, not in N/mm"),
+    "spring_rate_rear_npm": (100.0, 1e7, "N/m at the wheel, not in N/mm"),
+    "damper_rate_front_nspm": (5.0, 1e6, "N·s/m a wheel, not in N·s/mm"),
+    "damper_rate_rear_nspm": (5.0, 1e6, "N·s/m a wheel, not in N·s/mm"),
+    "anti_roll_stiffness_front_nmprad": (0.0, 1e8, "N·m/rad"),
+    "anti_roll_stiffness_rear_nmprad": (0.0, 1e8, "N·m/rad"),
+    "tire_vertical_rate_npm": (1e3, 1e8, "N/m, not in N/mm"),
+    "wheel_radius_m": (0.02, 2.0, _LENGTH),
+    "wheel_inertia_kgm2": (1e-5, 1e3, "kg·m²"),
+    "steering_ratio": (0.2, 100.0, "degrees of the steering wheel a degree of the wheels"),
+    "brake_gain_nmppa": (1e-8, 0.1, "N·m/Pa of all wheels, not per bar"),
+    "drag_area_m2": (0.005, 50.0, "m²"),
+    "rolling_resistance": (0.0, 0.3, "newtons a newton, not in %"),
+    "load.mass_kg": (0.0, 200e3, "kg"),
+    "load.height_m": (0.0, 8.0, _LENGTH),
+    "sensors.imu_behind_front_axle_m": (-10.0, 30.0, _LENGTH),
+    "sensors.imu_left_m": (-3.0, 3.0, _LENGTH),
+    "sensors.imu_above_ground_m": (-1.0, 8.0, _LENGTH),
+}
+_G = 9.81
+_MOST_SAG_M = 1.2
+_LEAST_ROLL_ARM_M = 0.15
+
+
+def check_plausible(vehicle: Vehicle, path: Path) -> None:
+    """Raise VehicleError for a figure that cannot be in the unit of its key: it names key, figure, span and unit."""
+    for table, quantities in (
+        ("vehicle", vehicle.quantities),
+        ("load", vehicle.load),
+        ("sensors", vehicle.sensors),
+    ):
+        for key, quantity in quantities.items():
+            span = SPANS.get(key if table == "vehicle" else f"{table}.{key}")
+            if span is not None and not span[0] <= quantity.value <= span[1]:
+                text = f"found {quantity.value:g}, expected {span[0]:g} to {span[1]:g}"
+                raise VehicleError(
+                    text, path=path, place=f"[{table}] {key}", hint=f"this key is in {span[2]}"
+                )
+    mass = vehicle.get("mass_kg")
+    if mass is not None:
+        _check_springs(mass, vehicle.quantities, path)
+
+
+def _check_springs(mass: Quantity, quantities: Mapping[str, Quantity], path: Path) -> None:
+    """Springs that could not carry the vehicle, or keep it upright."""
+    for key in ("spring_rate_front_npm", "spring_rate_rear_npm"):
+        rate = quantities.get(key)
+        # an axle carries at least a fifth of the vehicle
+        if rate is not None and rate.value * 2 * _MOST_SAG_M < 0.2 * mass.value * _G:
+            text = f"found {rate.value:g}: a vehicle of {mass.value:g} kg would sink by more than {_MOST_SAG_M:g} m"
+            raise VehicleError(
+                text, path=path, place=f"[vehicle] {key}", hint=f"this key is in {SPANS[key][2]}"
+            )
+    key = "roll_stiffness_nmprad"
+    roll = quantities.get(key)
+    if roll is not None and roll.value < mass.value * _G * _LEAST_ROLL_ARM_M:
+        text = f"found {roll.value:g}: a vehicle of {mass.value:g} kg would fall over"
+        raise VehicleError(text, path=path, place=f"[vehicle] {key}", hint=f"this key is in {SPANS[key][2]}")

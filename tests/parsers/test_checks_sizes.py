@@ -1,0 +1,67 @@
+"""Units that nobody states: told by size where nothing else can be, said where several could be."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import check, drive, found, only, scaled
+from test_checks_springs import DEFLECTIONS, sprung
+
+from parsers.checks import check_signals
+
+WHEELS = ("wheel_speed_rl", "wheel_speed_rr")
+
+
+def test_deflections_in_mm() -> None:
+    signals = sprung()
+    wrong = scaled(signals, **dict.fromkeys(DEFLECTIONS, 1000.0))
+    fixed, decisions = check(wrong, stated=False)
+    assert {each.signal for each in decisions if each.kind == "unit"} == set(DEFLECTIONS)
+    assert all(np.allclose(fixed[name].values, signals[name].values) for name in DEFLECTIONS)
+    _, stated = check(wrong)
+    assert found(stated, "unit") == set()
+
+
+@pytest.mark.parametrize("radius", [0.30, 0.33, 0.38])
+def test_wheel_speeds_in_turns(radius: float) -> None:
+    signals = drive()
+    fixed, decisions = check(scaled(signals, **dict.fromkeys(WHEELS, 1 / radius)), stated=False)
+    assert found(decisions, "unit") == set(WHEELS)
+    assert all("rad/s" in each.found and each.applied for each in decisions if each.kind == "unit")
+    assert np.allclose(fixed[WHEELS[0]].values, signals[WHEELS[0]].values, rtol=0.01)
+
+
+def test_wheel_speeds_of_no_known_unit_are_not_bent_to_fit() -> None:
+    """A ratio of 3.1 is near 3.6, but km/h it is not; where the log states m/s it is left alone."""
+    fixed, decisions = check(scaled(drive(), **dict.fromkeys(WHEELS, 3.06)))
+    assert found([each for each in decisions if each.applied], "unit") == set()
+    assert np.mean(fixed[WHEELS[0]].values) == pytest.approx(3.06 * np.mean(drive()[WHEELS[0]].values))
+
+
+def test_a_speed_in_km_per_hour_is_told_from_miles_and_knots() -> None:
+    signals = only(drive(), "accel_x", "accel_y", "yaw_rate", "speed")
+    fixed, decisions = check(scaled(signals, speed=3.6))
+    (one,) = [each for each in decisions if each.kind == "unit"]
+    assert (one.signal, one.applied, one.action) == ("speed", True, "divided by 3.6")
+    assert np.allclose(fixed["speed"].values, signals["speed"].values)
+
+
+def test_what_was_taken_for_si_is_not_said_to_be_si() -> None:
+    """The road wheels' angle in rad is no steering-wheel angle, but it was not taken for degrees."""
+    signals = only(drive(), "accel_y", "yaw_rate", "speed", "steering_wheel_angle")
+    _, decisions = check(scaled(signals, steering_wheel_angle=1 / 16), stated=False)
+    assert [each.kind for each in decisions] == ["scale"]
+    assert not decisions[0].applied
+
+
+def test_a_brake_pressure_of_no_stated_unit_is_said() -> None:
+    signals = only(drive("brake"), "accel_x", "speed")
+    braking = np.clip(-signals["accel_x"].values, 0, None) * 1e6
+    pressure = replace(signals["accel_x"], name="brake_pressure", values=braking / 1e5)
+    wrong = {**signals, "brake_pressure": pressure}
+    _, decisions = check_signals(wrong, fix=True, units_stated={"brake_pressure": False})
+    (one,) = [each for each in decisions if each.signal == "brake_pressure"]
+    assert "bar, MPa, kPa or psi" in one.found
+    assert not one.applied

@@ -1,0 +1,75 @@
+"""Suspension deflections: braking tells their sign, and they tell that of the lateral signals and the pitch rate."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import check, drive, found, only, same, scaled
+
+from parsers.drive import Signal
+
+DEFLECTIONS = tuple(f"suspension_deflection_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
+LATERAL = ("accel_y", "yaw_rate", "steering_wheel_angle")
+
+
+def sprung(kind: str = "slalom") -> dict[str, Signal]:
+    """The made drive with deflections that follow its roll and pitch, and without satellites, wheels and angles."""
+    signals = drive(kind)
+    roll, pitch = signals["roll"], signals["pitch"]
+    rng = np.random.default_rng(5)
+    made = {}
+    for name in DEFLECTIONS:
+        side, end = (1 if name.endswith("r") else -1), (1 if "_f" in name else -1)
+        tilt = 0.75 * side * roll.values + 1.3 * end * np.interp(roll.time_ns, pitch.time_ns, pitch.values)
+        noise = 0.0005 * rng.standard_normal(len(tilt))
+        made[name] = replace(roll, name=name, source=name, values=tilt + 0.01 + noise, group="springs")
+    kept = only(signals, "accel_x", "accel_y", "accel_z", "yaw_rate", "roll_rate", "pitch_rate", "speed")
+    return kept | only(signals, "steering_wheel_angle") | made
+
+
+def test_right_signs_are_left_alone() -> None:
+    signals = sprung()
+    fixed, decisions = check(signals)
+    assert found(decisions, "sign") == set()
+    assert same(fixed, signals)
+
+
+@pytest.mark.parametrize("kind", ["slalom", "brake"])
+def test_extension_taken_for_compression_is_found_in_braking(kind: str) -> None:
+    """With or without a bend in the drive."""
+    signals = sprung(kind)
+    fixed, decisions = check(scaled(signals, **dict.fromkeys(DEFLECTIONS, -1.0)))
+    (one,) = [each for each in decisions if each.kind == "sign"]
+    assert one.applied
+    assert "extension was taken for compression" in one.found
+    assert all(np.array_equal(fixed[name].values, signals[name].values) for name in DEFLECTIONS)
+
+
+@pytest.mark.parametrize("down", [True, False])
+def test_axes_with_y_to_the_right_are_turned_not_the_springs(down: bool) -> None:
+    """SAE J670, z down or up: lateral signals agree with each other, and all of them disagree with the springs."""
+    signals = sprung()
+    names = (*LATERAL, "pitch_rate", *(("accel_z",) if down else ()))
+    fixed, decisions = check(scaled(signals, **dict.fromkeys(names, -1.0)))
+    assert found(decisions, "sign") == set(names)
+    assert same(fixed, signals)
+    (yaw,) = [each for each in decisions if each.signal == "yaw_rate"]
+    assert "goes with accel_y, which has the sign opposite to the springs" in yaw.found
+    assert ("SAE J670" in yaw.action) == down
+
+
+def test_z_down_axes_are_found_by_the_roll_rate_alone() -> None:
+    signals = only(sprung(), *LATERAL, "accel_z", "roll_rate", "speed")
+    fixed, decisions = check(scaled(signals, **dict.fromkeys((*LATERAL, "accel_z"), -1.0)))
+    assert found(decisions, "sign") == {*LATERAL, "accel_z"}
+    assert same(fixed, signals)
+
+
+def test_springs_tell_the_pitch_rate() -> None:
+    signals = sprung("brake")
+    fixed, decisions = check(scaled(signals, pitch_rate=-1.0))
+    assert found(decisions, "sign") == {"pitch_rate"}
+    assert "that the springs show" in next(d.found for d in decisions if d.kind == "sign")
+    assert np.array_equal(fixed["pitch_rate"].values, signals["pitch_rate"].values)

@@ -1,0 +1,55 @@
+"""Figures of a vehicle file in the wrong unit are refused, with the span and the unit that the key has."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from parsers.errors import VehicleError
+from pipelines.vehicles.plausible import SPANS
+from pipelines.vehicles.vehicle import LOAD_KEYS, SENSOR_KEYS, SHARES, VEHICLE_KEYS, parse_vehicle
+
+FILE = Path("car.toml")
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[vehicle]\nwheelbase_m = 2550", ("[vehicle] wheelbase_m", "found 2550", "0.1 to 20", "not in mm")),
+        ("[vehicle]\ncg_height_m = 56", ("cg_height_m", "not in mm or cm")),
+        ("[vehicle]\nmass_kg = 1e30", ("mass_kg", "5 to 200000")),
+        ("[vehicle]\nspring_rate_front_npm = 28", ("spring_rate_front_npm", "not in N/mm")),
+        ("[vehicle]\nmass_kg = 1500\nspring_rate_rear_npm = 150", ("would sink", "not in N/mm")),
+        ("[vehicle]\nmass_kg = 1355\nroll_stiffness_nmprad = 1082", ("would fall over", "not per degree")),
+        ("[vehicle]\nrolling_resistance = 1.2", ("rolling_resistance", "not in %")),
+        ("[vehicle]\nbrake_gain_nmppa = 40", ("brake_gain_nmppa", "not per bar")),
+        ("[sensors]\nimu_above_ground_m = 650", ("[sensors] imu_above_ground_m", "not in mm")),
+        ("[load]\nheight_m = 75", ("[load] height_m", "expected 0 to 8")),
+        ("mass_kg = 1500", ("write [vehicle] on a line above it",)),
+    ],
+)
+def test_other_units_are_refused(text: str, words: tuple[str, ...]) -> None:
+    with pytest.raises(VehicleError) as refused:
+        parse_vehicle(text, FILE)
+    assert all(word in str(refused.value) for word in ("car.toml", *words))
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "mass_kg = 50\nwheelbase_m = 0.51\ntrack_front_m = 0.55\nwheel_radius_m = 0.16",
+        "mass_kg = 160\nwheelbase_m = 1.05\nroll_stiffness_nmprad = 5000\nspring_rate_front_npm = 5e5",
+        "mass_kg = 40000\nwheelbase_m = 6\nspring_rate_rear_npm = 900000\nroll_stiffness_nmprad = 2e6",
+        "roll_center_height_front_m = -0.05\ncg_lateral_offset_m = -0.01\nanti_roll_stiffness_front_nmprad = 0",
+    ],
+)
+def test_robots_karts_and_trucks_are_vehicles(text: str) -> None:
+    vehicle = parse_vehicle(f"[vehicle]\n{text}\n[load]\nmass_kg = 0", FILE)
+    assert len(vehicle.quantities) >= 3
+
+
+def test_every_key_has_a_span() -> None:
+    keys = (VEHICLE_KEYS - SHARES) | {f"load.{k}" for k in LOAD_KEYS} | {f"sensors.{k}" for k in SENSOR_KEYS}
+    assert set(SPANS) == keys
+    assert all(low < high for low, high, _ in SPANS.values())
