@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import struct
 import sys
 from collections.abc import Callable, Sequence
 from types import ModuleType
@@ -175,6 +176,19 @@ class NotAloneError(Exception):
     """The kernel needs numba beside it when it runs."""
 
 
+TRIED = frozenset({"0.68"})
+"""Versions of numba on which all kernels were compared with numba's own calls. What is used of numba below is not public, so
+any other version calls its kernels itself: slower to start, never wrong. `tests/parsers/test_jit.py` is what to run on one."""
+
+
+def _tried() -> bool:
+    return (
+        ".".join(numba.__version__.split(".")[:2]) in TRIED
+        and sys.implementation.name == "cpython"
+        and struct.calcsize("P") == 8
+    )
+
+
 def _result_code(result: Any) -> str:
     """What a kernel gives back, in the letters of `struct`: nothing at all, or one or several numbers. Raises NotAloneError."""
     if isinstance(result, types.BaseNamedTuple):
@@ -264,6 +278,8 @@ def compile_alone(
 
     Raises NotAloneError where that cannot be called without numba.
     """
+    if not _tried():
+        raise NotAloneError(f"numba {numba.__version__}")
     made = _njit(**_ALONE, **(_LEAN if lean else {}))(function)
     signature = tuple(map(_typeof, args))
     made.compile(signature)

@@ -13,7 +13,7 @@ import pytest
 
 from parsers.jit import Kernel, kernel, lean_kernel
 from parsers.jit_shape import leaves_of, shape_of
-from parsers.jit_store import _MARK, key_of, read_code, write_code
+from parsers.jit_store import _MARK, _folder, key_of, read_code, write_code
 
 ROOT = Path(__file__).resolve().parents[2]
 SCALE = 3
@@ -270,3 +270,16 @@ def test_kernels_are_called_from_several_threads():
     arrays = [np.arange(float(n)) for n in range(200)]
     with ThreadPoolExecutor(4) as pool:
         assert list(pool.map(total, arrays)) == [total.py_func(each) for each in arrays]
+
+
+def test_a_version_of_numba_that_nobody_tried_calls_its_kernels_itself(monkeypatch, tmp_path):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setattr("parsers.jit_compile.TRIED", frozenset())
+    _folder.cache_clear()
+    fresh = kernel(total.py_func)
+    values = np.arange(5.0)
+    assert fresh(values) == total.py_func(values) == 30.0
+    kept = list(tmp_path.rglob("*.kernel"))
+    assert kept
+    assert all(place.stat().st_size < 100 for place in kept), "machine code was kept"
+    _folder.cache_clear()
