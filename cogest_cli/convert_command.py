@@ -34,6 +34,8 @@ def convert(
         show_line(f"  {decision.signal}: {decision.found}; {decision.action} ({decision.evidence})")
     for reason, count in record.rejected.items():
         show_line(f"  rejected: {count} x {reason}")
+    if record.disorder:
+        show_line(f"  put in order: {', '.join(record.disorder)}")
     for note in record.notes:
         show_line(f"  note: {note}")
     for path in converted.files:
