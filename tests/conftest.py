@@ -7,10 +7,15 @@ from pathlib import Path
 
 import pytest
 
-# fixtures that several folders of tests use
-from remote_store import counted, s3_server, s3_store  # noqa: F401
+from parsers.algebra_threads import one_algebra_thread
 
-from parsers.can.database_cache import FOLDER_VARIABLE
+# before anything loads numpy: tests within this process give what the program gives
+one_algebra_thread()
+
+# fixtures that several folders of tests use
+from remote_store import counted, s3_server, s3_store  # noqa: E402, F401
+
+from parsers.can.database_cache import FOLDER_VARIABLE  # noqa: E402
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -14,6 +14,9 @@ Direction = Literal["left", "right", "both"]
 SURFACES = ("A", "B", "C", "D", "E", "F", "G", "H")
 """Roughness classes of ISO 8608, from a very good road to ground that is hardly passable."""
 
+FULL_LOCK_RAD = 9.0
+"""Steering-wheel angle that a driver can turn to: near full lock."""
+
 SPEEDS_MPS = (0.5, 70.0)
 """What any manoeuvre can be asked for."""
 
@@ -106,9 +109,12 @@ class VehicleFigures:
         return min(wanted_mps2, share * GRAVITY * friction, 0.5 * GRAVITY * self.static_stability_factor)
 
     def steering_wheel_rad(self, lateral_mps2: float, speed_mps: float) -> float:
-        """Steering-wheel angle for a steady lateral acceleration: ratio (L a_y / v² + K a_y)."""
+        """Steering-wheel angle for a steady lateral acceleration: ratio (L a_y / v² + K a_y), at most full lock.
+
+        At a walking pace no lock is enough for much of it.
+        """
         road_wheel = lateral_mps2 * (self.wheelbase_m / speed_mps**2 + self.understeer_radps2pm)
-        return self.steering_ratio * road_wheel
+        return min(self.steering_ratio * road_wheel, FULL_LOCK_RAD)
 
     def brake_pressure_pa(self, decel_mps2: float) -> float:
         """Pressure for a deceleration, by m a R = gain p."""

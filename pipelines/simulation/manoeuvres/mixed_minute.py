@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.results import FloatArray
-from pipelines.simulation.manoeuvres.base import Options, Scenario, VehicleFigures
+from pipelines.simulation.manoeuvres.base import FULL_LOCK_RAD, Options, Scenario, VehicleFigures
 from pipelines.simulation.manoeuvres.script import STEP_S, Script, fitted, proving_ground
 from pipelines.simulation.manoeuvres.sine_with_dwell import dwell_wave
 from pipelines.simulation.records import GRAVITY
 
 SWEEP_S, SWEEP_HZ = 7.0, (0.25, 0.75)
-MOST_RAD = 9.0
-"""Steering-wheel angle that a driver can turn to: near full lock."""
 
 
 def sweep(amplitude_rad: float) -> FloatArray:
@@ -31,8 +29,8 @@ def mixed_minute(vehicle: VehicleFigures, options: Options, rng: np.random.Gener
     grip = options.grip(0.9)
     speed = vehicle.reachable_mps(options.speed(55 / 3.6))
     hard = vehicle.safe_lateral_mps2(options.severity * 4.5, grip)
-    # at a walking pace no lock is enough for that much lateral acceleration
-    angle = min(vehicle.steering_wheel_rad(hard, speed), MOST_RAD / 1.2)
+    # the sweep goes a fifth beyond
+    angle = min(vehicle.steering_wheel_rad(hard, speed), FULL_LOCK_RAD / 1.2)
 
     def write(repeats: int) -> Script:
         script = Script(vehicle, grip)
