@@ -135,14 +135,24 @@ def discretise(roll: RollCoefficients, step: float) -> tuple[FloatArray, FloatAr
 
 
 def process_noise(roll: RollCoefficients, intensity: float, step: float) -> FloatArray:
-    """Covariance (2, 2) that white noise on f gathers over a step; `intensity` in (m/s²)²/Hz (Van Loan)."""
+    """Covariance (2, 2) that white noise on f gathers over a step; `intensity` in (m/s²)²/Hz.
+
+    Van Loan's over a part of the step, doubled until it is the whole: his matrix holds the motion backwards in time, which
+    grows without end where the damping is strong, and takes the covariance with it (it came out negative).
+    """
     a, b = state_matrix(roll)
+    halvings = max(0, math.ceil(math.log2(max(float(np.abs(a).sum(axis=1).max()) * step, 1e-9))))
+    part = step / 2**halvings
     block = np.zeros((4, 4))
     block[:2, :2] = -a
     block[:2, 2:] = np.outer(b, b) * intensity
     block[2:, 2:] = a.T
-    moved = exponential(block * step)
-    noise = moved[2:, 2:].T @ moved[:2, 2:]
+    moved = exponential(block * part)
+    phi = moved[2:, 2:].T
+    noise = phi @ moved[:2, 2:]
+    for _ in range(halvings):
+        noise = noise + phi @ noise @ phi.T
+        phi = phi @ phi
     return np.asarray(0.5 * (noise + noise.T))
 
 

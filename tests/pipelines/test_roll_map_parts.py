@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
@@ -11,6 +12,7 @@ from pipelines.estimators.roll_map.choose import mixed_fit
 from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.fit import fit_roll
 from pipelines.estimators.roll_map.held_out import gain_of, spans_of
+from pipelines.estimators.roll_map.likelihood import Problem, named
 from pipelines.estimators.roll_map.model import OPTIONS, known_parameters
 from pipelines.estimators.roll_map.motion import excess, simulated
 from pipelines.estimators.roll_map.select import Verdict, select_parts
@@ -162,3 +164,17 @@ def test_models_that_disagree_widen_the_answer() -> None:
     alone = fit.jacobian @ fit.covariance @ fit.jacobian.T
     assert mixed.covariance[0, 0] == pytest.approx(alone[0, 0] + 0.75)
     assert mixed_fit([(fit, 1.0)]).mixed is None
+
+
+def test_a_motion_that_runs_away_costs_everything_and_starts_with_more_damping(recwarn) -> None:
+    data = _planted({}, seed=3, axles=True)
+    known = known_parameters(data, None, 0.2, 0.05, None, options=frozenset({"series"}))
+    problem = Problem(data, known)
+    # weak dampers on tyres settle within a tenth of a millisecond: read 30 ms earlier, that motion was huge
+    wild = {**PLAIN, "a": 460.0, "b": 0.3, "c": 0.28, "series": 0.17, "rate_lag": 0.03}
+    weights = named(known, problem.near(wild))
+    assert problem.cost(problem.near(wild), weights) == math.inf
+    x = problem.standing(wild, weights)
+    assert math.isfinite(problem.cost(x, weights))
+    assert named(known, x)["b"] > 0.3
+    assert not recwarn.list

@@ -62,6 +62,18 @@ def test_process_noise_is_the_integral_over_the_step() -> None:
     np.testing.assert_allclose(process_noise(ROLL, intensity, step), wanted, rtol=1e-6)
 
 
+def test_process_noise_of_strong_damping_over_a_long_step_is_the_lasting_one() -> None:
+    """The Lyapunov equation solved by hand: var φ = S/(2 a b), var φ' = S/(2 b c)."""
+    stiff, intensity = RollCoefficients(125.0, 31.0, 0.28), 0.01
+    lasting = intensity / (2 * stiff.b) * np.diag([1 / stiff.a, 1 / stiff.c])
+    found = process_noise(stiff, intensity, 5.0)
+    np.testing.assert_allclose(found, lasting, rtol=1e-9, atol=1e-12)
+    # in two halves it is the same
+    phi = expm(state_matrix(stiff)[0] * 0.2)
+    half = process_noise(stiff, intensity, 0.2)
+    np.testing.assert_allclose(process_noise(stiff, intensity, 0.4), half + phi @ half @ phi.T, rtol=1e-9)
+
+
 def test_steady_corner_and_named_figures() -> None:
     """K 68 kN·m/rad, m 1640 kg, h 0.61 m: worked by hand."""
     a = 68_000 / (1640 * 0.61)

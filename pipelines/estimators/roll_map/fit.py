@@ -232,9 +232,10 @@ def fit_roll(
     """Fit. `edges` are rows up to which the running sums are wanted (the last is the data's size).
 
     near: values to start from (a part of the model that they do not hold starts at its prior); else the start is sought.
+    Raises LinAlgError for a model that runs away wherever it starts.
     """
     problem = Problem(data, known)
-    best = _cold_start(data, known) if near is None else problem.near(near)
+    best = _cold_start(data, known) if near is None else problem.standing(near, None)
     x, steps, converged = climb(problem, best, MOST_STEPS)
     if data.whole:
         moved = problem.polished(x)

@@ -24,6 +24,12 @@ from pipelines.results import FloatArray
 SETTLED, TURNED = 0.01, 0.05
 MOST_TURNS = 5
 POLISHED = 3
+RAN_OFF = 1e6
+"""Standard deviations beyond which a motion has run away."""
+
+STANDING = (2.0, 5.0, 12.0)
+"""b, in m/s per rad/s, from weak damping to strong, tried in turn where a model runs away from its start."""
+
 QUIET = ("stiffening", "friction", "knee", "lever", "roll_offset", "rate_offset", "yaw_leak", "delay")
 """What a single sample of noise has nothing to do with."""
 
@@ -77,7 +83,7 @@ class Slopes:
 
 
 class Problem:
-    """Cost and slopes of one set of data. motion, levels: places of the two blocks' parameters."""
+    """Cost and slopes of one set of data. motion, levels: places of the two blocks' parameters. outputs: numbers compared."""
 
     def __init__(self, data: RollData, known: tuple[Known, ...], held: frozenset[str] = frozenset()) -> None:
         """held: parameters that stay where they start."""
@@ -89,6 +95,9 @@ class Problem:
         self.step = np.array([k.step for k in known])
         self.probe = data.probe()
         self.rows = int(np.isfinite(data.roll if data.has_roll else data.rate).sum())
+        usual = named(known, self.near({}))
+        none = np.zeros_like(simulated(data, usual))
+        self.outputs = int(np.isfinite(whitened(data, usual, none)[1]).sum())
         free = [i for i, k in enumerate(known) if k.name not in held]
         self.motion: IntArray = np.array([i for i in free if known[i].name not in NOISES])
         self.levels: IntArray = np.array([i for i in free if known[i].name in NOISES])
@@ -98,6 +107,18 @@ class Problem:
         start = [values.get(k.name, k.mean if k.mean != k.low else k.mean + 0.5 * k.std) for k in self.known]
         return np.asarray(np.clip(np.array(start), self.low, self.high))
 
+    def standing(self, values: Mapping[str, float], weights: Mapping[str, float] | None) -> FloatArray:
+        """As `near`, with as much more damping as the motion needs not to run away: weak dampers on tyres settle at once,
+        and what is read some time earlier was then beyond all bounds.
+
+        Raises LinAlgError where no damping helps.
+        """
+        for least in (0.0, *STANDING):
+            x = self.near({**values, "b": max(values.get("b", 0.0), least)})
+            if math.isfinite(self.cost(x, weights)):
+                return x
+        raise np.linalg.LinAlgError("the model runs away wherever it starts")
+
     def prior_cost(self, x: FloatArray) -> float:
         """Minus the log prior."""
         return 0.5 * float(np.sum(self.weight * (x - self.mean) ** 2))
@@ -105,6 +126,12 @@ class Problem:
     def innovations(self, x: FloatArray, weights: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
         """Innovations and variances of the motion x, weighed as at `weights`."""
         return whitened(self.data, weights, simulated(self.data, named(self.known, x)))
+
+    def _stands(self, error: FloatArray, variance: FloatArray) -> bool:
+        """Whether a motion did not run away: all outputs compared, none farther off than numbers of any use are."""
+        there = variance > 0
+        near = np.abs(error[there]) < RAN_OFF * np.sqrt(variance[there])
+        return int(np.count_nonzero(there)) >= self.outputs and bool(near.all())
 
     def carried(self, x: FloatArray, weights: Mapping[str, float]) -> float:
         """What the input's noise adds to the sum of the normalised squares, by the answer to a single sample of it."""
@@ -118,16 +145,18 @@ class Problem:
         # a trial far off may run away: its cost is infinite
         with np.errstate(over="ignore", invalid="ignore"):
             error, variance = self.innovations(x, named(self.known, x) if weights is None else weights)
+            if not self._stands(error, variance):
+                return math.inf
             value = _squares(error, variance) + self.prior_cost(x)
-            value += (
-                0.5 * float(np.nansum(np.log(variance)))
-                if weights is None
-                else -0.5 * self.carried(x, weights)
-            )
+            if weights is None:
+                value += 0.5 * float(np.nansum(np.log(variance)))
+            else:
+                carried = self.carried(x, weights)
+                value -= 0.5 * carried if carried < RAN_OFF * self.rows else -math.inf
         return value if math.isfinite(value) else math.inf
 
-    def _moved(self, x: FloatArray, i: int) -> tuple[FloatArray, float]:
-        step = float(self.step[i] if x[i] + self.step[i] <= self.high[i] else -self.step[i])
+    def _moved(self, x: FloatArray, i: int, *, back: bool = False) -> tuple[FloatArray, float]:
+        step = float(self.step[i] if (x[i] + self.step[i] <= self.high[i]) != back else -self.step[i])
         other = x.copy()
         other[i] += step
         return other, step
@@ -152,10 +181,17 @@ class Problem:
         given = np.zeros(len(self.motion))
         noise = self.carried(x, weights)
         for row, i in enumerate(self.motion.tolist()):
-            other, step = self._moved(x, i)
-            moved = self.innovations(other, weights)[0]
-            slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
-            given[row] = 0.5 * (self.carried(other, weights) - noise) / step
+            # beside the last motion that stands only one of the two sides can be looked at
+            for back in (False, True):
+                other, step = self._moved(x, i, back=back)
+                with np.errstate(over="ignore", invalid="ignore"):
+                    moved, wide = self.innovations(other, weights)
+                    carried = self.carried(other, weights)
+                    stands = self._stands(moved, wide) and abs(carried) < RAN_OFF * self.rows
+                if stands:
+                    slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
+                    given[row] = 0.5 * (carried - noise) / step
+                    break
         return Slopes(error / np.sqrt(variance), slope, np.zeros_like(slope), given)
 
     def _taught(self, data: RollData, x: FloatArray, values: Mapping[str, float]) -> FloatArray:
@@ -199,11 +235,13 @@ class Problem:
             flat = taught.reshape(len(taught), -1)
             curvature = flat @ flat.T + np.diag(self.weight[self.motion])
             scale = np.sqrt(np.diag(curvature))
+            step = np.linalg.solve(curvature / np.outer(scale, scale), gradient / scale) / scale
             moved = x.copy()
-            moved[self.motion] += (
-                np.linalg.solve(curvature / np.outer(scale, scale), gradient / scale) / scale
-            )
-            x = np.clip(moved, self.low, self.high)
+            moved[self.motion] += step
+            moved = np.clip(moved, self.low, self.high)
+            if not math.isfinite(self.cost(moved, here)):
+                break
+            x = moved
         return x
 
 

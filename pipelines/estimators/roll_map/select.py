@@ -68,7 +68,7 @@ class Selection:
         known = self._asked(parts)
         problem = Problem(self._data, known)
         try:
-            x = settle(problem, problem.near(near), self._weights, TRIAL_STEPS)
+            x = settle(problem, problem.standing(near, self._weights), self._weights, TRIAL_STEPS)
             found = held_out(problem, x, self._weights, self._spans)
         except np.linalg.LinAlgError:
             return _Tried(parts, dict(near), np.full(self.stretches, RAN_AWAY))
