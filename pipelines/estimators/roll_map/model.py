@@ -90,6 +90,29 @@ def _usual_delay(data: RollData, std_s: float, rate_lag_s: float, *, tyres: bool
     return (-rate_lag_s, ONE_UNIT_S) if found else (0.0, std_s)
 
 
+def _noise_levels(data: RollData) -> list[Known]:
+    """Logarithms of the noises' levels, in the order of the sensors, the input, the road's push and the bank."""
+    found: list[Known] = []
+    if data.has_roll:
+        found.append(Known("log_roll_noise", math.log(0.003), 2.0, 0.01, math.log(1e-6), math.log(0.3)))
+    if data.has_rate:
+        found.append(Known("log_rate_noise", math.log(0.01), 2.0, 0.01, math.log(1e-5), math.log(1.0)))
+    found.append(
+        Known(
+            "log_input_noise",
+            0.5 * math.log(max(data.input_noise, 1e-8)),
+            0.05,
+            0.01,
+            math.log(1e-5),
+            math.log(1.0),
+        )
+    )
+    found.append(Known("log_push", math.log(0.1), 2.0, 0.01, math.log(1e-4), math.log(20.0)))
+    if data.has_roll:
+        found.append(Known("log_bank", math.log(0.003), 1.5, 0.01, math.log(1e-5), math.log(0.3)))
+    return found
+
+
 def known_parameters(
     data: RollData,
     rate_offset: tuple[float, float] | None,
@@ -139,24 +162,7 @@ def known_parameters(
         )
         if data.against_axles and "series" not in options:
             found.append(Known("rate_gain", *WEAK_PRIOR["rate_gain"], 1e-3, 0.5, 3.0))
-    if data.has_roll:
-        found.append(Known("log_roll_noise", math.log(0.003), 2.0, 0.01, math.log(1e-6), math.log(0.3)))
-    if data.has_rate:
-        found.append(Known("log_rate_noise", math.log(0.01), 2.0, 0.01, math.log(1e-5), math.log(1.0)))
-    found.append(
-        Known(
-            "log_input_noise",
-            0.5 * math.log(max(data.input_noise, 1e-8)),
-            0.05,
-            0.01,
-            math.log(1e-5),
-            math.log(1.0),
-        )
-    )
-    found.append(Known("log_push", math.log(0.1), 2.0, 0.01, math.log(1e-4), math.log(20.0)))
-    if data.has_roll:
-        found.append(Known("log_bank", math.log(0.003), 1.5, 0.01, math.log(1e-5), math.log(0.3)))
-    return tuple(found)
+    return (*found, *_noise_levels(data))
 
 
 def whitened(
