@@ -186,10 +186,10 @@ def test_a_worker_that_dies_costs_its_drive_alone(cogest, program, done, little_
     command = [*program, "batch", str(little_fleet), "--out", str(hit), "--workers", "1", "--json", *OPTIONS]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     assert process.stdout is not None
-    # the largest drive goes first; its worker is killed while it is at it
-    while json.loads(process.stdout.readline())["event"] != "started":
+    # after the first drive the worker is at work on the next at once; one that dies while it starts would be started again
+    while json.loads(process.stdout.readline())["event"] != "ended":
         pass
-    time.sleep(1.5)
+    time.sleep(0.1)
     for worker in psutil.Process(process.pid).children():
         worker.kill()
     process.communicate(timeout=120)
