@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
+from parsers.allocator import Slab
 from parsers.blf_containers import (
     HEAD_SIZE,
     OBJECT_SIZE,
@@ -22,27 +23,28 @@ from parsers.blf_containers import (
     content_of,
     odd_blocks,
 )
-from parsers.blf_walk import BEHIND, FRONT, Block, Columns, block_of
+from parsers.blf_walk import BEHIND, COLUMNS_BYTES, FRONT, Block, Columns, block_of
 from parsers.blf_walker import Guess, guess
 from parsers.channels import ByteArray
 from parsers.parallel import in_order
 
-READ_BYTES = 1 << 20
+READ_BYTES = 2 << 20
 """Bytes of the file that are read at a time."""
 GROUP_BYTES = 2 << 20
 """Inflated bytes that a core takes at a time: enough that threads seldom wait for each other, and no more."""
-
-
-def _fresh_room() -> ByteArray:
-    return np.empty(FRONT + GROUP_BYTES + BEHIND, np.uint8)
 
 
 @dataclass(frozen=True)
 class _Room:
     """Where a group's content goes, and its frames."""
 
-    content: ByteArray = field(default_factory=_fresh_room)
-    columns: Columns = field(default_factory=Columns)
+    content: ByteArray
+    columns: Columns
+
+
+_CONTENT_BYTES = FRONT + GROUP_BYTES + BEHIND
+_ROOMS = 4
+"""Rooms that are made at a time."""
 
 
 @dataclass
@@ -56,7 +58,12 @@ class _Pool:
         return self.raw.pop() if self.raw else bytearray(READ_BYTES)
 
     def take_room(self) -> _Room:
-        return self.room.pop() if self.room else _Room()
+        if not self.room:
+            slab = Slab(_ROOMS * (_CONTENT_BYTES + COLUMNS_BYTES))
+            self.room += [
+                _Room(slab.empty(_CONTENT_BYTES, np.uint8), Columns.of(slab)) for _ in range(_ROOMS)
+            ]
+        return self.room.pop()
 
 
 @dataclass(frozen=True)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from parsers.allocator import Slab
 from parsers.blf_objects import (
     FRAMES,
     GAP_OPEN,
@@ -33,6 +34,8 @@ BEHIND = 1 << 16
 """Bytes at a buffer's end, for payloads that their writer left the last zeros out of."""
 ROWS = 1 << 16
 """Most frames of a batch."""
+COLUMNS_BYTES = 23 * ROWS
+"""What the columns of a batch take."""
 MAX_GAPS = 64
 
 Bytes = bytes | bytearray | memoryview
@@ -199,11 +202,22 @@ def walk_objects(
 class Columns:
     """Room for the frames of a batch, which is used again: see `CanFrames`. (ROWS,) each."""
 
-    time_ns: IntArray = field(default_factory=lambda: np.empty(ROWS, np.int64))
-    can_id: NDArray[np.uint32] = field(default_factory=lambda: np.empty(ROWS, np.uint32))
-    bus: NDArray[np.int16] = field(default_factory=lambda: np.empty(ROWS, np.int16))
-    length: ByteArray = field(default_factory=lambda: np.empty(ROWS, np.uint8))
-    offset: IntArray = field(default_factory=lambda: np.empty(ROWS, np.int64))
+    time_ns: IntArray
+    can_id: NDArray[np.uint32]
+    bus: NDArray[np.int16]
+    length: ByteArray
+    offset: IntArray
+
+    @classmethod
+    def of(cls, slab: Slab) -> Columns:
+        """Columns that lie in a slab; they take COLUMNS_BYTES of it."""
+        return cls(
+            slab.empty(ROWS, np.int64),
+            slab.empty(ROWS, np.uint32),
+            slab.empty(ROWS, np.int16),
+            slab.empty(ROWS, np.uint8),
+            slab.empty(ROWS, np.int64),
+        )
 
     def walk(self, buffer: ByteArray, end: int, start_ns: int, state: IntArray, gaps: IntArray) -> None:
         """`walk_objects` into these columns."""

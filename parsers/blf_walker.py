@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from parsers.allocator import Slab
 from parsers.blf_objects import (
     BAD,
     BAD_TIME,
@@ -67,7 +68,7 @@ class ObjectWalker:
     state: IntArray = field(default_factory=fresh_state)
     gaps: IntArray = field(default_factory=no_gaps)
     tail: bytes = b""
-    _columns: Columns = field(default_factory=Columns)
+    _columns: Columns = field(default_factory=lambda: Columns.of(Slab(0)))
     _joint: ByteArray = field(default_factory=lambda: np.zeros(2 * FRONT + BEHIND, np.uint8))
 
     def lose(self, size: int) -> None:

@@ -23,7 +23,7 @@ from parsers.json_tree import (
     read_sample,
 )
 from parsers.mcap_records import gather
-from parsers.ros.contract import Decoded, FieldInfo
+from parsers.ros.contract import Cells, Decoded, FieldInfo
 
 SAMPLES = 64
 """So many messages are looked at for the fields that a schema does not name."""
@@ -145,7 +145,12 @@ class JsonDecoder:
         return self._stamp is not None
 
     def decode(
-        self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]
+        self,
+        data: ByteArray,
+        offset: IntArray,
+        length: IntArray,
+        wanted: Sequence[str],
+        cells: Cells = np.empty,
     ) -> JsonDecoded:
         """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths.
 
@@ -157,7 +162,7 @@ class JsonDecoder:
         tables = self._program(tuple(wanted), column_of)
         view = np.ascontiguousarray(data, dtype=np.uint8).view()
         view.flags.writeable = False
-        out = np.empty((len(column_of), offset.size), dtype=np.float64)
+        out = cells(len(column_of) * offset.size).reshape(len(column_of), offset.size)
         stamps = np.empty((offset.size, 2), dtype=np.int64)
         room = min(int(np.maximum(length, 0).sum()), view.size) // _SLOW_BYTES + 1
         slow = np.empty((min(room, 2 * out.size + 16), 3), dtype=np.int64)
@@ -170,10 +175,10 @@ class JsonDecoder:
         )
         if used:
             slow = slow[:used]
-            cells = out.reshape(-1)
+            flat = out.reshape(-1)
             # a later value of the same key, read at once, holds
-            open_cells = np.isnan(cells[slow[:, 2]])
-            cells[slow[open_cells, 2]] = _read_texts(view, slow)[open_cells]
+            open_cells = np.isnan(flat[slow[:, 2]])
+            flat[slow[open_cells, 2]] = _read_texts(view, slow)[open_cells]
         new = view[unknown[1] : unknown[1] + unknown[2]].tobytes().decode("utf-8", "replace")[:60]
         return JsonDecoded(
             columns={

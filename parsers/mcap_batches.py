@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from parsers.allocator import Slabs
 from parsers.channels import ByteArray, IntArray
 from parsers.importer import ImportLog
 from parsers.mcap_chunks import ChunkSpan, DamagedError, LooseSpan, McapFile, Scratch, Span, load_chunk
@@ -24,6 +25,8 @@ UNPACKED_BYTES = 4 << 20
 """Records decoded together, where a chunk is not larger by itself."""
 MAX_CELLS = 1 << 22
 """Numbers decoded at once: a batch of a type with many fields has fewer rows."""
+ENOUGH_CELLS = 1 << 15
+"""A part of a topic with more is given on as it is; smaller ones are joined."""
 TOO_SHORT = "message record too short for its own head"
 
 Group = tuple[ChunkSpan, ...] | Window
@@ -120,11 +123,12 @@ class _Tools(threading.local):
 class Reader:
     """Reads and decodes groups; may be called by several threads at once."""
 
-    def __init__(self, file: McapFile, wants: Sequence[Want]) -> None:
+    def __init__(self, file: McapFile, wants: Sequence[Want], slabs: Slabs) -> None:
+        """slabs: memory for columns that live on."""
         self._file, self._wants = file, wants
         self._keep = frozenset(channel for want in wants for channel in want.ids)
         self._slot_of = slot_table([want.ids for want in wants])
-        self._tools = _Tools()
+        self._tools, self._slabs = _Tools(), slabs
 
     def __call__(self, group: Group) -> Result:
         """The decoded messages of a group, topic by topic, each topic's in their order."""
@@ -183,7 +187,10 @@ class Reader:
     def decode(self, picks: Picks, data: ByteArray, rows: slice) -> Part:
         """Decode some of the picked messages."""
         want = self._wants[picks.number]
-        decoded = want.decoder.decode(data, picks.offset[rows], picks.length[rows], want.paths)
+        offset, length = picks.offset[rows], picks.length[rows]
+        # small parts are joined, and what they took used again
+        cells = self._slabs.cells if length.size * len(want.paths) >= ENOUGH_CELLS else np.empty
+        decoded = want.decoder.decode(data, offset, length, want.paths, cells)
         return Part(picks.number, picks.log_ns[rows].copy(), decoded)
 
     def parts(self, result: Result) -> Iterator[Part]:

@@ -6,19 +6,20 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
+from parsers.allocator import Slabs
 from parsers.channels import FloatArray, IntArray
-from parsers.mcap_batches import Part
+from parsers.mcap_batches import ENOUGH_CELLS, Part
 from parsers.ros.contract import Decoded
 
 ENOUGH_ROWS = 1 << 16
-ENOUGH_CELLS = 1 << 15
-"""A part with more is given on as it is: joining would only copy it."""
 
 
 class Joiner:
     """Holds the parts of each topic until there are enough."""
 
-    def __init__(self, topics: int) -> None:
+    def __init__(self, topics: int, slabs: Slabs) -> None:
+        """slabs: memory for what is joined."""
+        self._slabs = slabs
         self._held: list[list[Part]] = [[] for _ in range(topics)]
         self._rows = [0] * topics
 
@@ -40,13 +41,15 @@ class Joiner:
     def _take(self, number: int) -> Part:
         held, self._held[number] = self._held[number], []
         self._rows[number] = 0
-        return held[0] if len(held) == 1 else _join(held)
+        return held[0] if len(held) == 1 else _join(held, self._slabs)
 
 
-def _join(parts: Sequence[Part]) -> Part:
+def _join(parts: Sequence[Part], slabs: Slabs) -> Part:
+    rows = sum(part.log_ns.size for part in parts)
     decoded = [part.decoded for part in parts]
     columns: dict[str, FloatArray] = {
-        path: np.concatenate([each.columns[path] for each in decoded]) for path in decoded[0].columns
+        path: np.concatenate([each.columns[path] for each in decoded], out=slabs.cells(rows))
+        for path in decoded[0].columns
     }
     stamps: list[IntArray] = [each.stamp_ns for each in decoded if each.stamp_ns is not None]
     stamp_ns = np.concatenate(stamps) if len(stamps) == len(parts) else None

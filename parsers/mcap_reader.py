@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from io import FileIO
 from pathlib import Path
 
+from parsers.allocator import Slabs, keep_freed_memory
 from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
@@ -73,10 +74,12 @@ class McapReader:
             return
         sources = [source for source, _ in picked]
         wants = [Want(source.ids, source.topic.decoder, paths) for source, paths in picked]
-        joiner = Joiner(len(wants))
+        keep_freed_memory()
+        slabs = Slabs()
+        joiner = Joiner(len(wants), slabs)
         new_keys = [NewKeys() for _ in wants]
         with _open(self._path) as file:
-            for part in self._parts(McapFile(self._path, file), wants):
+            for part in self._parts(McapFile(self._path, file), wants, slabs):
                 new_keys[part.number].add(part.decoded)
                 for joined in joiner.add(part):
                     yield self._chunk(sources[joined.number], joined)
@@ -87,10 +90,10 @@ class McapReader:
                 self._log.note(f"{source.topic.group}: {note}")
         self._chooser.finish(self._log)
 
-    def _parts(self, file: McapFile, wants: list[Want]) -> Iterator[Part]:
+    def _parts(self, file: McapFile, wants: list[Want], slabs: Slabs) -> Iterator[Part]:
         """Decode the file on all cores; what went wrong is written down in the order of the file."""
         keep = frozenset(channel for want in wants for channel in want.ids)
-        reader = Reader(file, wants)
+        reader = Reader(file, wants, slabs)
         for result in in_order(reader, groups_of(file, self._survey.spans, keep, self._log)):
             result.write(self._log)
             yield from reader.parts(result)

@@ -14,7 +14,7 @@ from parsers.field_notes import join_stamp, stamp_fields
 from parsers.protobuf_kernel import decode_payloads
 from parsers.protobuf_tables import LOOK_UP, STEP_OVER, TAKE, TAKE_DOUBLE, Output, Tables
 from parsers.protobuf_tree import Entry, Range, Tree, build_tree
-from parsers.ros.contract import Decoded, FieldInfo
+from parsers.ros.contract import Cells, Decoded, FieldInfo
 
 _WIRE_FIXED64 = (1, 6, 16)
 _WIRE_FIXED32 = (2, 7, 15)
@@ -139,13 +139,20 @@ class ProtobufDecoder:
         """Whether messages carry their own stamp."""
         return self._stamp is not None
 
-    def decode(self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]) -> Decoded:
+    def decode(
+        self,
+        data: ByteArray,
+        offset: IntArray,
+        length: IntArray,
+        wanted: Sequence[str],
+        cells: Cells = np.empty,
+    ) -> Decoded:
         """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths.
 
         Absent: 0.0 or the declared default where the type has no way to say "absent", else NaN.
         """
         tables, rows = self._program(tuple(wanted))
-        out = np.empty((tables.template.size, offset.size), dtype=np.float64)
+        out = cells(tables.template.size * offset.size).reshape(tables.template.size, offset.size)
         stamp = np.empty((offset.size, 2), dtype=np.int64)
         view = np.ascontiguousarray(data, dtype=np.uint8).view()
         view.flags.writeable = False

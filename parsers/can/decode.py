@@ -196,15 +196,20 @@ class Decoded:
 
 
 def decode_signal(
-    payloads: Payloads, signal: SignalDef, *, j1939: bool = False, proprietary: bool = False
+    payloads: Payloads,
+    signal: SignalDef,
+    into: FloatArray | None = None,
+    *,
+    j1939: bool = False,
+    proprietary: bool = False,
 ) -> Decoded:
-    """A signal's physical values in the given payloads.
+    """A signal's physical values in the given payloads, written into `into`, (n,), where given.
 
     j1939: look for the codes "not available", "error" and "reserved"; proprietary: only for "not available", since
     the maker of such a message may use the other codes as values.
     """
     place = Place.of(signal.field)
-    values = np.empty(payloads.length.size)
+    values = np.empty(payloads.length.size) if into is None else into
     if place.last >= 8 * payloads.words.shape[1]:
         # beyond the longest payload
         values.fill(np.nan)

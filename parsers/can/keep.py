@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parsers.allocator import Slab
 from parsers.can.frames import CanFrames
 from parsers.can.slots import (
     BEYOND,
@@ -187,9 +188,10 @@ class Keeper:
 
 
 def _room() -> tuple[IntArray, SlotArray, ByteArray, WordArray]:
+    slab = Slab(13 * ROWS + 8 * WORDS)
     return (
-        np.empty(ROWS, np.int64),
-        np.empty(ROWS, np.int32),
-        np.empty(ROWS, np.uint8),
-        np.empty(WORDS, np.uint64),
+        slab.empty(ROWS, np.int64),
+        slab.empty(ROWS, np.int32),
+        slab.empty(ROWS, np.uint8),
+        slab.empty(WORDS, np.uint64),
     )

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from parsers.allocator import Slab, room_of
 from parsers.can.frames import CanFrames
 from parsers.channels import ByteArray, IntArray
 from parsers.jit import lean_kernel
@@ -92,15 +93,21 @@ def new_book(clock: int = 0) -> Book:
 def rows_for(text_bytes: int) -> Rows:
     """Room for the frames that so much text usually has, and for all payload bytes it can have."""
     # a payload byte takes at least two characters; the kernels look one frame ahead
-    frames, payload = text_bytes // USUAL_FRAME + 16, text_bytes // 2 + 128
+    frames, payload = text_bytes // USUAL_FRAME + 16, payload_room(text_bytes)
+    slab = Slab(23 * frames + payload + 6 * room_of(1))
     return Rows(
-        np.empty(frames, dtype=np.int64),
-        np.empty(frames, dtype=np.uint32),
-        np.empty(frames, dtype=np.int16),
-        np.empty(frames, dtype=np.uint8),
-        np.empty(frames, dtype=np.int64),
-        np.empty(payload, dtype=np.uint8),
+        slab.empty(frames, np.int64),
+        slab.empty(frames, np.uint32),
+        slab.empty(frames, np.int16),
+        slab.empty(frames, np.uint8),
+        slab.empty(frames, np.int64),
+        slab.empty(payload, np.uint8),
     )
+
+
+def payload_room(text_bytes: int) -> int:
+    """The payload bytes that so much text can have at the most, and some for kernels that write ahead."""
+    return text_bytes // 2 + 128
 
 
 def with_more_room(rows: Rows) -> Rows:

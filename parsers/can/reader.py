@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from parsers.allocator import Slab, keep_freed_memory, room_of
 from parsers.can.database import builtin_j1939, load_databases
 from parsers.can.decode import Payloads, Place, decode_signal, raw_values, short
 from parsers.can.definitions import MessageDef, pgn_of
@@ -38,6 +39,7 @@ class CanReader:
     """
 
     def __init__(self, source: FrameSource, options: ReadOptions, log: ImportLog, path: Path) -> None:
+        keep_freed_memory()
         self._source = source
         self._options = options
         self._log = log
@@ -105,11 +107,9 @@ class CanReader:
 
         def decode(batch: Kept) -> list[_Outcome]:
             payloads = spread(batch, words, part_of, width)
-            return [
-                each
-                for group in groups
-                for each in _decoded(payloads[parts[id(group.stream)]], group, wanted)
-            ]
+            pairs = [(payloads[parts[id(group.stream)]], group) for group in groups]
+            slab = Slab(sum(_size(of, group, wanted) for of, group in pairs))
+            return [each for of, group in pairs for each in _decoded(of, group, wanted, slab)]
 
         # the batches of another pass share their memory: one at a time
         workers = 1 if kept is None else None
@@ -147,17 +147,22 @@ _Outcome = tuple[Chunk | None, list[tuple[str, int]]]
 """A chunk, and what was left out of it: reasons and counts."""
 
 
-def _decoded(payloads: Payloads, group: Group, wanted: frozenset[str]) -> Iterator[_Outcome]:
+def _size(payloads: Payloads, group: Group, wanted: frozenset[str]) -> int:
+    """The bytes of a group's chunks out of a batch: stamps and values."""
+    return room_of(8 * payloads.length.size) * (1 + sum(name in wanted for name in group.signals))
+
+
+def _decoded(payloads: Payloads, group: Group, wanted: frozenset[str], slab: Slab) -> Iterator[_Outcome]:
     """The chunks of one group out of a batch of its stream's payloads."""
     step = max(VALUES // len(group.signals), 4096)
     for begin in range(0, payloads.length.size, step):
         part = payloads
         if payloads.length.size > step:
             part = payloads.rows(slice(begin, begin + step))
-        yield _chunk(part, group, wanted)
+        yield _chunk(part, group, wanted, slab)
 
 
-def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str]) -> _Outcome:
+def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str], slab: Slab) -> _Outcome:
     stream = group.stream
     rejected: list[tuple[str, int]] = []
     too_short = f"{stream.message.name}: frame shorter than the DBC says"
@@ -171,7 +176,10 @@ def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str]) -> _Outcome
     signals = {name: signal for name, signal in group.signals.items() if name in wanted}
     columns: dict[str, FloatArray] = {}
     for name, signal in signals.items():
-        got = decode_signal(payloads, signal, j1939=stream.special_codes, proprietary=stream.proprietary)
+        values = slab.empty(payloads.length.size, np.float64)
+        got = decode_signal(
+            payloads, signal, values, j1939=stream.special_codes, proprietary=stream.proprietary
+        )
         columns[name] = got.values
         rejected += [
             (f"{name}: not available", got.not_available),
@@ -182,7 +190,9 @@ def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str]) -> _Outcome
     missing = short(payloads, [signal.field for signal in signals.values()])
     rejected.append((too_short, int(np.count_nonzero(missing))))
     # a copy, lest a few rows of a slow message keep the stamps of all in memory
-    return Chunk(group.name, payloads.time_ns.copy(), columns), rejected
+    time_ns = slab.empty(payloads.length.size, np.int64)
+    time_ns[:] = payloads.time_ns
+    return Chunk(group.name, time_ns, columns), rejected
 
 
 def _batches(source: FrameSource, keeper: Keeper, *, counting: bool) -> Iterator[Kept]:

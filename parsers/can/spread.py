@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from parsers.allocator import Slab
 from parsers.can.decode import Payloads
 from parsers.can.keep import Kept
 from parsers.can.slots import SlotArray, WordArray
@@ -62,8 +63,9 @@ def spread(kept: Kept, slot_words: IntArray, part_of: IntArray, width: Sequence[
     _count(kept.slot, part_of, counts)
     rows, words = np.cumsum(counts), np.cumsum(counts * widths)
     total, total_words = (int(rows[-1]), int(words[-1])) if parts else (0, 0)
-    time_ns, length = np.empty(total, np.int64), np.empty(total, np.uint8)
-    out, shortest = np.empty(total_words, np.uint64), np.full(parts, 255, np.int64)
+    slab = Slab(9 * total + 8 * total_words + 128)
+    time_ns, length = slab.empty(total, np.int64), slab.empty(total, np.uint8)
+    out, shortest = slab.empty(total_words, np.uint64), np.full(parts, 255, np.int64)
     first_row, first_word = rows - counts, words - counts * widths
     _spread(
         kept.time_ns, kept.slot, kept.length, kept.words, slot_words, part_of, widths, first_row.copy(), first_word.copy(),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,7 +13,17 @@ from numpy.typing import NDArray
 
 from parsers.can.frames import CanFrames
 from parsers.can.layouts import MOST_LAYOUTS, Layouts, no_layouts
-from parsers.can.linebook import BUSES, NO_CLOCK, Book, Rows, filled, new_book, rows_for, with_more_room
+from parsers.can.linebook import (
+    BUSES,
+    NO_CLOCK,
+    Book,
+    Rows,
+    filled,
+    new_book,
+    payload_room,
+    rows_for,
+    with_more_room,
+)
 from parsers.can.pieces import Buffers, Piece, pieces, read_piece
 from parsers.can.tally import SINCE_FIRST, Tally
 from parsers.can.words import hex_pairs
@@ -98,16 +109,19 @@ class TextSource:
         self.start_utc_ns: int | None = None
 
     def frames(self, *, counting: bool, workers: int | None = None) -> Iterator[CanFrames]:
-        """Batches of frames from the file's beginning; writes into the log book when `counting`."""
+        """Batches of frames from the file's beginning, each good until the next is asked for; writes into the log book
+        when `counting`."""
         size = max(self._path.stat().st_size, 1)
         tally, buffers, ended = Tally(self._parser.meaning), Buffers(), True
         buses: list[bytes] = []
 
+        spare: deque[Rows] = deque()
+
         def read(piece: Piece) -> _Done:
-            return self._read(piece, buffers, [])
+            return self._read(piece, buffers, spare, [])
 
         for done in in_order(read, pieces(self._path), workers=workers):
-            work, lut = self._named(done, buffers, buses)
+            work, lut = self._named(done, buffers, spare, buses)
             frames = filled(work.rows, work.book)
             if lut is not None:
                 np.take(lut, frames.bus, out=frames.bus)
@@ -118,14 +132,15 @@ class TextSource:
                 self._log.messages += frames.time_ns.size
             if frames.time_ns.size:
                 yield frames
+            spare.append(work.rows)
         if counting:
             tally.write_down(self._log, ended=ended)
             if buses:
                 names = (f"bus {k} is {name.decode('latin-1')}" for k, name in enumerate(buses, start=1))
                 self._log.note(", ".join(names))
 
-    def _read(self, piece: Piece, buffers: Buffers, buses: list[bytes]) -> _Done:
-        """Read a piece of which the interfaces' names in `buses` are known."""
+    def _read(self, piece: Piece, buffers: Buffers, spare: deque[Rows], buses: list[bytes]) -> _Done:
+        """Read a piece of which the interfaces' names in `buses` are known. spare: rows that nobody uses."""
         names = np.zeros(MOST_BUSES * NAME_BYTES, dtype=np.uint8)
         sizes = np.zeros(MOST_BUSES, dtype=np.int64)
         for k, name in enumerate(buses):
@@ -133,9 +148,8 @@ class TextSource:
             sizes[k] = len(name)
         book = new_book(NO_CLOCK if self._parser.meaning == SINCE_FIRST else 0)
         book.state[BUSES] = len(buses)
-        work = Work(
-            book, rows_for(piece.end - piece.begin), no_layouts(self._pairs, MOST_LAYOUTS), names, sizes
-        )
+        rows = _rows(piece.end - piece.begin, spare)
+        work = Work(book, rows, no_layouts(self._pairs, MOST_LAYOUTS), names, sizes)
 
         def parse(text: ByteArray, begin: int, stop: int, ended: bool) -> None:
             while (begin := self._parser.parse(text, begin, stop, ended, work)) < stop:
@@ -144,7 +158,7 @@ class TextSource:
         return _Done(piece, work, read_piece(self._path, piece, buffers, parse))
 
     def _named(
-        self, done: _Done, buffers: Buffers, buses: list[bytes]
+        self, done: _Done, buffers: Buffers, spare: deque[Rows], buses: list[bytes]
     ) -> tuple[Work, NDArray[np.int16] | None]:
         """Add the interfaces of a piece to the log's; the piece, and the log's number of each of the piece's buses.
 
@@ -153,13 +167,22 @@ class TextSource:
         met = done.work.buses()
         together = list(dict.fromkeys(buses + met))
         if buses and len(together) >= MOST_BUSES and together != buses:
-            again = self._read(done.piece, buffers, buses).work
+            again = self._read(done.piece, buffers, spare, buses).work
             buses[:] = again.buses()
             return again, None
         buses[:] = together
         if met == buses[: len(met)]:
             return done.work, None
         return done.work, np.array([0, *(buses.index(name) + 1 for name in met)], dtype=np.int16)
+
+
+def _rows(text_bytes: int, spare: deque[Rows]) -> Rows:
+    """Room for the frames of a piece: used before, where there is any that is large enough."""
+    try:
+        rows = spare.pop()
+    except IndexError:
+        return rows_for(text_bytes)
+    return rows if rows.data.size >= payload_room(text_bytes) else rows_for(text_bytes)
 
 
 def first_lines(path: Path, size: int) -> list[str]:

@@ -11,7 +11,7 @@ from parsers.channels import ByteArray, Chunk, IntArray
 from parsers.importer import ImportLog
 from parsers.ros.bag2_messages import unpack_messages
 from parsers.ros.bag2_rows import Rows
-from parsers.ros.contract import Decoded
+from parsers.ros.contract import Cells, Decoded
 from parsers.ros.stamps import StampChooser
 from parsers.ros.topics import MAX_CELLS, Topic
 
@@ -65,13 +65,18 @@ def decode_topic(
     time_ns: IntArray,
     offset: IntArray,
     length: IntArray,
+    cells: Cells = np.empty,
 ) -> Iterator[Piece]:
-    """Decode messages of one topic, at most MAX_CELLS numbers at a time; time_ns, offset, length: (n,)."""
+    """Decode messages of one topic, at most MAX_CELLS numbers at a time; time_ns, offset, length: (n,).
+
+    cells: gives the columns' memory.
+    """
     topic, paths = wanted
     most = max(1, MAX_CELLS // max(1, len(paths)))
     for start in range(0, len(offset), most):
         part = slice(start, start + most)
-        yield Piece(topic, topic.decoder.decode(data, offset[part], length[part], paths), time_ns[part])
+        decoded = topic.decoder.decode(data, offset[part], length[part], paths, cells)
+        yield Piece(topic, decoded, time_ns[part])
 
 
 @dataclass

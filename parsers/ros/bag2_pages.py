@@ -16,6 +16,7 @@ from queue import Empty, SimpleQueue
 
 import numpy as np
 
+from parsers.allocator import Slabs, keep_freed_memory
 from parsers.channels import ByteArray, IntArray
 from parsers.ros.bag2_decode import Chosen, Outcome, Piece, decode_rows, decode_topic
 from parsers.ros.bag2_messages import ZSTD_MARK
@@ -101,10 +102,12 @@ class PageSource:
     tree: TableTree
     chosen: Chosen
     _query: Query = field(init=False)
+    _slabs: Slabs = field(init=False, default_factory=Slabs)
     _free: SimpleQueue[tuple[LeafScanner, PageReader]] = field(init=False, default_factory=SimpleQueue)
 
     def __post_init__(self) -> None:
-        """Sort the topics' numbers."""
+        """Sort the topics' numbers, and let what batches take be used again."""
+        keep_freed_memory()
         self._query = Query(self.pages.columns, np.array(sorted(self.chosen), dtype=np.int64))
 
     def batches(self) -> Iterator[Nodes]:
@@ -159,7 +162,7 @@ class PageSource:
         for number, (start, stop) in zip(self._query.ids.tolist(), pairwise(group.edges), strict=True):
             part = slice(start, stop)
             messages = group.time[part], group.place[part], group.length[part]
-            pieces += decode_topic(self.chosen[number], data, *messages)
+            pieces += decode_topic(self.chosen[number], data, *messages, self._slabs.cells)
         span = (int(time_ns[0]), int(time_ns[-1])) if len(time_ns) else None
         return Outcome(tuple(pieces), {}, span)
 

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
+
+import numpy as np
 
 from parsers.channels import ByteArray, FloatArray, IntArray
 
@@ -17,6 +19,10 @@ class FieldInfo:
     kind: str
     unit: str | None = None
     comment: str = ""
+
+
+Cells = Callable[[int], FloatArray]
+"""Gives room for so many numbers, with anything in it."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +52,16 @@ class MessageDecoder(Protocol):
         """Whether messages have a stamp of their own."""
         ...
 
-    def decode(self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]) -> Decoded:
-        """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths."""
+    def decode(
+        self,
+        data: ByteArray,
+        offset: IntArray,
+        length: IntArray,
+        wanted: Sequence[str],
+        cells: Cells = np.empty,
+    ) -> Decoded:
+        """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths.
+
+        cells: gives the columns' memory.
+        """
         ...

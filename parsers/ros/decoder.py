@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.channels import ByteArray, IntArray
-from parsers.ros.contract import Decoded, FieldInfo
+from parsers.ros.contract import Cells, Decoded, FieldInfo
 from parsers.ros.grammar import Encoding, full_name, parse_types, standard_types
 from parsers.ros.kernels import Program, Rows
 from parsers.ros.layout import Layout, compile_layout
@@ -34,7 +34,14 @@ class LayoutDecoder:
         """Whether messages carry their own stamp."""
         return self.layout.has_header
 
-    def decode(self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]) -> Decoded:
+    def decode(
+        self,
+        data: ByteArray,
+        offset: IntArray,
+        length: IntArray,
+        wanted: Sequence[str],
+        cells: Cells = np.empty,
+    ) -> Decoded:
         """Decode payload i = data[offset[i] : offset[i] + length[i]] for all i; only the wanted field paths.
 
         Paths that are texts or unknown come back as NaN. Payloads that do not fit the type are NaN and counted.
@@ -45,10 +52,10 @@ class LayoutDecoder:
         offset = np.ascontiguousarray(offset, dtype=np.int64)
         length = np.ascontiguousarray(length, dtype=np.int64)
         program = self.program(wanted)
-        rows, bad = self._run(view, offset, length, program)
+        rows, bad = self._run(view, offset, length, program, cells)
         if self.layout.has_wstring and bad:
             # Fast CDR wrote four bytes for a wide character before version 2, and two since
-            other = self._run(view, offset, length, program._replace(wide=2))
+            other = self._run(view, offset, length, program._replace(wide=2), cells)
             if other[1] < bad:
                 rows, bad = other
         columns = rows.cells.reshape(len(wanted), len(offset))
@@ -66,9 +73,11 @@ class LayoutDecoder:
             found = self.programs[key] = make_program([(self.layout, key)], self.encoding)
         return found
 
-    def _run(self, data: ByteArray, offset: IntArray, length: IntArray, program: Program) -> tuple[Rows, int]:
+    def _run(
+        self, data: ByteArray, offset: IntArray, length: IntArray, program: Program, cells: Cells
+    ) -> tuple[Rows, int]:
         n = len(offset)
-        rows = make_rows(program, np.array([n], dtype=np.int64))
+        rows = make_rows(program, np.array([n], dtype=np.int64), cells)
         shapes = make_shapes(program, self.layout.depth)
         return rows, decode_rows(data, offset, length, 0, 0, n, program, shapes, rows)
 

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import threading
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from parsers.allocator import Slabs
 from parsers.channels import FloatArray, IntArray
-
-BLOCK_CELLS = 1 << 20
 
 
 @dataclass
@@ -24,12 +22,11 @@ class Scratch:
 class Memory:
     """Memory for all threads. Fresh memory costs as much as what is read into it: the system clears it page by page.
 
-    So scratch is used again and again, and columns are cut from blocks that are large enough for large pages.
+    So scratch is used again and again, and columns are cut from slabs with large pages.
     """
 
     free: list[Scratch] = field(default_factory=list)
-    block: FloatArray = field(default_factory=lambda: np.empty(0))
-    lock: threading.Lock = field(default_factory=threading.Lock)
+    slabs: Slabs = field(default_factory=Slabs)
 
     def scratch(self) -> Scratch:
         """Scratch of any size; append it to `free` afterwards."""
@@ -40,10 +37,4 @@ class Memory:
 
     def cells(self, count: int) -> FloatArray:
         """Room for so many numbers, with anything in it."""
-        if count > BLOCK_CELLS // 2:
-            return np.empty(count)
-        with self.lock:
-            if len(self.block) < count:
-                self.block = np.empty(BLOCK_CELLS)
-            taken, self.block = self.block[:count], self.block[count:]
-        return taken
+        return self.slabs.cells(count)

@@ -23,7 +23,7 @@ from parsers.ros.bag2_database import connect
 from parsers.ros.bag2_decode import Collector
 from parsers.ros.bag2_files import Scratch
 from parsers.ros.bag2_read import DatabaseRead
-from parsers.ros.contract import Decoded, FieldInfo
+from parsers.ros.contract import Cells, Decoded, FieldInfo
 from parsers.ros.stamps import StampChooser
 from parsers.ros.topics import Topic
 
@@ -40,7 +40,14 @@ class Checksums:
     fields: Sequence[FieldInfo] = ()
     has_header: bool = False
 
-    def decode(self, data: ByteArray, offset: IntArray, length: IntArray, wanted: Sequence[str]) -> Decoded:
+    def decode(
+        self,
+        data: ByteArray,
+        offset: IntArray,
+        length: IntArray,
+        wanted: Sequence[str],
+        cells: Cells = np.empty,
+    ) -> Decoded:
         blobs = [data[a : a + n].tobytes() for a, n in zip(offset.tolist(), length.tolist(), strict=True)]
         assert [len(blob) for blob in blobs] == length.tolist()
         columns = {"crc": np.array([float(zlib.crc32(blob)) for blob in blobs]), "size": length.astype(float)}

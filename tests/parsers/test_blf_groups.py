@@ -20,6 +20,7 @@ from blf_files import (
 )
 from frame_rows import Frame
 
+from parsers.allocator import Slab
 from parsers.blf_walk import Columns, block_of
 from parsers.blf_walker import ObjectWalker, guess
 
@@ -89,7 +90,7 @@ def test_what_was_walked_ahead_is_taken(cut: int) -> None:
     content = b"".join(NUMBERED)
     walker = ObjectWalker(0)
     first, second = block_of("container", 0, cut, content[:cut]), block_of("container", cut, 0, content[cut:])
-    ahead = guess(second, 0, Columns())
+    ahead = guess(second, 0, Columns.of(Slab(0)))
     assert ahead is not None
     ids = [int(can_id) for batch in walker.walk(first) for can_id in batch.can_id]
     batches = list(walker.walk(second, ahead))
