@@ -12,11 +12,19 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.table_clock import TableClock, clock_rule, write_counts
 from parsers.table_ranges import RangeRows, read_table
+from parsers.table_repeats import LEAST_SHARE, RepeatedStamps, repeat_share
 from parsers.table_rows import RowPlan
 from parsers.table_text import BLOCK_BYTES, Encoding, decode, find_encoding, read_sample
 from parsers.table_time import TimePlan, find_time
+from parsers.table_wraps import turns_of
 
 _GROUP = "table"
+_FRAME_TABLES = (
+    frozenset({"arbitration_id", "dlc", "data"}),
+    frozenset({"id", "extended", "bus", "len", "d1"}),
+    frozenset({"id", "dlc", "data"}),
+    frozenset({"id", "databytes"}),
+)
 _NO_TABLE = "no rows of numbers separated by comma, semicolon, tab, bar or spaces"
 
 
@@ -66,11 +74,25 @@ class CsvImporter:
             raise LogError(
                 _NO_TABLE, path=path, hint="check that this is the log and not a description of it"
             )
+        _refuse_frames(table, path)
         columns = [table.column(k) for k in range(table.rules.width)]
         plan = find_time(table.names, columns, table.style, options, path)
         for note in (*table.notes, *plan.notes):
             log.note(note)
         return CsvReader(path, encoding, table, plan, options, log, size)
+
+
+def _refuse_frames(table: TextTable, path: Path) -> None:
+    """Raise LogError for tables of raw CAN frames, whose cells are bytes and no measurements."""
+    heads = {column.name.strip().lower().replace(" ", "_") for column in table.names}
+    for marks in _FRAME_TABLES:
+        if marks <= heads:
+            raise LogError(
+                f"a table of raw CAN frames (columns {', '.join(sorted(marks))}), which cogest does not read",
+                path=path,
+                hint="convert it to BLF, ASC or candump (for example `python -m can.logconvert log.csv log.blf`) "
+                "and give its DBC with --dbc",
+            )
 
 
 class CsvReader:
@@ -139,7 +161,13 @@ class CsvReader:
         names = [name for name in self._places if name in wanted and name in known]
         columns = tuple(self._places[name] for name in names)
         plan = RowPlan(self._table.rules, columns, self._plan.columns, clock_rule(self._plan))
-        clock = TableClock(self._log, time_of_day=self._plan.kind == "calendar" and not self._plan.absolute)
+        counter = self._plan.kind == "decimal" and not self._plan.absolute
+        clock = TableClock(
+            self._log,
+            time_of_day=self._plan.kind == "calendar" and not self._plan.absolute,
+            turns=turns_of(self._plan.unit_ns) if counter else (),
+        )
+        repeats = RepeatedStamps(self._log) if self._repeats() else None
         rows = 0
         for part in read_table(
             self._path, self._encoding, self._table.body, self._size, plan, block_bytes=self._block_bytes
@@ -149,16 +177,26 @@ class CsvReader:
             self._log.messages += part.rows
             self._options.progress(part.done, self._size)
             for block in part.blocks:
-                time_ns = clock.follow(block)
-                yield Chunk(_GROUP, time_ns, dict(zip(names, block.numbers, strict=True)))
+                time_ns, numbers = clock.follow(block), block.numbers
+                if repeats is not None:
+                    time_ns, numbers = repeats.take(time_ns, numbers)
+                if len(time_ns):
+                    yield Chunk(_GROUP, time_ns, dict(zip(names, numbers, strict=True)))
             if part.left_out:
                 clock.leave_out()
+        if repeats is not None and (rest := repeats.finish()) is not None:
+            yield Chunk(_GROUP, rest[0], dict(zip(names, rest[1], strict=True)))
         if rows == 0:
             raise LogError(
                 "no row with a time and numbers could be read",
                 path=self._path,
                 hint="cogest inspect shows what was found",
             )
+
+    def _repeats(self) -> bool:
+        """Whether the first rows share stamps with each other."""
+        cells = ["|".join(row) for row in zip(*map(self._table.column, self._plan.columns), strict=True)]
+        return repeat_share(cells) > LEAST_SHARE
 
     def _count(self, part: RangeRows, rows: int) -> None:
         """Write down what a part of the file lacked. rows: read so far."""

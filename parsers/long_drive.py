@@ -167,7 +167,7 @@ def _evidence(tracks: Sequence[Track], budget: Budget) -> tuple[list[Span], int 
 
 def _confirmed(findings: Findings, strands: Sequence[Strand]) -> Findings:
     """Without the channels that stand still where the checks looked, but not elsewhere."""
-    still = {
+    still = set(findings.wild) | {
         strand.name
         for strand in strands
         if len({value for track in strand.tracks for value in (track.facts.low, track.facts.high)}) == 1

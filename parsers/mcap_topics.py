@@ -18,6 +18,7 @@ from parsers.mcap_survey import Survey
 from parsers.protobuf_decode import ProtobufDecoder, make_protobuf_decoder
 from parsers.ros.contract import MessageDecoder
 from parsers.ros.grammar import Encoding
+from parsers.ros.packed import UnpackingDecoder
 from parsers.ros.topics import Topic, find_decoder, group_names
 
 _NO_SCHEMA = SchemaRecord(0, "", "", b"")
@@ -113,7 +114,8 @@ def _decoder(stream: _Stream, samples: list[bytes], log: ImportLog) -> MessageDe
     if stream.encoding in ("ros1", "cdr"):
         encoding: Encoding = "ros1" if stream.encoding == "ros1" else "cdr"
         form = "idl" if schema.encoding in _IDL else "msg"
-        return find_decoder(schema.name, schema.data.decode("utf-8", "replace"), encoding, log, form)
+        decoder = find_decoder(schema.name, schema.data.decode("utf-8", "replace"), encoding, log, form)
+        return decoder if decoder is None or encoding == "ros1" else UnpackingDecoder(decoder)
     try:
         if stream.encoding == "protobuf":
             return make_protobuf_decoder(schema.name, schema.data)

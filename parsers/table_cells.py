@@ -9,14 +9,21 @@ from functools import cached_property
 
 from parsers.table_numbers import MISSING_WORDS
 from parsers.table_rows import RowRules
+from parsers.table_stamps import MONTHS
 
 _EXPONENT = r"(?:[eEdD][+-]?\d+)?"
 _CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?(?:\s*[AaPp][Mm])?"
 _ZONE = r"(?:\s*(?:[zZ]|UTC|[+-]\d{2}(?::?\d{2})?))?"
-_DATE = r"(?:\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{4})"
+_MONTH = rf"(?:{'|'.join(name for names in MONTHS for name in names)})[A-Za-z]*"
+_DATE = (
+    r"(?:\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{4}"
+    rf"|\d{{1,2}}([-/.])(?i:{_MONTH})\3\d{{4}}|\d{{4}}([-/.])(?i:{_MONTH})\4\d{{1,2}})"
+)
 DATE_CELL = re.compile(rf"{_DATE}{_ZONE}")
 CLOCK_CELL = re.compile(rf"\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm])?{_ZONE}")
 CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}")
+DURATION_CELL = re.compile(rf"[+-]?\d+(?:[.,]\d*)?{_EXPONENT} (?P<unit>[num]?s|[mu]?sec|min|hr|h)")
+"""A number and its unit, as MATLAB writes durations: "0.02 sec"."""
 _BLANKS = re.compile("[ \t]+")
 _MISSING = frozenset(MISSING_WORDS) | {"inf", "-inf", "+inf", "infinity", "-infinity"}
 
@@ -75,8 +82,8 @@ def is_missing(cell: str) -> bool:
 
 
 def is_time(cell: str) -> bool:
-    """Whether a cell is a date, a time of day or both."""
-    return any(pattern.fullmatch(cell) for pattern in (CALENDAR_CELL, DATE_CELL, CLOCK_CELL))
+    """Whether a cell is a date, a time of day, both, or a duration with its unit."""
+    return any(pattern.fullmatch(cell) for pattern in (CALENDAR_CELL, DATE_CELL, CLOCK_CELL, DURATION_CELL))
 
 
 def best_style(cells: Iterable[str]) -> NumberStyle:

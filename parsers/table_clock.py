@@ -10,6 +10,7 @@ from parsers.importer import ImportLog
 from parsers.table_rows import RowBlock, RowCounts
 from parsers.table_stamps import unwrap_days
 from parsers.table_time import TimePlan
+from parsers.table_wraps import Counter
 
 LOST_NS = 250_000_000
 """Left out lines between stamps further apart than this have taken a span of time with them."""
@@ -27,12 +28,16 @@ def clock_rule(plan: TimePlan) -> lines.Clock:
 
 
 class TableClock:
-    """Follows block after block: times of day run on over midnight, and spans that damage took are written down.
+    """Follows block after block: times of day run on over midnight, counters over their end, and spans that damage took
+    are written down.
 
-    midnight: added to each stamp.
+    midnight: added to each stamp. turns: after how many nanoseconds a counter may start again.
     """
 
-    def __init__(self, log: ImportLog, *, time_of_day: bool, midnight: int = 0) -> None:
+    def __init__(
+        self, log: ImportLog, *, time_of_day: bool, midnight: int = 0, turns: tuple[int, ...] = ()
+    ) -> None:
+        self._counter = Counter(turns, log) if turns else None
         self._log = log
         self._time_of_day = time_of_day
         self._midnight = midnight
@@ -46,6 +51,8 @@ class TableClock:
             before = None if self._last is None else self._last - self._midnight
             time_ns = unwrap_days(time_ns, before)
             time_ns += self._midnight
+        if self._counter is not None:
+            time_ns = self._counter.follow(time_ns)
         self._write_gaps(time_ns, block.gaps)
         self._last = int(time_ns[-1])
         self._left_out = False

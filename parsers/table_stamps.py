@@ -15,6 +15,14 @@ YEAR_FIRST, DAY_FIRST, MONTH_FIRST = 0, 1, 2
 """Order of the parts of a date."""
 
 DAY_NS = 86_400_000_000_000
+MONTHS = (
+    ("jan",), ("feb",), ("mar",), ("apr",), ("may", "mai"), ("jun",), ("jul",), ("aug",), ("sep",),
+    ("oct", "okt"), ("nov",), ("dec", "dez"),
+)  # fmt: skip
+"""What the months' names begin with, in English and German."""
+_MONTH_KEYS = np.array(
+    [(int.from_bytes(name.encode(), "big"), k + 1) for k, names in enumerate(MONTHS) for name in names]
+)
 _TENS = 10 ** np.arange(19, dtype=np.int64)
 _SECOND_NS = 1_000_000_000
 _MINUTE_NS = 60 * _SECOND_NS
@@ -44,7 +52,8 @@ def _scaled(digits: np.int64, power: int, unit_ns: int) -> tuple[bool, np.int64]
 def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: int) -> tuple[bool, int]:
     """A decimal text in units of `unit_ns` as whole nanoseconds (rounded), without a detour over doubles.
 
-    False where the text is no number, or beyond int64.
+    A word behind a blank ("0.02 sec") is the unit, which `unit_ns` knows. False where the text is no number, or beyond
+    int64.
     """
     i = start
     negative = i < stop and byte_at(i) == 45
@@ -70,16 +79,28 @@ def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: 
         elif not (c == thousands and seen and not fraction):
             break
         i += 1
-    if i < stop and seen and byte_at(i) | 32 == 101:
+    # Fortran writes 1.5D-02
+    if i < stop and seen and (byte_at(i) | 32 == 101 or byte_at(i) | 32 == 100):
         more, end = _exponent(i + 1, stop)
         seen = end > i
         power += more
         i = end
+    if i < stop and byte_at(i) == 32:
+        i = _word_end(i + 1, stop)
     if not seen or i != stop:
         return False, 0
     valid, scaled = _scaled(digits, power, unit_ns)
     value = int(scaled)
     return valid, -value if negative else value
+
+
+@kernel
+def _word_end(start: int, stop: int) -> int:
+    """Where a word of letters ends."""
+    i = start
+    while i < stop and 97 <= byte_at(i) | 32 <= 122:
+        i += 1
+    return i
 
 
 @kernel
@@ -120,19 +141,38 @@ def _days(year: int, month: int, day: int) -> int:
 
 
 @kernel
+def _month(start: int, stop: int) -> tuple[int, int]:
+    """The month that is named at `start` by its first three letters, and where its name ends (`start`: none).
+
+    Names are those of `MONTHS`, which differ in English and German by three.
+    """
+    end = _word_end(start, stop)
+    if end - start < 3:
+        return 0, start
+    key = (byte_at(start) | 32) << 16 | (byte_at(start + 1) | 32) << 8 | (byte_at(start + 2) | 32)
+    for k in range(_MONTH_KEYS.shape[0]):
+        if _MONTH_KEYS[k, 0] == key:
+            return int(_MONTH_KEYS[k, 1]), end
+    return 0, start
+
+
+@kernel
 def _date(start: int, stop: int, order: int) -> tuple[int, int]:
-    """The day number of a date such as 2014-04-11, and where it ends (`start` where there is none)."""
+    """The day number of a date such as 2014-04-11 or 11-Apr-2014, and where it ends (`start` where there is none)."""
     first, i = _digits(start, stop, 4)
     if i == start or i >= stop or not (byte_at(i) == 45 or byte_at(i) == 47 or byte_at(i) == 46):
         return 0, start
     second, j = _digits(i + 1, stop, 2)
+    named = j == i + 1
+    if named:
+        second, j = _month(i + 1, stop)
     if j == i + 1 or j >= stop or byte_at(j) != byte_at(i):
         return 0, start
     third, k = _digits(j + 1, stop, 4)
     if k == j + 1:
         return 0, start
     year, month, day = first, second, third
-    if order == 1:
+    if order == 1 or (named and first < 32):
         year, month, day = third, second, first
     elif order == 2:
         year, month, day = third, first, second

@@ -13,7 +13,14 @@ from typing import Literal
 
 from parsers.errors import LogError
 from parsers.importer import ReadOptions
-from parsers.table_cells import CALENDAR_CELL, CLOCK_CELL, DATE_CELL, NumberStyle, is_missing
+from parsers.table_cells import (
+    CALENDAR_CELL,
+    CLOCK_CELL,
+    DATE_CELL,
+    DURATION_CELL,
+    NumberStyle,
+    is_missing,
+)
 from parsers.table_names import ColumnName
 from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST, YEAR_FIRST
 from parsers.units import find_unit
@@ -29,7 +36,7 @@ _DAY_STEP = 1.5e-4
 """Days: seconds in steps as small would be a log of more than 6 kHz."""
 _UNIT_TEXTS = {1: "ns", 1000: "us", 1_000_000: "ms", DAY_NS: "days"}
 
-Shape = Literal["number", "moment", "date", "clock", "text"]
+Shape = Literal["number", "duration", "moment", "date", "clock", "text"]
 Kind = Literal["decimal", "seconds_nanos", "calendar"]
 
 
@@ -78,6 +85,7 @@ def shape_of(cells: Sequence[str], style: NumberStyle) -> Shape:
         return "text"
     shapes: tuple[tuple[Shape, re.Pattern[str]], ...] = (
         ("number", style.pattern),
+        ("duration", DURATION_CELL),
         ("moment", CALENDAR_CELL),
         ("date", DATE_CELL),
         ("clock", CLOCK_CELL),
@@ -188,11 +196,11 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
     if name == "time_ns":
         return 1
     plain = re.sub(r"[^a-z0-9%]+", "", _UNIT_TAIL.sub("", name.lower()))
-    if shape in ("moment", "clock") and plain in _TIME_NAMES:
+    if shape in ("moment", "clock", "duration") and plain in _TIME_NAMES:
         return 2
     if plain in _TIME_NAMES and not (shape == "number" and plain in ("date", "datum")):
         return 4 if shape == "date" else 3
-    if shape == "moment":
+    if shape in ("moment", "duration"):
         return 5
     if (
         shape == "number"
@@ -221,7 +229,7 @@ def _plan_for(
             path=path,
             hint="a time is a number, an ISO 8601 date and time, or a time of day",
         )
-    if shape == "number":
+    if shape in ("number", "duration"):
         if (options.time_unit or "").lower().startswith("iso"):
             raise LogError(
                 f'column "{column.name}" holds numbers, not ISO 8601 times',
@@ -271,6 +279,8 @@ def _calendar_plan(
 
 def _date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str]:
     """Whether the day or the month comes first, and a note where the dates alone do not say it."""
+    if any(letter.isalpha() for letter in dates[0].split()[0]):
+        return DAY_FIRST, ""
     parts = [[int(part) for part in re.split(r"[-/.]", cell)[:2]] for cell in dates]
     if max(p[1] for p in parts) > 12:
         return MONTH_FIRST, ""
@@ -291,7 +301,8 @@ def _decimal_plan(
     place: int, column: ColumnName, cells: Sequence[str], style: NumberStyle, options: ReadOptions, path: Path
 ) -> TimePlan:
     """The plan for a column of numbers: its unit as stated, else by magnitude, which is then said."""
-    stated = options.time_unit or column.unit
+    behind = next((found["unit"] for cell in cells if (found := DURATION_CELL.fullmatch(cell))), None)
+    stated = behind or options.time_unit or column.unit
     if stated is None and (tail := _UNIT_TAIL.search(column.name)):
         stated = tail.group().strip("_")
     if stated is None and _NS_NAMES.search(column.name):

@@ -104,7 +104,7 @@ _SPELLINGS: dict[str, list[tuple[float, str]]] = {
         (1e-6, "us µs μs usec microsecond microseconds"),
         (1e-9, "ns nsec nanosecond nanoseconds"),
         (60.0, "min minute minutes"),
-        (3600.0, "h hour hours"),
+        (3600.0, "h hr hour hours"),
     ],
     "ratio": [(1.0, "- 1 none ratio"), (0.01, "% percent")],
     "count": [(1.0, "- 1 none #")],

@@ -29,6 +29,8 @@ MOST_VALUES = 1 << 20
 _TOO_LARGE = re.compile(
     r"BO_\s{1,99}\d+\s{1,99}\S+?\s{0,99}:\s{0,99}\d{5,}|SG_\s[^:\n]*:\s{0,99}(?:\d{6,}|\d+\s{0,99}\|\s{0,99}\d{5,})"
 )
+_BIT_TIMING = re.compile(r"^BS_[ \t]*:[^;\n]*;?[ \t]*$", re.MULTILINE)
+"""Bit timing is obsolete and told nothing of signals; cantools refuses the spelling that the format's text gives it."""
 _BUILTIN = Path(__file__).parent / "j1939.dbc"
 _INVALID_LABEL = re.compile(
     r"not[\s_-]*avail|unavail|invalid|\bsna\b|_sna\b|\bsna_|\berror|_error|\bfault|_fault|\bundefined|ung(ü|ue)ltig"
@@ -81,9 +83,9 @@ def load_database(path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
 
 def _parsed(text: str, path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
     try:
-        messages = _through_cantools(_bounded(text, path, log), path, log)
+        messages = _through_cantools(_bounded(_BIT_TIMING.sub("BS_:", text), path, log), path, log)
     except Exception as error:  # cantools raises its own, textparser's and built-in errors alike
-        messages, skipped = salvage_messages(text, path.name)
+        messages, skipped = salvage_messages(text, path.name, invalid_codes)
         if not messages:
             raise DatabaseError(
                 f"not a CAN database that can be read ({_one_line(error)})",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef
@@ -23,17 +24,26 @@ _SIGNAL = re.compile(
     rf"\s*(?:\(\s*({_NUMBER})\s*[,;]\s*({_NUMBER})\s*\))?\s*(?:\[[^\]]*\])?\s*(?:\"([^\"]*)\")?"
 )
 _VALUE_TYPE = re.compile(r"^\s*SIG_VALTYPE_\s+(\d+)\s+(\S+)\s*:\s*([0-3])")
+_VALUES = re.compile(r"^\s*VAL_\s+(\d+)\s+(\S+)\s+(.*)$")
+_VALUE = re.compile(r'(-?\d{1,20})\s+"([^"]*)"')
 _SPN = re.compile(r"^\s*BA_\s+\"SPN\"\s+SG_\s+(\d+)\s+(\S+)\s+(\d+)")
 _J1939 = re.compile(
     r"^\s*BA_\s+\"ProtocolType\"\s+\"J1939\"|^\s*BA_DEF_DEF_\s+\"VFrameFormat\"\s+\"J1939PG\""
 )
 
 
-def salvage_messages(text: str, origin: str) -> tuple[tuple[MessageDef, ...], list[int]]:
+InvalidCodes = Callable[[Mapping[int, object], int], tuple[int, ...]]
+
+
+def salvage_messages(
+    text: str, origin: str, invalid_codes: InvalidCodes
+) -> tuple[tuple[MessageDef, ...], list[int]]:
     """Read BO_ and SG_ lines that can be read; also the 1-based numbers of those that cannot.
 
-    Value tables, comments and extended multiplexing are not looked at. origin: the file's name, for the records.
+    Comments and extended multiplexing are not looked at. origin: the file's name, for the records. invalid_codes: which
+    raw values of a value table and a length in bits stand for no value.
     """
+    choices: dict[tuple[int, str], dict[int, object]] = {}
     names: dict[int, str] = {}
     signals: dict[int, list[tuple[str | None, SignalDef]]] = defaultdict(list)
     floats: dict[tuple[int, str], str] = {}
@@ -55,12 +65,21 @@ def salvage_messages(text: str, origin: str) -> tuple[tuple[MessageDef, ...], li
                 signals[current].append(signal)
         elif found := _VALUE_TYPE.match(line):
             floats[int(found[1]), found[2]] = found[3]
+        elif found := _VALUES.match(line):
+            choices[int(found[1]), found[2]] = {int(raw): label for raw, label in _VALUE.findall(found[3])}
         elif found := _SPN.match(line):
             numbers[int(found[1]), found[2]] = int(found[3])
     whole_j1939 = any(_J1939.match(line) for line in lines)
     messages = []
     for dbc_id, name in names.items():
-        finished = _finish(dbc_id, signals[dbc_id], floats, numbers)
+        finished = tuple(
+            signal
+            if signal.is_float
+            else replace(
+                signal, invalid=invalid_codes(choices.get((dbc_id, signal.name), {}), signal.field.length)
+            )
+            for signal in _finish(dbc_id, signals[dbc_id], floats, numbers)
+        )
         j1939 = bool(dbc_id & EXTENDED) and (whole_j1939 or dbc_id & 0xFF == 0xFE)
         messages.append(MessageDef(name, dbc_id, finished, j1939=j1939, origin=origin))
     return tuple(messages), skipped

@@ -6,8 +6,15 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 from parsers.checks.grid import Grid, make_grid
-from parsers.checks.offsets import offsets, stuck
-from parsers.checks.signs import SignResult, lateral_signs, other_signs, rate_signs, springs_signs
+from parsers.checks.offsets import offsets, stuck, weightless
+from parsers.checks.signs import (
+    SignResult,
+    lateral_signs,
+    other_signs,
+    rate_signs,
+    springs_signs,
+    turned_along,
+)
 from parsers.checks.sizes import size_faults
 from parsers.checks.spikes import calm, clean
 from parsers.checks.unit_faults import unit_faults
@@ -28,7 +35,8 @@ class Findings:
     """What the checks decided, to be applied to samples in this order.
 
     factors: signal -> what its values are multiplied by. Then impossible samples go (`parsers.checks.spikes`), and
-    `inverted` signals change their sign. left_out: signals that are not used at all. units, spikes, rest: the decisions
+    `inverted` signals change their sign. left_out: signals that are not used at all; wild: those of them that are mostly
+    beyond what a road vehicle can do, or are something else than their name says. units, spikes, rest: the decisions
     in order, as if all were applied; `spikes` belong to the samples that were looked at, the others to the whole.
     """
 
@@ -39,6 +47,7 @@ class Findings:
     spikes: tuple[Decision, ...]
     rest: tuple[Decision, ...]
     unchecked: tuple[str, ...]
+    wild: frozenset[str] = frozenset()
 
 
 def check_signals(
@@ -88,18 +97,28 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     factors = sized | factors
     work = _scaled(work, factors)
     spikes: list[Decision] = []
+    wild: dict[str, Decision] = {}
     for name, signal in list(work.items()):
         cleaned = clean(signal)
-        spikes += cleaned.decisions
+        if cleaned.wild:
+            wild[name] = cleaned.decisions[0]
+        else:
+            spikes += cleaned.decisions
         if cleaned.signal is None:
             del work[name]
         else:
             work[name] = cleaned.signal
+    if wild:
+        # what they seemed to say of the others' units is worth nothing
+        return _beside(wild, *decide({n: s for n, s in signals.items() if n not in wild}, stated))
+    if (light := weightless(work)) is not None:
+        wild[light.signal] = light
+        del work[light.signal]
     inverted, grid, rest, missing = _signs(make_grid(work))
     work = _scaled(work, dict.fromkeys(inverted, -1.0))
     idle = stuck(work, grid)
-    rest += idle
-    left_out = frozenset(each.signal for each in idle if each.applied)
+    rest += [*wild.values(), *idle]
+    left_out = frozenset(wild) | {each.signal for each in idle if each.applied}
     work = {name: signal for name, signal in work.items() if name not in left_out}
     rest += offsets(_without(grid, left_out))
     guessed = [
@@ -108,8 +127,23 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         if not stated.get(name, True) and name not in factors
     ]
     unsure = (*missing, *guessed)
-    findings = Findings(factors, inverted, left_out, tuple(units), tuple(spikes), tuple(rest), unsure)
+    findings = Findings(
+        factors, inverted, left_out, tuple(units), tuple(spikes), tuple(rest), unsure, frozenset(wild)
+    )
     return findings, work
+
+
+def _beside(
+    wild: Mapping[str, Decision], found: Findings, work: dict[str, Signal]
+) -> tuple[Findings, dict[str, Signal]]:
+    """What was found of the other signals, and that some are left out."""
+    whole = replace(
+        found,
+        rest=(*wild.values(), *found.rest),
+        left_out=found.left_out | wild.keys(),
+        wild=found.wild | wild.keys(),
+    )
+    return whole, work
 
 
 def _signs(grid: Grid) -> tuple[frozenset[str], Grid, list[Decision], list[str]]:
@@ -117,14 +151,20 @@ def _signs(grid: Grid) -> tuple[frozenset[str], Grid, list[Decision], list[str]]
     inverted: frozenset[str] = frozenset()
     decisions: list[Decision] = []
     missing: list[str] = []
+    axes_turned = False
     for step in (springs_signs, lateral_signs, other_signs, rate_signs):
         result: SignResult = step(grid)
-        turned = result.inverted & set(grid.columns)
+        axes_turned |= result.axes_turned
+        along = turned_along(grid.columns, result.unchecked) if axes_turned else ()
+        with_it = {each.signal for each in along}
+        turned = (result.inverted & set(grid.columns)) | with_it
         inverted ^= turned
         columns = {name: -column if name in turned else column for name, column in grid.columns.items()}
         grid = Grid(grid.time_s, columns)
-        decisions += result.decisions
-        missing += result.unchecked
+        decisions += [*result.decisions, *along]
+        missing += [
+            text for text in result.unchecked if text.split(":")[0].removeprefix("sign of ") not in with_it
+        ]
     return inverted, grid, decisions, missing
 
 

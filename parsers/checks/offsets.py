@@ -20,6 +20,7 @@ _STRAIGHT = 0.4
 _MIN_STRAIGHT_S = 10.0
 _LEVELS = 64
 _MANY = 2048
+_MOST_WEIGHTLESS = 0.3
 _KEPT = "left in: estimators take it as a parameter"
 
 
@@ -98,6 +99,24 @@ def _fitted_offset(roll: FloatArray, lateral: FloatArray) -> list[Decision]:
     slope = float(np.cov(roll[both], lateral[both])[0, 1] / np.var(lateral[both], ddof=1))
     where = f"where a line through roll over accel_y has none ({seconds(both):.0f} s)"
     return _offset("roll", roll[both] - slope * lateral[both], where, 0.0, "angle")
+
+
+def weightless(signals: Mapping[str, Signal]) -> Decision | None:
+    """A vertical acceleration from which gravity was taken out, so that it is no specific force; None where it is in."""
+    signal = signals.get("accel_z")
+    if signal is None:
+        return None
+    middle = float(np.median(signal.values))
+    if abs(middle) >= _MOST_WEIGHTLESS or float(np.std(signal.values)) <= 1e-6:
+        return None
+    return Decision(
+        signal="accel_z",
+        kind="choice",
+        found="accel_z has no gravity in it: it is no specific force",
+        action="left out; where it points up, map it with offset = 9.81",
+        evidence=f"median {middle:.2f} m/s²",
+        applied=True,
+    )
 
 
 def stuck(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:

@@ -10,7 +10,7 @@ lateral signals that agree with each other are then cheap to invert together.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,11 +64,15 @@ class Vote:
 
 @dataclass(frozen=True)
 class SignResult:
-    """Which signals are inverted, the decisions, and which checks had too little to go by."""
+    """Which signals are inverted, the decisions, and which checks had too little to go by.
+
+    axes_turned: whether the log's axes are those of SAE J670.
+    """
 
     inverted: frozenset[str]
     decisions: tuple[Decision, ...]
     unchecked: tuple[str, ...]
+    axes_turned: bool = False
 
 
 def lateral_reference(grid: Grid) -> tuple[str, FloatArray] | None:
@@ -177,7 +181,7 @@ def lateral_signs(grid: Grid) -> SignResult:
     names: set[str] = set()
     for each in chosen - {"path", "wheels"}:
         names |= set(DEFLECTIONS) if each == "springs" else {each}
-    return SignResult(frozenset(names), decisions, ())
+    return SignResult(frozenset(names), decisions, (), axes_turned=z_down and name in chosen)
 
 
 def _lateral_decision(
@@ -268,6 +272,8 @@ def other_signs(grid: Grid) -> SignResult:
             decisions.append(_simple("accel_x", "the change of speed", found))
             forward = -forward
     pitch = grid.get("pitch")
+    if pitch is not None and forward is None:
+        unchecked.append("sign of pitch: no longitudinal acceleration")
     if pitch is not None and forward is not None:
         found = compare(pitch, forward) if varied(forward, 1.0) else None
         if found is None or abs(found.correlation) < 0.65:
@@ -291,10 +297,29 @@ def _gravity(grid: Grid, inverted: set[str]) -> list[Decision]:
         inverted.add("accel_z")
         text = "accel_z points down: it is near -9.81 m/s² where +9.81 m/s² belongs"
         return [Decision("accel_z", "sign", text, "inverted", evidence, applied=True)]
-    if abs(middle) < 0.3 and float(np.nanstd(vertical)) > 1e-6:
-        text = "accel_z has no gravity in it: it is no specific force"
-        return [Decision("accel_z", "choice", text, "left as it is", evidence, applied=False)]
     return []
+
+
+def turned_along(names: Collection[str], unchecked: Sequence[str]) -> tuple[Decision, ...]:
+    """Pitch and its rate in a log whose axes are those of SAE J670, where the drive cannot tell their sign.
+
+    names: of the signals; unchecked: what the checks say they could not judge.
+    """
+    evidence = (
+        "accel_z points down and the lateral signals are inverted together; the drive alone cannot tell it"
+    )
+    return tuple(
+        Decision(
+            name,
+            "sign",
+            f"{name} belongs to axes of SAE J670, in which nose up is positive",
+            "inverted with the other axes",
+            evidence,
+            applied=True,
+        )
+        for name in ("pitch", "pitch_rate")
+        if name in names and any(text.startswith(f"sign of {name}:") for text in unchecked)
+    )
 
 
 def _simple(name: str, other: str, found: Together) -> Decision:

@@ -108,10 +108,13 @@ class Tally:
 
 @dataclass(frozen=True)
 class Cleaned:
-    """A signal without its impossible samples (None where nothing is left), and what was found."""
+    """A signal without its impossible samples (None where nothing is left), and what was found.
+
+    wild: whether so much of it is impossible that none of it can be used."""
 
     signal: Signal | None
     decisions: tuple[Decision, ...]
+    wild: bool = False
 
 
 def clean(signal: Signal) -> Cleaned:
@@ -120,7 +123,7 @@ def clean(signal: Signal) -> Cleaned:
     if bounds is None:
         beyond = _beyond(signal.name, signal.values)
         largest = float(np.abs(signal.values).max())
-        return Cleaned(signal, (out_of_range(signal.name, float(beyond.mean()), largest),))
+        return Cleaned(None, (out_of_range(signal.name, float(beyond.mean()), largest),), wild=True)
     masks = impossible(signal.name, bounds, signal.time_ns, signal.values)
     if masks is None:
         return Cleaned(signal, ())
@@ -239,9 +242,9 @@ def out_of_range(name: str, share: float, largest: float) -> Decision:
         signal=name,
         kind="range",
         found=f"most of {name} is beyond what a road vehicle can do: its unit or scale may be wrong",
-        action="left as it is; say the unit in a mapping file",
+        action="left out; say the unit in a mapping file",
         evidence=f"{share:.0%} of the samples, up to {show(name, largest)}",
-        applied=False,
+        applied=True,
     )
 
 

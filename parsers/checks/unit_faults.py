@@ -97,7 +97,8 @@ def _problem(signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, boo
     by_sensor: dict[tuple[str, str], list[str]] = {}
     for name, signal in signals.items():
         quantity = SIGNALS[name].quantity
-        if quantity in _SENSED and name[:6] in ("accel_", "roll_r", "pitch_", "yaw_ra") and len(name) < 11:
+        axis = quantity in _SENSED and name[:6] in ("accel_", "roll_r", "pitch_", "yaw_ra") and len(name) < 11
+        if axis or name in ("roll", "pitch"):
             by_sensor.setdefault((signal.group or signal.source, quantity), []).append(name)
     sensors = [tuple(members) for members in by_sensor.values()]
     sensors += [(name,) for name in sorted(names) if not any(name in sensor for sensor in sensors)]

@@ -23,13 +23,16 @@ RANK_CANONICAL_NAME = 2
 RANK_NAME = 60
 _RANK_WORSE = 10
 _RANK_WEAK = 8
+_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 # ways in which a unit is glued to a name: "accel_y_mps2"
 _SUFFIX_UNITS = {
     "mps2": "m/s2", "ms2": "m/s2", "m_s2": "m/s2", "radps": "rad/s", "rads": "rad/s", "rad_s": "rad/s",
     "degps": "deg/s", "dps": "deg/s", "deg_s": "deg/s", "degs": "deg/s", "mps": "m/s", "m_s": "m/s", "kmh": "km/h",
     "kph": "km/h", "km_h": "km/h", "mph": "mph", "kn": "kn", "kts": "kn", "deg": "deg", "rad": "rad",
-    "bar": "bar", "kpa": "kPa", "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
+    "degp_sec": "deg/s", "degp_s": "deg/s", "radp_sec": "rad/s", "radp_s": "rad/s", "mp_s2": "m/s2", "mp_sec2": "m/s2",
+    "mp_s": "m/s", "mp_sec": "m/s", "kmp_h": "km/h", "bar": "bar", "kpa": "kPa",
+    "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
 }  # fmt: skip
 
 
@@ -43,6 +46,7 @@ class NameTable:
     sets: Mapping[tuple[str, ...], tuple[str, int]]
     weak: frozenset[tuple[str, ...]]
     unit_free: frozenset[tuple[str, ...]]
+    abbreviated: frozenset[str]
     blocked: frozenset[str]
     ambiguous: Mapping[tuple[str, ...], str]
 
@@ -65,6 +69,7 @@ def load_names() -> NameTable:
         sets=sets,
         weak=_spread(data["weak"]["sets"]),
         unit_free=_spread(data["weak"]["without_unit"]),
+        abbreviated=frozenset(data["weak"]["abbreviated"].split()),
         blocked=frozenset(data["blocked"]["words"].split()),
         ambiguous={_key(row): reason for row, reason in data["ambiguous"].items()},
     )
@@ -157,7 +162,7 @@ def vendor_prefixes(channels: Sequence[ChannelInfo]) -> frozenset[tuple[str, str
 
 def _prefix(channel: ChannelInfo) -> str:
     """What stands before the first underscore of a name's last part."""
-    head, underscore, rest = _texts(channel)[0].partition("_") if _texts(channel) else ("", "", "")
+    head, underscore, rest = _last_part(channel).partition("_")
     return head if underscore and rest else ""
 
 
@@ -168,22 +173,23 @@ def name_bindings(
     table = load_names()
     blocked = table.blocked & set(words_of(channel.name, table))
     texts = _texts(channel)
-    if texts and (channel.group, prefix := _prefix(channel)) in prefixes:
-        texts.append(texts[0].removeprefix(f"{prefix}_"))
+    last = _last_part(channel)
+    if last and (channel.group, prefix := _prefix(channel)) in prefixes:
+        texts.append(last.removeprefix(f"{prefix}_"))
+    found, bracket = None, None
     for text in texts:
         plain, bracket = split_unit(text)
-        canonical = None if blocked else _canonical(channel, plain)
-        if canonical is not None:
-            yield canonical
-            return
         found = _find(plain, table)
         if found is not None:
-            if blocked:
-                reason = f"{min(blocked)!r} in its name: not a measurement of this vehicle's {found.signal}"
-                yield Refusal(channel.name, found.signal, reason)
-            else:
-                yield _named(channel, found, bracket or found.suffix, table)
-            return
+            break
+    canonical = None if blocked or not last else _canonical(channel, split_unit(last)[0])
+    if canonical is not None and (found is None or found.signal == canonical.signal):
+        yield canonical
+    elif found is not None and blocked:
+        reason = f"{min(blocked)!r} in its name: not a measurement of this vehicle's {found.signal}"
+        yield Refusal(channel.name, found.signal, reason)
+    elif found is not None:
+        yield _named(channel, found, bracket or found.suffix, table)
 
 
 def ambiguous_name(channel: ChannelInfo) -> str | None:
@@ -197,16 +203,32 @@ def ambiguous_name(channel: ChannelInfo) -> str | None:
     return None
 
 
-def _texts(channel: ChannelInfo) -> list[str]:
-    """The texts to look at: the last part of a path first, then with the part before it."""
+def _parts(channel: ChannelInfo) -> list[str]:
+    """The parts of a channel's path; none where its name must not be looked at."""
     tags = channel.tags
     if (
         channel.family == "vbo"
     ):  # a dot is an abbreviation there ("Lat._Vel."), a leading underscore a raw value
         return [] if channel.name.startswith("_") else [channel.name]
     name = tags.get("field") or tags.get("signal") or tags.get("column") or channel.name
-    parts = re.split(r"[./\\:]+", name) if not re.search(r"\s", name) else [name]
-    texts = [parts[-1], " ".join(parts[-2:]), " ".join(parts[-3:]), name]
+    return re.split(r"[./\\:]+", name) if not re.search(r"\s", name) else [name]
+
+
+def _last_part(channel: ChannelInfo) -> str:
+    return (_parts(channel) or [""])[-1]
+
+
+def _texts(channel: ChannelInfo) -> list[str]:
+    """The texts to look at: all parts of a path but the first ones, then fewer, to the last part alone.
+
+    What stands before a name tells more of it ("velocities.yaw", "fl.speed"); a topic does where its field says nothing
+    ("/vehicle/speed" with "data").
+    """
+    parts = _parts(channel)
+    texts = [" ".join(parts[start:]) for start in (-3, -2, -1, 0)]
+    topic = channel.tags.get("topic", "").rstrip("/").rpartition("/")[2]
+    if topic and parts:
+        texts.append(f"{topic} {parts[-1]}")
     return list(dict.fromkeys(text for text in texts if text))
 
 
@@ -225,14 +247,27 @@ def _find(name: str, table: NameTable) -> _Found | None:
         words = [word for word in words_of(text, table) if word not in table.noise]
         kept = [word for word in words if word not in table.worse]
         hit = table.sets.get(tuple(sorted(kept)))
+        if hit is not None and hit[0] in ("latitude", "longitude") and _spelt_out(text, table):
+            continue
         if hit is not None:
             return _Found(hit[0], tuple(sorted(kept)), hit[1], len(kept) < len(words), suffix)
     return None
 
 
+def _spelt_out(name: str, table: NameTable) -> bool:
+    """Whether a name says "lateral" or "longitudinal" in full: a direction, and no coordinate."""
+    pieces = re.split(r"[^a-z]+", _plain(name).lower())
+    return any(
+        table.words.get(each) in ("lateral", "long") and each not in table.abbreviated for each in pieces
+    )
+
+
 def _without_suffix(name: str) -> Iterator[tuple[str, str | None]]:
     yield name, None
     pieces = name.rstrip().split("_") if "_" in name else name.split()
+    if len(pieces) == 1:
+        # "yawRateDegPerSec", "speedKmh", "accelYMps2"
+        pieces = _CAMEL.sub(" ", name.replace("Per", "p")).split()
     for count in (2, 1):
         unit = _SUFFIX_UNITS.get("_".join(pieces[-count:]).lower())
         if unit is not None and len(pieces) > count:

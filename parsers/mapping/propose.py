@@ -27,6 +27,10 @@ def propose(channels: Sequence[ChannelInfo], user: MapFile | None) -> Mapping[st
         if isinstance(candidate, Binding):
             found[candidate.signal].append(candidate)
     order = {channel.name: (-(channel.count or 0), place) for place, channel in enumerate(channels)}
+    for one, other in (("latitude", "longitude"), ("longitude", "latitude")):
+        if not found.get(other):
+            # "lat" alone, without a unit, is hardly a coordinate
+            found[one] = [each for each in found.get(one, ()) if each.unit_stated]
     proposals: dict[str, tuple[Binding, ...]] = {}
     for signal in SIGNALS:
         ranked = sorted(found.get(signal, ()), key=lambda each: (each.rank, order[each.channels[0]]))

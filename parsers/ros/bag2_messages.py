@@ -76,14 +76,14 @@ def unpack_messages(rows: Rows, log: ImportLog) -> Iterator[Rows]:
     part = np.cumsum(sizes[which]) // BATCH_BYTES
     for number in np.unique(part):
         at = which[part == number]
-        unpacked, length, good = _unpack(rows, at, sizes[at])
+        unpacked, length, good = unpack_at(rows, at, sizes[at])
         log.reject("compressed message that is damaged", int((~good).sum()))
         at = at[good]
         yield Rows(rows.topic_id[at], rows.time_ns[at], np.cumsum(length) - length, length, unpacked)
 
 
-def _unpack(rows: Rows, at: IntArray, sizes: IntArray) -> tuple[ByteArray, IntArray, NDArray[np.bool_]]:
-    """Unpack frames: joined bytes, length of each, and which of them were whole."""
+def unpack_at(rows: Rows, at: IntArray, sizes: IntArray) -> tuple[ByteArray, IntArray, NDArray[np.bool_]]:
+    """Unpack the frames at rows `at`, of `sizes` each: bytes of the whole ones joined, their lengths, and which were whole."""
     import zstandard
 
     unpacker = zstandard.ZstdDecompressor(max_window_size=MAX_MESSAGE)

@@ -139,12 +139,16 @@ def test_coarse_steps_are_said():
     assert found(check(signals)[1], "scale") == {"roll"}
 
 
-def test_a_signal_that_is_impossible_throughout_is_left_and_said():
+def test_a_signal_that_is_impossible_throughout_is_left_out_and_said():
     t = np.arange(0, 10 * NS, NS // 10)
-    signals = {"altitude": Signal("altitude", t, np.full(len(t), 50_000.0), "alt")}
+    signals = {
+        "altitude": Signal("altitude", t, np.full(len(t), 50_000.0), "alt"),
+        "speed": Signal("speed", t, np.linspace(0, 20, len(t)), "v"),
+    }
     fixed, decisions = check(signals)
     assert found(decisions, "range") == {"altitude"}
-    assert same(fixed, signals)
+    assert all(each.action.startswith("left out") for each in decisions if each.kind == "range")
+    assert same(fixed, {"speed": signals["speed"]})
 
 
 @pytest.mark.parametrize("count", [0, 1, 2, 5])
@@ -165,3 +169,12 @@ def test_gaps_and_different_rates_are_bridged_only_when_short():
         signals[name] = replace(signal, time_ns=signal.time_ns[keep], values=signal.values[keep])
     _, decisions = check(signals)
     assert found(decisions, "sign") == {"yaw_rate"}
+
+
+@pytest.mark.parametrize("up", [1.0, -1.0])
+def test_a_vertical_acceleration_without_gravity_is_left_out(up):
+    signals = drive("slalom")
+    light = replace(signals["accel_z"], values=up * (signals["accel_z"].values - 9.81))
+    fixed, decisions = check(signals | {"accel_z": light})
+    assert [(each.signal, each.kind, each.applied) for each in decisions] == [("accel_z", "choice", True)]
+    assert fixed.keys() == signals.keys() - {"accel_z"}

@@ -46,6 +46,15 @@ def test_z_down_axes_are_found_without_satellites():
     assert same(fixed, signals)
 
 
+def test_pitch_turns_with_the_other_axes_where_the_drive_cannot_tell_its_sign():
+    signals = only(drive("circle"), "accel_y", "accel_z", "yaw_rate", "roll", "speed", "pitch", "pitch_rate")
+    turned = scaled(signals, accel_y=-1, yaw_rate=-1, accel_z=-1, pitch=-1, pitch_rate=-1)
+    fixed, decisions = check(turned)
+    assert found(decisions, "sign") >= {"pitch", "pitch_rate"}
+    assert same(fixed, signals)
+    assert any("axes of SAE J670, in which nose up" in each.found for each in decisions)
+
+
 def test_two_signals_that_disagree_are_settled_by_convention():
     signals = only(drive(), "accel_y", "yaw_rate", "speed")
     fixed, decisions = check(scaled(signals, accel_y=-1))

@@ -38,6 +38,23 @@ def test_an_imu_in_degrees_and_g_is_repaired_whole():
     assert all(np.allclose(fixed[n].values, signals[n].values) for n in signals)
 
 
+def test_a_speed_that_cannot_be_does_not_hide_the_units_of_the_others():
+    signals = only(drive(), "accel_y", "accel_x", "yaw_rate", "roll_rate", "speed")
+    fixed, decisions = check(scaled(signals, speed=3.6e3, yaw_rate=1 / DEG, roll_rate=1 / DEG), stated=False)
+    assert "speed" not in fixed
+    assert found(decisions, "unit") == {"yaw_rate", "roll_rate"}
+    assert np.allclose(fixed["yaw_rate"].values, signals["yaw_rate"].values)
+
+
+def test_pitch_in_degrees_is_known_by_roll_of_the_same_table():
+    signals = only(drive("circle"), "accel_y", "yaw_rate", "speed", "roll", "pitch")
+    pitch = replace(signals["pitch"], values=0.04 * np.sin(np.arange(len(signals["pitch"].values)) / 70))
+    signals |= {"pitch": pitch}
+    fixed, decisions = check(scaled(signals, roll=1 / DEG, pitch=1 / DEG), stated=False)
+    assert found(decisions, "unit") == {"roll", "pitch"}
+    assert np.allclose(fixed["pitch"].values, pitch.values)
+
+
 @pytest.mark.parametrize(
     "few", [("accel_y", "yaw_rate", "speed", "accel_z"), ("accel_y", "yaw_rate", "speed", "roll")]
 )

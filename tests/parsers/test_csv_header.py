@@ -9,6 +9,7 @@ from csv_tables import T, read
 from hypothesis import given
 from hypothesis import strategies as st
 
+from parsers.errors import LogError
 from parsers.importer import ReadOptions
 from parsers.table_names import ColumnName, is_unit, split_header, unique_names
 
@@ -116,3 +117,15 @@ def test_unique_names_are_unique_and_keep_what_was_unique(names: list[str]) -> N
 def test_units_are_told_from_names() -> None:
     assert all(is_unit(text) for text in ("g", "[m/s²]", "km/h", "°C", "%", "rpm", "deg/s"))
     assert not any(is_unit(text) for text in ("", "lateral", "X", "front left"))
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "timestamp,arbitration_id,extended,remote,error,dlc,data\n1.0,0xa1,0,0,0,2,AAA=\n1.1,0xa1,0,0,0,2,AAA=\n",
+        "Time Stamp,ID,Extended,Dir,Bus,LEN,D1,D2\n1,0000A1,false,Rx,0,2,1,2\n2,0000A1,false,Rx,0,2,1,2\n",
+    ],
+)
+def test_a_table_of_can_frames_is_refused_with_the_way_on(tmp_path: Path, head: str) -> None:
+    with pytest.raises(LogError, match=r"raw CAN frames.*logconvert"):
+        read(tmp_path, head)

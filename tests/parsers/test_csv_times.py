@@ -98,6 +98,31 @@ TIMES = {
         ReadOptions(),
         [1714607999500000000, 1714608000500000000],
     ),
+    "durations of MATLAB": (
+        "Time,a\n0 sec,1\n0.02 sec,2\n1e-1 sec,3\n",
+        ReadOptions(),
+        [0, 20_000_000, 100_000_000],
+    ),
+    "durations in minutes": (
+        "Time,a\n0.5 min,1\n1.5 min,2\n",
+        ReadOptions(),
+        [30_000_000_000, 90_000_000_000],
+    ),
+    "month by name": (
+        "t,a\n11-Apr-2014 08:38:56.300,1\n11-Apr-2014 08:38:57.250,2\n",
+        ReadOptions(),
+        [1397205536300000000, 1397205537250000000],
+    ),
+    "month by name, German": (
+        "Datum;Zeit;a\n01-Okt-2014;00:00:00,5;1\n01-Okt-2014;00:00:01,5;2\n",
+        ReadOptions(),
+        [1412121600500000000, 1412121601500000000],
+    ),
+    "Fortran": (
+        "time a\n0.0D+00 1.0D+00\n2.0D-02 1.5D+00\n4.0D-02 2.0D+00\n",
+        ReadOptions(),
+        [0, 20_000_000, 40_000_000],
+    ),
     "seconds elapsed": (
         "seconds_elapsed,z,y,x\n0.5,1,1,1\n1.5,1,1,1\n",
         ReadOptions(),

@@ -116,6 +116,22 @@ def test_codes_that_value_tables_call_invalid(
     assert invalid_codes(choices, length) == codes
 
 
+def test_bit_timing_does_not_cost_a_database_its_grammar(tmp_path: Path) -> None:
+    log = ImportLog()
+    load(
+        tmp_path, 'VERSION ""\n\nBS_: 500000:0,0\n\nBU_: A\n\n' + ONE.removeprefix(HEAD).format(unit="m"), log
+    )
+    assert log.notes == []
+
+
+def test_value_tables_count_where_the_grammar_is_broken(tmp_path: Path) -> None:
+    text = ONE.format(unit="m") + 'VAL_ 291 Angle 32767 "SNA" 32766 "error" 0 "zero" ;\nthis is no DBC {{{\n'
+    log = ImportLog()
+    (message,) = load(tmp_path, text, log)
+    assert message.signals[0].invalid == (32766, 32767)
+    assert "not a correct DBC" in log.notes[0]
+
+
 def test_what_does_not_parse_is_read_line_by_line(tmp_path: Path) -> None:
     text = (
         HEAD

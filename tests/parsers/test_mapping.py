@@ -105,7 +105,6 @@ def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
         ("Brake Pressure", "brake_pressure"),
         ("phi", "roll"),
         ("RollAngle", "roll"),
-        ("lat", "latitude"),
         ("a_y", "accel_y"),
         ("a_lat", "accel_y"),
         ("v_x", "speed"),
@@ -121,6 +120,13 @@ def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
         ("ang_vel_z", "yaw_rate"),
         ("Vhcl.YawRate", "yaw_rate"),
         ("MasterCylPressure", "brake_pressure"),
+        ("BrkMstCylPrs", "brake_pressure"),
+        ("StWhlAng", "steering_wheel_angle"),
+        ("Federweg VL", "suspension_deflection_fl"),
+        (".veh.chassis_accelerations.lateral", "accel_y"),
+        (".veh.chassis_velocities.yaw", "yaw_rate"),
+        (".veh.chassis_displacements.roll", "roll"),
+        ("wheel.fl.speed", "wheel_speed_fl"),
     ],
 )
 def test_names_of_loggers_are_known(name, signal):
@@ -146,6 +152,13 @@ def test_names_of_loggers_are_known(name, signal):
         ("p", "deg/s", "roll_rate", math.pi / 180),
         ("Gz", "deg/s", "yaw_rate", math.pi / 180),
         ("axle_load_front_kg", None, "axle_load_front", 9.80665),
+        ("psi_p", "°/s", "yaw_rate", math.pi / 180),
+        ("Steering Pos", "deg", "steering_wheel_angle", math.pi / 180),
+        ("VehV_v", "km/h", "speed", 1 / 3.6),
+        ("speedKmh", None, "speed", 1 / 3.6),
+        ("yawRateDegPerSec", None, "yaw_rate", math.pi / 180),
+        ("steeringWheelAngleDeg", None, "steering_wheel_angle", math.pi / 180),
+        ("accelYMps2", None, "accel_y", 1.0),
     ],
 )
 def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
@@ -176,6 +189,33 @@ def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
 def test_doubtful_channels_are_left_alone_with_a_reason(name, unit, words):
     assert best(column(name, unit)) == {}
     assert words in unmapped_reason(column(name, unit))
+
+
+@pytest.mark.parametrize("names", [("lat", "lon"), ("lat", "long"), ("GPS Lat", "GPS Long")])
+def test_abbreviated_coordinates_come_in_pairs(names):
+    assert set(best(*map(column, names))) == {"latitude", "longitude"}
+    assert best(column(names[0])) == {}
+    assert set(best(column(names[0], "deg"))) == {"latitude"}
+
+
+@pytest.mark.parametrize("name", ["lateral", "longitudinal", "veh.motion.lateral", "quer"])
+def test_a_direction_is_no_coordinate(name):
+    assert not {"latitude", "longitude"} & set(best(column(name), column("lateral"), column("longitudinal")))
+
+
+@pytest.mark.parametrize(
+    ("topic", "field", "signal"),
+    [
+        ("/vehicle/speed", "data", "speed"),
+        ("/chassis/damper_travel", "front_left", "suspension_deflection_fl"),
+        ("/imu/yaw_rate", "value", "yaw_rate"),
+        ("/cmd/speed", "data", None),
+    ],
+)
+def test_a_topic_says_what_its_field_does_not(topic, field, signal):
+    tags = {"topic": topic, "type": "std_msgs/Float64", "field": field}
+    found = best(ChannelInfo(f"{topic}.{field}", topic, None, "ros", tags=tags))
+    assert list(found) == ([signal] if signal else [])
 
 
 def test_what_the_signals_of_a_message_begin_with_is_no_part_of_their_names():

@@ -323,3 +323,23 @@ def test_the_shipped_j1939_database_is_mapped():
         "axle_load_front": "VW",
         "axle_load_rear": "VW",
     }
+
+
+def test_oxts_axes_point_right_and_down():
+    names = ("AccelForward", "AccelLateral", "AccelDown", "AngleRateForward", "AngleRateLateral",
+             "AngleRateDown", "AngleRoll", "AnglePitch", "SpeedHoriz")  # fmt: skip
+    table = [ChannelInfo(name, "table", None, "table", tags={"column": name}) for name in names]
+    for channels in (table, [can("Output", name) for name in names]):
+        found = mapped(*channels)
+        turned = {"accel_y", "accel_z", "pitch_rate", "yaw_rate", "pitch"}
+        assert {name for name, binding in found.items() if binding.invert} == turned
+        assert set(found) - turned == {"accel_x", "roll_rate", "roll", "speed"}
+        assert all(binding.unit_stated for binding in found.values())
+
+
+def test_oxts_body_axes_before_level_ones():
+    table = [
+        ChannelInfo(name, "table", "m/s²", "table", tags={"column": name})
+        for name in ("AccelLateral", "AccelYVehicle")
+    ]
+    assert mapped(*table)["accel_y"].channels == ("AccelYVehicle",)

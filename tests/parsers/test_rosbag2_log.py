@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+import zstandard
 from rosbag2_files import (
     COUNT,
     IMU,
@@ -32,6 +33,8 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 
 from parsers.importer import ImportLog, LogReader
 from parsers.ros import bag2_decode, bag2_pages, bag2_read, bag2_rows
+from parsers.ros.decoder import make_standard_decoder
+from parsers.ros.packed import UnpackingDecoder
 
 
 def write_bag(folder: Path, plugin: StoragePlugin = StoragePlugin.SQLITE3, mode: Any = None) -> Path:
@@ -61,6 +64,27 @@ def check_whole(reader: LogReader, log: ImportLog) -> None:
     assert (log.status, log.messages, sum(log.rejected.values())) == ("complete", 3 * COUNT, 0)
     assert reader.absolute
     assert reader.start_utc_ns is None
+
+
+@pytest.mark.parametrize("metadata", [True, False])
+def test_messages_compressed_one_by_one_in_mcap(tmp_path: Path, metadata: bool) -> None:
+    folder = write_bag(tmp_path / "bag", StoragePlugin.MCAP, CompressionMode.MESSAGE)
+    if not metadata:
+        (folder / "metadata.yaml").unlink()
+    reader, log = opened(folder)
+    check_whole(reader, log)
+
+
+def test_a_damaged_message_among_compressed_ones_in_mcap_counts_alone() -> None:
+    plain = make_standard_decoder("geometry_msgs/msg/Twist", "cdr")
+    assert plain is not None
+    frames = [zstandard.compress(twist(i)) for i in range(4)]
+    frames[2] = frames[2][:-3]
+    length = np.array([len(each) for each in frames])
+    data = np.frombuffer(b"".join(frames), dtype=np.uint8)
+    got = UnpackingDecoder(plain).decode(data, np.cumsum(length) - length, length, ("linear.x",))
+    assert got.bad == 1
+    np.testing.assert_array_equal(got.columns["linear.x"], [0.0, 0.5, np.nan, 1.5])
 
 
 @pytest.mark.parametrize("mode", [None, CompressionMode.FILE, CompressionMode.MESSAGE])

@@ -1,0 +1,62 @@
+"""Counters of time that start again at zero: 16 or 32 bits of milliseconds or microseconds, seconds of a day or week."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.channels import IntArray
+from parsers.importer import ImportLog
+
+_NEAR_STEPS = 20
+_MOST_STEPS_BACK = 1000
+_SECOND_NS = 1_000_000_000
+
+
+def turns_of(unit_ns: int) -> tuple[int, ...]:
+    """After how many nanoseconds a counter may start again, whose column is in `unit_ns`."""
+    turns = {bits * unit for bits in (2**16, 2**24, 2**32) for unit in (unit_ns, 1000, 1_000_000)}
+    turns |= {86_400 * _SECOND_NS, 604_800 * _SECOND_NS}
+    return tuple(sorted(turn for turn in turns if _SECOND_NS <= turn < 2**61))
+
+
+@dataclass
+class Counter:
+    """Follows blocks of stamps, and lets a counter run on where it starts again.
+
+    It does so only where the stamps come close to a counter's end, by some usual steps, and go on as close to zero.
+    """
+
+    turns: tuple[int, ...]
+    log: ImportLog
+    _turned: int = 0
+    _last: int | None = None
+
+    def follow(self, raw: IntArray) -> IntArray:
+        """Stamps that run on, (n,), of those that were written."""
+        before = raw[:1] if self._last is None else np.array([self._last])
+        steps = np.diff(np.concatenate([before, raw]))
+        self._last = int(raw[-1])
+        back = np.flatnonzero(steps < -_SECOND_NS // 2)
+        if 0 < len(back) <= _MOST_STEPS_BACK and (steps > 0).any():
+            near = _NEAR_STEPS * int(np.median(steps[steps > 0]))
+            added = np.zeros(len(raw), dtype=np.int64)
+            for at in back.tolist():
+                turn = self._turn(int(raw[at] - steps[at]), int(raw[at]), near)
+                added[at] = turn
+            if added.any():
+                runs_on = raw + self._turned + np.cumsum(added)
+                self._turned += int(added.sum())
+                return runs_on
+        return raw + self._turned if self._turned else raw
+
+    def _turn(self, last: int, first: int, near: int) -> int:
+        """What a counter counted to that showed `last` and then `first`; 0 where it was none."""
+        for turn in self.turns:
+            if turn - near <= last <= turn and 0 <= first <= near and 4 * near < turn:
+                self.log.note(
+                    f"the time column is a counter that starts again at zero after {turn / _SECOND_NS:g} s: it runs on"
+                )
+                return turn
+        return 0
