@@ -2,7 +2,8 @@
 
 python benchmarks/roll_map_bound.py [runs] [most friction in m/s², 0]
 
-The plant equals the model: c φ'' + b φ' + a φ (1 + s φ²) + friction = f, white noise on all channels, a bank that wanders. The bound is that
+The plant equals the model: c φ'' + b φ' + a φ (1 + s φ²) + friction = f, white noise on all channels, a bank that wanders and that the
+accelerometer feels, as on a road where the vehicle holds its course. The bound is that
 of the raw 100 Hz samples (no low-pass) with every nuisance parameter of the fit (delays, offsets, stiffening, friction) and its prior. The
 acceleration is known by its noisy measurement only: its true course is a nuisance as well, which leaves the slopes of the outputs by the
 true course, whitened by the exact Kalman filter at the truth. (Slopes by the measured course, as this file had them before,
@@ -26,7 +27,7 @@ from parsers.jit import kernel  # noqa: E402
 from pipelines.estimators.roll_map.estimator import RollMap  # noqa: E402
 from pipelines.estimators.roll_map.motion import SLIP  # noqa: E402
 from pipelines.filters.kalman import innovations  # noqa: E402
-from pipelines.models.roll import RollCoefficients, discretise, dry_friction, process_noise  # noqa: E402
+from pipelines.models.roll import GRAVITY, RollCoefficients, discretise, dry_friction, process_noise  # noqa: E402
 from pipelines.results import FloatArray  # noqa: E402
 from pipelines.vehicles.vehicle import Vehicle  # noqa: E402
 
@@ -69,7 +70,7 @@ def simulate(kind: str, seed: int, most_friction: float) -> tuple[Drive, FloatAr
         bank[i] = level
         level = fade * level + BANK * np.sqrt(1 - fade * fade) * shock
     clean = {
-        "accel_y": np.interp(t, fine, push),
+        "accel_y": np.interp(t, fine, push) + GRAVITY * bank,
         "roll": np.interp(t - delay, fine, out[:, 0]) + bank + np.radians(0.5),
         "roll_rate": np.interp(t - rate_delay, fine, out[:, 1]) + 0.004,
     }
@@ -83,7 +84,7 @@ def simulate(kind: str, seed: int, most_friction: float) -> tuple[Drive, FloatAr
     found = ImportRecord(
         "simulated", (Path("plant"),), "0", "complete", 0, {}, (), "plant", None, float(t[-1]), ()
     )
-    return Drive(signals, found), clean["accel_y"], np.interp(t, fine, out[:, 0])
+    return Drive(signals, found), np.interp(t, fine, push), np.interp(t, fine, out[:, 0])
 
 
 def _answer(x: FloatArray, clean: FloatArray, angle: FloatArray) -> FloatArray:
@@ -149,7 +150,7 @@ def main(runs: int, friction: float) -> None:
             figures = estimator.estimate(
                 prepared, Vehicle(), {"draws": 1000.0}, np.random.default_rng(1)
             ).diagnostics
-            rows.append([[figures[n] for n in "abc"], [figures[f"{n}_std"] for n in "abc"]])
+            rows.append([[figures[f"{n}_of_models{end}"] for n in "abc"] for end in ("", "_std")])
         table = np.array(rows)
         error, std = table[:, 0] - (A, B, C), table[:, 1]
         for i, name in enumerate("abc"):

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,8 +23,6 @@ AGREE = 11.3
 MOST_WIDENED = 1.6
 """By how much the honest spread of a, b, c in the whole band may exceed that of white noise."""
 
-BEYOND_MODE = 1.3
-
 LEAST_TRIED = 0.2
 """Share of the roll signal's variance that must follow from the lateral acceleration before parts of a model are weighed."""
 
@@ -34,9 +31,10 @@ def _coefficients(fit: RollFit) -> tuple[FloatArray, FloatArray, FloatArray]:
     """a, b, c, their honest covariance, and their variances with white noise."""
     pick = fit.jacobian[:3]
     white = np.diag(pick @ fit.white_covariance @ pick.T)
-    if fit.mixed is None:
-        return fit.handed[:3], pick @ fit.covariance @ pick.T, white
-    return fit.mixed.mean[:3], fit.mixed.covariance[:3, :3], white + np.diag(fit.mixed.between)[:3]
+    if fit.mixed is not None:
+        white = white + np.diag(fit.mixed.between)[:3]
+    mean, covariance = fit.told
+    return mean[:3], covariance[:3, :3], white
 
 
 def holds(sure: RollFit, whole: RollFit) -> bool:
@@ -76,12 +74,14 @@ def mixed_fit(fits: list[tuple[RollFit, float]]) -> RollFit:
     return replace(first, mixed=Mixed(mean, np.asarray(inside + between), np.asarray(between)))
 
 
-def fit_models(data: RollData, asked: Asked) -> RollFit:
+def fit_models(data: RollData, asked: Asked, near: Mapping[str, float] | None = None) -> RollFit:
     """The models that the stretches of the drive leave standing, fitted to all of it and mixed by their weights.
+
+    near: values to start from.
 
     Beyond MOST_ROWS the usual model stands alone: several on half an hour would cost ten times as much as one.
     """
-    base = fit_roll(data, asked.known(data, STANDARD), asked.edges)
+    base = fit_roll(data, asked.known(data, STANDARD), asked.edges, near)
     if base.explained < LEAST_TRIED or data.size > MOST_ROWS:
         return base
     verdict = select_parts(data, lambda parts: asked.known(data, parts), base.values)
@@ -108,11 +108,10 @@ def fit_best(sure: RollData, whole: Callable[[], RollData | None], asked: Asked)
     tell equally much there.
     """
     fit = fit_models(sure, asked)
-    mode = math.sqrt(max(fit.values["a"], 1.0) / max(fit.values["c"], 0.1)) / (2 * math.pi)
-    if sure.size > MOST_ROWS or sure.top_hz < BEYOND_MODE * mode or fit.explained < 0.5:
+    if sure.size > MOST_ROWS or fit.explained < 0.5:
         return sure, fit
     data = whole()
     if data is None or data.size != sure.size:
         return sure, fit
-    other = fit_models(data, asked)
+    other = fit_models(data, asked, fit.values)
     return (data, replace(other, whole_band=True)) if holds(fit, other) else (sure, fit)

@@ -76,13 +76,17 @@ class RollData:
         """The same with the part of the input that is motion."""
         return replace(self, shifter=self.clean_shifter)
 
-    def probe(self) -> RollData:
-        """A single sample of 1 m/s² amid quiet, on the same channels."""
+    def probe(self, *, angle: bool = False) -> RollData:
+        """A single sample amid quiet on the same channels: 1 m/s² of the acceleration, or 1 rad of the measured angle.
+
+        Where gravity's part is taken out, the angle's noise goes into the input as well (`holds_course`).
+        """
         starts, stops = np.array([0]), np.array([PROBE_ROWS])
-        accel, quiet = np.zeros(PROBE_ROWS), np.zeros(PROBE_ROWS)
-        accel[PROBE_ROWS // 2] = 1.0
+        sample, quiet = np.zeros(PROBE_ROWS), np.zeros(PROBE_ROWS)
+        sample[PROBE_ROWS // 2] = 1.0
         if not self.whole:
-            accel = lowpass(accel, 1 / self.step_s, self.band_hz)
+            sample = lowpass(sample, 1 / self.step_s, self.band_hz)
+        accel, roll = (quiet, sample) if angle else (sample, quiet)
         nothing = np.full(PROBE_ROWS, np.nan)
         return replace(
             self,
@@ -90,9 +94,9 @@ class RollData:
             starts=starts,
             stops=stops,
             accel=accel,
-            roll=quiet if self.has_roll else nothing,
+            roll=roll if self.has_roll else nothing,
             rate=quiet if self.has_rate else nothing,
-            whole_roll=quiet,
+            whole_roll=roll,
             whole_rate=quiet,
             yaw=quiet,
             shifter=Shifter(accel, starts, stops, 1 / self.step_s, held=True),

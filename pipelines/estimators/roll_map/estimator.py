@@ -31,6 +31,7 @@ from pipelines.estimators.roll_map.words import (
     not_following,
     said_of_drive,
 )
+from pipelines.estimators.roll_map.yaw import yaw_lever
 from pipelines.models.roll import DEGREES
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource, rank_roll
@@ -167,7 +168,7 @@ class RollMap:
                 self._rate_offset(prepared),
                 _value(settings, "max_delay_s"),
                 _value(settings, "delay_std_s"),
-                self._lever(vehicle),
+                yaw_lever(vehicle),
                 parts,
             )
 
@@ -186,18 +187,6 @@ class RollMap:
         """The roll rate's offset from standstill, with what it may drift by (0.1 deg/s)."""
         found = prepared.standstill_offset.get("roll_rate")
         return None if found is None else (found[0], math.hypot(found[1], math.radians(0.1)))
-
-    @staticmethod
-    def _lever(vehicle: Vehicle) -> tuple[float, float] | None:
-        """How far the accelerometer sits ahead of the CG in m, and how well that is known; None where it is not."""
-        behind, axle = vehicle.sensors.get("imu_behind_front_axle_m"), vehicle.get("cg_to_front_axle_m")
-        if behind is None:
-            return None
-        if axle is None:
-            wheelbase = vehicle.get("wheelbase_m")
-            middle = 2.7 if wheelbase is None else wheelbase.value
-            return 0.45 * middle - behind.value, math.hypot(behind.std, 0.07 * middle)
-        return axle.value - behind.value, math.hypot(behind.std, axle.std)
 
     def _nothing(
         self,
@@ -301,6 +290,10 @@ class RollMap:
             **{name: fit.values[name] for name in ("a", "b", "c", *OPTIONS) if name in fit.values},
             **{f"{name}_std": fit.std(name) for name in ("a", "b", "c", *OPTIONS) if name in fit.values},
         }
+        mean, covariance = fit.told
+        for place, name in enumerate(("a", "b", "c")):
+            found[f"{name}_of_models"] = float(mean[place])
+            found[f"{name}_of_models_std"] = math.sqrt(covariance[place, place])
         if fit.verdict is not None:
             found["held_out_stretches"] = float(fit.verdict.stretches)
             found["weight_of_all_parts"] = fit.verdict.full_weight

@@ -20,17 +20,19 @@ from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.likelihood import Problem, Slopes, climb, named
 from pipelines.estimators.roll_map.model import BANK_TIME_S, Known, run
 from pipelines.estimators.roll_map.motion import handed_on
+from pipelines.estimators.roll_map.polish import refine
 from pipelines.estimators.roll_map.select import Verdict
 from pipelines.estimators.roll_map.spectrum import Shifter
 from pipelines.estimators.roll_map.spread import coloured_covariance, honest_covariance, long_run_covariance
+from pipelines.estimators.roll_map.yaw import OPEN
 from pipelines.results import FloatArray
 
 CORRELATION_S = 2.0
 START_ROWS = 3000
 MOST_STEPS = 40
 START_STEPS = 10
-STRAYED = 3.0
-"""Nats that the polished answer may cost; more than that means that it ran away."""
+STRAYED = 15.0
+"""Nats that the polished answer may cost; more than that means that it ran away (the noise of the squares alone costs up to 8 in a slalom)."""
 
 
 FRICTION_MPS2 = 0.08
@@ -92,6 +94,13 @@ class RollFit:
         """Standard deviation of a parameter."""
         i = self.index(name)
         return math.sqrt(self.covariance[i, i])
+
+    @property
+    def told(self) -> tuple[FloatArray, FloatArray]:
+        """(k,) the coefficients of all models by weight, (k, k) their covariance; the model's own error is not in it."""
+        if self.mixed is not None:
+            return self.mixed.mean, self.mixed.covariance
+        return self.handed, np.asarray(self.jacobian @ self.covariance @ self.jacobian.T)
 
 
 def _part(data: RollData, most: int) -> RollData:
@@ -216,7 +225,18 @@ def _covariances(
         float(np.clip(data.slow_share, 0.0, 1.0)),
     )
     wide[block] *= _few_banks(data)
+    for matrix in (white, wide):
+        _open_lever(problem, matrix)
     return white, wide
+
+
+def _open_lever(problem: Problem, covariance: FloatArray) -> None:
+    """Add, in place, what the lever's open part does to the others: they follow it by their covariance with it over its variance."""
+    names = [k.name for k in problem.known]
+    if "lever" in names:
+        i = names.index("lever")
+        follow = covariance[:, i] / covariance[i, i]
+        covariance += OPEN**2 * np.outer(follow, follow)
 
 
 def _cold_start(data: RollData, known: tuple[Known, ...]) -> FloatArray:
@@ -224,6 +244,24 @@ def _cold_start(data: RollData, known: tuple[Known, ...]) -> FloatArray:
     part = Problem(_part(data, START_ROWS), known)
     tried = [climb(part, start, START_STEPS, 1)[0] for start in _starts(part)]
     return min(tried, key=lambda x: part.cost(x, None))
+
+
+def _point(problem: Problem, near: Mapping[str, float] | None) -> tuple[FloatArray, int, bool]:
+    """Where the fit ends, the steps and whether it settled. In the whole band by instruments (`refine`) where they lead anywhere."""
+    data, known = problem.data, problem.known
+    start = _cold_start(data, known) if near is None else problem.standing(near, None)
+    if data.whole and near is not None:
+        moved, steps, settled = refine(problem, start, MOST_STEPS)
+        if settled:
+            return moved, steps, True
+    x, steps, converged = climb(problem, start, MOST_STEPS)
+    if not data.whole:
+        return x, steps, converged
+    moved, more, settled = refine(problem, x, MOST_STEPS)
+    weights = named(known, x)
+    if settled and problem.cost(moved, weights) < problem.cost(x, weights) + STRAYED:
+        return moved, steps + more, True
+    return x, steps + more, converged
 
 
 def fit_roll(
@@ -235,11 +273,7 @@ def fit_roll(
     Raises LinAlgError for a model that runs away wherever it starts.
     """
     problem = Problem(data, known)
-    best = _cold_start(data, known) if near is None else problem.standing(near, None)
-    x, steps, converged = climb(problem, best, MOST_STEPS)
-    if data.whole:
-        moved = problem.polished(x)
-        x = moved if problem.cost(moved, named(known, x)) < problem.cost(x, named(known, x)) + STRAYED else x
+    x, steps, converged = _point(problem, near)
     slopes = problem.of_motion(x, named(known, x))
     taught = problem.taught(x)
     scores = slopes.scores()

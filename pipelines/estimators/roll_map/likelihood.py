@@ -23,7 +23,6 @@ from pipelines.results import FloatArray
 
 SETTLED, TURNED = 0.01, 0.05
 MOST_TURNS = 5
-POLISHED = 3
 RAN_OFF = 1e6
 """Standard deviations beyond which a motion has run away."""
 
@@ -93,7 +92,7 @@ class Problem:
         self.low = np.array([k.low for k in known])
         self.high = np.array([k.high for k in known])
         self.step = np.array([k.step for k in known])
-        self.probe = data.probe()
+        self.probes = (data.probe(), data.probe(angle=True)) if data.holds_course else (data.probe(),)
         self.rows = int(np.isfinite(data.roll if data.has_roll else data.rate).sum())
         usual = named(known, self.near({}))
         none = np.zeros_like(simulated(data, usual))
@@ -133,12 +132,19 @@ class Problem:
         near = np.abs(error[there]) < RAN_OFF * np.sqrt(variance[there])
         return int(np.count_nonzero(there)) >= self.outputs and bool(near.all())
 
+    def a_sample(self, weights: Mapping[str, float]) -> tuple[float, ...]:
+        """Variance of what noise adds to one sample of the input, by probe: of the acceleration, and of the angle in it."""
+        of_angle = math.exp(2 * weights.get("log_roll_noise", 0.0)) * self.data.every
+        return (math.exp(2 * weights["log_input_noise"]) / self.data.step_s, of_angle)[: len(self.probes)]
+
     def carried(self, x: FloatArray, weights: Mapping[str, float]) -> float:
         """What the input's noise adds to the sum of the normalised squares, by the answer to a single sample of it."""
         values = named(self.known, x) | dict.fromkeys(QUIET, 0.0)
-        error, variance = whitened(self.probe, weights, simulated(self.probe, values), clip=1e9)
-        a_sample = math.exp(2 * weights["log_input_noise"]) / self.data.step_s
-        return self.rows * self.data.every * a_sample * float(np.nansum(error * error / variance))
+        total = 0.0
+        for probe, size in zip(self.probes, self.a_sample(weights), strict=True):
+            error, variance = whitened(probe, weights, simulated(probe, values), clip=1e9)
+            total += size * float(np.nansum(error * error / variance))
+        return self.rows * self.data.every * total
 
     def cost(self, x: FloatArray, weights: Mapping[str, float] | None) -> float:
         """Half the squares less what the input's noise adds to them; without weights the whole likelihood. With the prior."""
@@ -194,7 +200,7 @@ class Problem:
                     break
         return Slopes(error / np.sqrt(variance), slope, np.zeros_like(slope), given)
 
-    def _taught(self, data: RollData, x: FloatArray, values: Mapping[str, float]) -> FloatArray:
+    def taught_by(self, data: RollData, x: FloatArray, values: Mapping[str, float]) -> FloatArray:
         """(p, n, m) what the motion's parameters do to the normalised innovations of some data, weighed as at x."""
         here = named(self.known, x)
         base = simulated(data, {**here, **values})
@@ -211,38 +217,7 @@ class Problem:
 
         The noise of the input teaches nothing: it is left out here, and so is what the parameters do to the weights.
         """
-        return self._taught(self.data.cleaned(), x, {})
-
-    def polished(self, x: FloatArray) -> FloatArray:
-        """The motion where the innovations have no part along `taught` but what the input's noise gives both.
-
-        The cleaned slopes are instruments: the input's noise beyond its motion, which the squares weigh and this does not,
-        costs a tenth of the spread in a short manoeuvre.
-        """
-        quiet = dict.fromkeys(QUIET, 0.0)
-        for _ in range(POLISHED):
-            here = named(self.known, x)
-            taught = self.taught(x)
-            error, variance = self.innovations(x, here)
-            psi = np.clip(np.nan_to_num(error / np.sqrt(variance)), -CLIP, CLIP)
-            noise, spread = whitened(self.probe, here, simulated(self.probe, here | quiet), clip=1e9)
-            both = self._taught(self.probe.cleaned(), x, quiet) * np.nan_to_num(noise / np.sqrt(spread))
-            a_sample = math.exp(2 * here["log_input_noise"]) / self.data.step_s
-            gradient = self.rows * self.data.every * a_sample * both.sum(axis=(1, 2)) - (taught * psi).sum(
-                axis=(1, 2)
-            )
-            gradient -= (self.weight * (x - self.mean))[self.motion]
-            flat = taught.reshape(len(taught), -1)
-            curvature = flat @ flat.T + np.diag(self.weight[self.motion])
-            scale = np.sqrt(np.diag(curvature))
-            step = np.linalg.solve(curvature / np.outer(scale, scale), gradient / scale) / scale
-            moved = x.copy()
-            moved[self.motion] += step
-            moved = np.clip(moved, self.low, self.high)
-            if not math.isfinite(self.cost(moved, here)):
-                break
-            x = moved
-        return x
+        return self.taught_by(self.data.cleaned(), x, {})
 
 
 def _climb(
@@ -276,6 +251,11 @@ def _climb(
         if gained < SETTLED:
             break
     return x, first - cost, count
+
+
+def level(problem: Problem, x: FloatArray, most: int) -> tuple[FloatArray, float, int]:
+    """The noises' levels from x, with the motion held: the point, what was gained, and the steps."""
+    return _climb(problem, x, None, most)
 
 
 def settle(problem: Problem, x: FloatArray, weights: Mapping[str, float], most: int) -> FloatArray:
