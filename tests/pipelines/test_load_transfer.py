@@ -14,11 +14,13 @@ from parsers.signals import WHEELS
 from pipelines.estimators.base import Estimator
 from pipelines.estimators.load_transfer.answers import Standing, whole_vehicle
 from pipelines.estimators.load_transfer.companion import LoadTransferBatch
-from pipelines.estimators.load_transfer.data import known_of
+from pipelines.estimators.load_transfer.data import collect, known_of
+from pipelines.estimators.load_transfer.kernels import HFLTM, MLTM
 from pipelines.estimators.load_transfer.published import (
     HighFrequencyLoadTransfer,
     LoadTransfer,
     ModifiedLoadTransfer,
+    calm_limit,
 )
 from pipelines.results import Estimate
 from pipelines.simulation.loads import Load
@@ -110,6 +112,30 @@ def test_the_published_methods_are_honest_witnesses(method: Estimator) -> None:
         assert entry.high is not None
         assert entry.low < made.run.truth[name] < entry.high, name
     assert {t.name.split(": ")[1] for t in found.traces} >= {"arms", "strut force fl"}
+
+
+def test_masses_held_in_turns_stay_within_a_per_cent_under_a_diagonal_shift() -> None:
+    """At 0.6 g the links carry some per cent of the weight; gate_g = 0 is the published form."""
+    made = simulated("handling_track", cross=30.0)
+    drive, file, method = drive_of(made.log), vehicle_of(made), PUBLISHED[1]
+    gated = estimate(method, drive, file)
+    published = method.estimate(method.prepare(drive, {}), file, {"gate_g": 0.0}, np.random.default_rng(0))
+    assert max(errors(gated, made)) < 0.5 * errors(published, made)[0]
+    rural = simulated(cross=30.0)
+    assert max(errors(estimate(method, drive_of(rural.log), vehicle_of(rural)), rural)) < 0.01
+
+
+def test_a_vehicle_that_only_turns_has_no_calm_rows_to_hold_out_for() -> None:
+    made = simulated()
+    known = known_of(vehicle_of(made))
+    assert known is not None
+    data = collect(PUBLISHED[1].prepare(drive_of(made.log), {}), known)
+    assert data is not None
+    circling = replace(data, across=np.full(data.size, 4.0))
+    assert calm_limit(MLTM, data, 0.1) == 0.1
+    assert calm_limit(MLTM, circling, 0.1) == np.inf
+    assert calm_limit(MLTM, data, 0.0) == np.inf
+    assert calm_limit(HFLTM, data, 0.1) == np.inf
 
 
 def test_a_diagonal_shift_biases_the_ltms_forces_and_not_the_mltms() -> None:

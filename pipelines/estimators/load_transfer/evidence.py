@@ -15,6 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from typing import cast
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from pipelines.estimators.load_transfer.answers import Standing, about_cg
 from pipelines.estimators.load_transfer.batch import ACROSS, ALONG, BRAKING, STATIC, BatchFit
 from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, TYRES, Known, StrutData
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
+from pipelines.joint.body import pitch_centres
 from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
@@ -38,7 +40,7 @@ BODY = (
 SCALES = tuple(f"suspension_scale_{axle}" for axle in AXLES)
 ZEROS = tuple(f"suspension_zero_{wheel}" for wheel in CORNERS)
 ROLLING = ("rolling_shift", "rolling")
-LINKS = ("pitch_center_brake", "pitch_center_drive", "pitch_path", "wheel_inertia")
+LINKS = ("pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "wheel_inertia")  # fmt: skip
 ROLL = ("roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear")
 PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05
 LEVEL_GAIN = 0.005
@@ -73,7 +75,8 @@ def pitch_moments(values: Values) -> tuple[float | FloatArray, float | FloatArra
     spin = 4 * values["wheel_inertia"] / values["radius"]
     under = body.unsprung * values["radius"] + body.sprung * values["pitch_path"]
     free = body.moment + body.mass * values[PATCH] - gain * under + (1 - gain) * spin
-    return free - body.mass * values["pitch_center_brake"], free - body.mass * values["pitch_center_drive"]
+    braking, driving = pitch_centres(cast("Mapping[str, float]", values), body)
+    return free - body.mass * braking, free - body.mass * driving
 
 
 def roll_moment(values: Values) -> float | FloatArray:

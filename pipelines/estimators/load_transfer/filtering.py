@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,7 +49,8 @@ class FilterSettings:
     """How a filter runs. order, factor: of the expansion and of its points. form: 0 as published, 1 square root.
 
     variance, bounce_variance: R, N². added: c a step of 1 ms, relative to each first half width. start: first guesses and
-    half widths. gate: [g] of horizontal force below which an arm that it drives is held, 0 = none.
+    half widths. gate: [g] of horizontal force below which an arm that it drives is held, 0 = none. calm: [g] of lateral force above which
+    masses and place are held.
     """
 
     order: int
@@ -59,6 +61,7 @@ class FilterSettings:
     added: tuple[float, ...]
     start: tuple[tuple[float, float], ...]
     gate: float = 0.0
+    calm: float = math.inf
 
 
 @dataclass(frozen=True)
@@ -132,14 +135,19 @@ def run_filter(
     run(
         model, inputs, np.ascontiguousarray(measured), (size.wheelbase, size.track), x,
         np.array(settings.added) * width * steps, noise / steps, np.ascontiguousarray(chosen.matrix.T),
-        np.ascontiguousarray(chosen.inverse.T), settings.form, _gates(model, settings.gate), every, track, spread,
+        np.ascontiguousarray(chosen.inverse.T), settings.form, _gates(model, settings), every, track, spread,
         predicted,
     )  # fmt: skip
     at = np.arange(every - 1, len(track) * every, every)
     return FilterRun(NAMES[model], track, spread, at, predicted, terms, len(chosen.points))
 
 
-def _gates(model: int, gate: float) -> FloatArray:
-    """(d, 2) limits on |A_y| and |A_x| by parameter: roll arms ask for the first, pitch arms for the second."""
-    rows = [(gate * n.startswith("h_r"), gate * n.startswith("h_p")) for n in NAMES[model]]
+def _gates(model: int, settings: FilterSettings) -> FloatArray:
+    """(d, 3) limits by parameter: least |A_y| of roll arms, least |A_x| of pitch arms and drag, largest |A_y| of all others."""
+    rows = []
+    for name in NAMES[model]:
+        roll, pitch = name.startswith("h_r"), name.startswith(("h_p", "C"))
+        rows.append(
+            (settings.gate * roll, settings.gate * pitch, math.inf if roll or pitch else settings.calm)
+        )
     return np.array(rows, dtype=np.float64)

@@ -86,6 +86,15 @@ def _heave(x: FloatArray, u: FloatArray) -> float:
 
 
 @kernel
+def _held(u: FloatArray, gate: FloatArray) -> int:
+    """0: free. 1: held, below the least |A_y| or |A_x|. 2: held and taken as known, above the largest |A_y|. gate (3,), in g."""
+    across, along = abs(u[LEVEL_Y]), abs(u[LEVEL_X])
+    if across > gate[2]:
+        return 2
+    return 1 if across < gate[0] or along < gate[1] else 0
+
+
+@kernel
 def run(
     model: int,
     inputs: FloatArray,
@@ -106,7 +115,7 @@ def run(
     """Filter a drive. x (d, S) in place.
 
     inputs (n, INPUTS), measured (n, m); size: L and B. added (d,): c; noise (m,): R. matrix (S, Q): terms at the points,
-    inverse (Q, S): its pseudo-inverse turned. gates (d, 2): a parameter is held while |A_y|, |A_x| are below these [g].
+    inverse (Q, S): its pseudo-inverse turned. gates (d, 3): `_held`, in g.
     track, spread (n // every, d): means and standard deviations after every `every`-th sample. predicted (n, m): outputs
     before each update.
     """
@@ -119,9 +128,13 @@ def run(
     for k in range(measured.shape[0]):
         u = inputs[k]
         for i in range(d):
-            if abs(u[LEVEL_Y]) < gates[i, 0] or abs(u[LEVEL_X]) < gates[i, 1]:
+            hold = _held(u, gates[i])
+            if hold > 0:
                 held[i] = x[i]
             x[i, 1 + i] += added[i]
+            if hold == 2:
+                # the others must not learn from it what it is not allowed to
+                x[i, 1:] = 0.0
         at_points(x, matrix, p)
         if model == LTM:
             _ltm(p, u, size, values)
@@ -134,7 +147,7 @@ def run(
             predicted[k, j] = y[j, 0]
         gpc_update_with(x, y, measured[k], noise, form, none, none, work)
         for i in range(d):
-            if abs(u[LEVEL_Y]) < gates[i, 0] or abs(u[LEVEL_X]) < gates[i, 1]:
+            if _held(u, gates[i]) > 0:
                 x[i] = held[i]
         left -= 1
         if left == 0:

@@ -20,6 +20,7 @@ from pipelines.estimators.load_transfer.answers import (
     contradiction,
     level_doubt,
     parameter,
+    rolling_shift,
     sensors_covariance,
     softened,
     unknown,
@@ -42,13 +43,17 @@ WIDTHS = (0.10, 0.06, 0.30)
 ROLL_CENTER, CG_HEIGHT, USUAL_TRACK = 0.12, 0.65, 1.6
 ROLL_DOUBT, QUICK_DOUBT, PITCH_DOUBT = 0.1, 0.15, 0.2
 LUMPED = 0.5
+LINKS = 0.04
+CALM_S = 10.0
+ARMS_HELD = "horizontal force below which the filter holds the arms that it drives"
 """LEAST_S: of moving rows. LEAST_SPREAD: m/s² of horizontal force below which its arm is not given. WIDTHS: half widths of
 the first guesses: share of a mass, share of wheelbase or track, m of an arm. ROLL_CENTER, CG_HEIGHT, USUAL_TRACK: m, of which usual
 cars make the jacking that the models leave out. …_DOUBT: share of an arm that unsprung masses, wheel spin, tyres and (HFLTM)
-the body's lean add to it. LUMPED: share of the LTM's misfit of the single struts that may be in its place."""
+the body's lean add to it. LINKS: share of a braking or driving force that links may lift or pull down. CALM_S: of rows below the gate
+that masses need to learn from them alone. LUMPED: share of the LTM's misfit of the single struts that may be in its place."""
 
 
-def _settings(order: float, learning: float) -> tuple[Setting, ...]:
+def _settings(order: float, learning: float, gate: float, gated: str) -> tuple[Setting, ...]:
     return (
         Setting("rate_hz", 200.0, "Hz", "rate at which the filter runs", 20.0, 1000.0),
         Setting("cutoff_hz", 20.0, "Hz", "zero-phase low-pass of all signals", 1.0, 200.0),
@@ -57,7 +62,7 @@ def _settings(order: float, learning: float) -> tuple[Setting, ...]:
         Setting("square_root", 0.0, "", "0: update as published (40), which collapses; 1: keeps the spread", 0.0, 1.0),
         Setting("force_std", 100.0, "N", "R: model error and noise of a strut force (the tables: 3.2)", 1.0, 5000.0),
         Setting("learning", learning, "", "factor on the tables' c of the arms", 0.0, 1e5),
-        Setting("gate_g", 0.1, "g", "horizontal force below which the HFLTM holds its arms (8.2)", 0.0, 1.0),
+        Setting("gate_g", gate, "g", gated, 0.0, 1.0),
         Setting("force_scale_std", 0.008, "share", "scale error of a strut force sensor", 0.0, 0.5),
         Setting("force_offset_std", 40.0, "N", "offset of a strut force sensor", 0.0, 5000.0),
     )  # fmt: skip
@@ -118,6 +123,17 @@ def _filter(
     return _Filtered(run, data, loads[-1], loads[len(loads) // 2 :], misfit)
 
 
+def calm_limit(model: int, data: StrutData, gate: float) -> float:
+    """[g] of lateral force above which the MLTM holds its masses: the links carry weight in turns, which no load transfer model has.
+
+    inf: never. So it is for the others, without a gate, and where less than `CALM_S` of the drive is below it.
+    """
+    if model != MLTM or gate <= 0:
+        return math.inf
+    calm = float(np.sum(np.abs(data.across) < GRAVITY * gate)) / data.rate_hz
+    return gate if calm >= CALM_S else math.inf
+
+
 def jacking_share(across: FloatArray, known: Known, vehicle: Vehicle) -> float:
     """Share of the weight that the links carry in the mean of these turns: 4 h_rc h A_y² / (g B)²; A_y in m/s²."""
     centers = [vehicle.get(f"roll_center_height_{axle}_m") for axle in ("front", "rear")]
@@ -126,18 +142,30 @@ def jacking_share(across: FloatArray, known: Known, vehicle: Vehicle) -> float:
     return 4 * center * height * float(np.mean(across**2)) / (GRAVITY * known.size.track) ** 2
 
 
-def _standing(model: int, found: _Filtered, known: Known, errors: Errors, vehicle: Vehicle) -> Standing:
-    """Loads with what a filter's own covariance leaves out: its wandering, jacking, misfit, sensors, offsets."""
+def _standing(
+    model: int, found: _Filtered, known: Known, errors: Errors, vehicle: Vehicle, calm: float
+) -> Standing:
+    """Loads with what a filter's own covariance leaves out: its wandering, jacking, misfit, sensors, offsets.
+
+    calm: [g] of lateral force below which it learned its masses.
+    """
     loads, data = found.loads, found.data
+    heard = np.abs(data.across) <= GRAVITY * calm
     wander = np.cov(found.path.T) if len(found.path) > 2 else np.diag((0.05 * loads) ** 2)
-    jacking = 1.2 * jacking_share(data.across, known, vehicle)
+    jacking = 1.2 * jacking_share(data.across[heard], known, vehicle)
+    links = LINKS * float(np.mean(np.abs(data.along[heard]))) / GRAVITY
     covariance = wander + sensors_covariance(loads, errors) + np.diag(found.misfit**2)
-    covariance = covariance + (jacking**2 + 0.004**2) * np.outer(loads, loads)
+    covariance = covariance + (jacking**2 + links**2 + 0.004**2) * np.outer(loads, loads)
     along, across = level_doubt(data, (USUAL_ARM, USUAL_ARM))
     lumped = LUMPED * np.abs(found.misfit).mean() / loads.mean() if model == LTM else 0.0
-    shift = math.hypot(along, 0.004, 0.5 * jacking * known.wheelbase.value, lumped * known.wheelbase.value)
+    length = known.wheelbase.value
+    # as the companion has it: what rolling resistance moves to the rear axle no scale shows
+    rolled, rolled_std = rolling_shift(vehicle, known)
+    shift = math.hypot(
+        along, rolled_std, 0.004, 0.5 * jacking * length, 0.5 * links * length, lumped * length
+    )
     aside = math.hypot(across, 0.002, 0.3 * jacking * known.size.track, lumped * known.size.track)
-    return Standing(loads, covariance, (0.0, shift), (0.0, aside))
+    return Standing(loads, covariance, (rolled, shift), (0.0, aside))
 
 
 class _Published:
@@ -176,7 +204,7 @@ class _Published:
         errors = Errors(self._set(settings, "force_scale_std"), self._set(settings, "force_offset_std"))
         if not np.isfinite(found.run.track[-1]).all():
             return self._nothing("the filter diverged", vehicle)
-        standing = _standing(self.model, found, known, errors, vehicle)
+        standing = _standing(self.model, found, known, errors, vehicle, run.calm)
         wrong = contradiction(standing, data, vehicle)
         if wrong is not None:
             return self._nothing(wrong, vehicle)
@@ -198,13 +226,13 @@ class _Published:
             c * (learning if name.startswith("h_") else 1.0)
             for name, c in zip(NAMES[self.model], ADDED[self.model], strict=True)
         )
-        gate = self._set(settings, "gate_g") if self.model == HFLTM else 0.0
+        gate = self._set(settings, "gate_g")
         # the tables' R is that of a step of 1 ms, ours that of a step of the filter
         variance *= 1000.0 / data.rate_hz
         return FilterSettings(
             round(self._set(settings, "order")), self._set(settings, "points_per_term"),
             round(self._set(settings, "square_root")), variance, 4 * variance, added,
-            first_guess(self.model, data, known.size), gate,
+            first_guess(self.model, data, known.size), gate, calm_limit(self.model, data, gate),
         )  # fmt: skip
 
     def _parameters(
@@ -298,7 +326,7 @@ class LoadTransfer(_Published):
     name = "load_transfer"
     title = "Load transfer model (LTM), gPC-EKF"
     source = "gPC dissertation, chapter 6, (106)-(116), Table 6.1 with order 2 and four points a term"
-    settings = _settings(2.0, 1.0)
+    settings = _settings(2.0, 1.0, 0.0, f"{ARMS_HELD} (published: 0, no gate)")
     model = LTM
 
 
@@ -308,7 +336,12 @@ class ModifiedLoadTransfer(_Published):
     name = "modified_load_transfer"
     title = "Modified load transfer model (MLTM), gPC-EKF"
     source = "gPC dissertation, chapter 7, (117)-(136), Table 7.1 with order 2 and four points a term"
-    settings = _settings(2.0, 1.0)
+    settings = _settings(
+        2.0,
+        1.0,
+        0.1,
+        f"{ARMS_HELD}; and lateral force above which it holds its masses (published: 0, no gate)",
+    )
     model = MLTM
 
 
@@ -318,5 +351,5 @@ class HighFrequencyLoadTransfer(_Published):
     name = "high_frequency_load_transfer"
     title = "High-frequency load transfer model (HFLTM), gPC-EKF"
     source = "gPC dissertation, chapter 8, (137)-(145), Table 8.1 with four points a term and quicker arms"
-    settings = _settings(1.0, 100.0)
+    settings = _settings(1.0, 100.0, 0.1, f"{ARMS_HELD} (8.2)")
     model = HFLTM

@@ -64,6 +64,8 @@ _NOTES = (
     "c of the tables is taken times each first half width; at other rates than 1 kHz c and R are scaled so that the filter "
     "learns as much a second.",
     "Struts carry the sprung mass: the estimators add the vehicle file's unsprung masses.",
+    "The estimator modified_load_transfer holds its masses while the lateral force is above 0.1 g, where roll centres carry weight, and "
+    "its arms below it, as (8.2) has it for the HFLTM; gate_g = 0 is the published form, on which the claims are judged.",
     "64 drives of the rich plant are in benchmarks/load_transfer_study.py.",
 )
 

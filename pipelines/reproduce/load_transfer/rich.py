@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +20,25 @@ from pipelines.simulation.logs.drive import Choice, simulate_log
 from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle
 from pipelines.vehicles.vehicle import parse_vehicle
 
-METHODS: tuple[Estimator, ...] = (
-    LoadTransfer(), ModifiedLoadTransfer(), HighFrequencyLoadTransfer(), LoadTransferBatch()
-)  # fmt: skip
+
+@dataclass(frozen=True)
+class Method:
+    """An estimator with settings that are not its defaults."""
+
+    name: str
+    estimator: Estimator
+    settings: dict[str, float] = field(default_factory=dict)
+
+
+METHODS: tuple[Method, ...] = (
+    Method("load_transfer", LoadTransfer()),
+    Method("MLTM, published (gate_g 0)", ModifiedLoadTransfer(), {"gate_g": 0.0}),
+    Method("high_frequency_load_transfer", HighFrequencyLoadTransfer()),
+    Method("load_transfer_batch", LoadTransferBatch()),
+    Method("MLTM, masses held in turns", ModifiedLoadTransfer()),
+)
 LTM_AT, MLTM_AT, HFLTM_AT, BATCH_AT = range(4)
+"""Places in METHODS; the paper's claims are judged on the MLTM as published."""
 
 
 @dataclass(frozen=True)
@@ -55,12 +70,17 @@ def hard(vehicle: PlantVehicle) -> PlantVehicle:
 
 
 def run(
-    name: str, manoeuvre: str, vehicle: PlantVehicle, seed: int, methods: tuple[Estimator, ...] = METHODS
+    name: str, manoeuvre: str, vehicle: PlantVehicle, seed: int, methods: tuple[Method, ...] = METHODS
 ) -> Driven:
     """Simulate a drive and let the methods estimate it."""
     made = simulate_log(Choice(manoeuvre, vehicle, sensors="struts", seed=seed))
     file, drive = parse_vehicle(made.sheet, Path("simulated.toml")), drive_of(made.log)
-    found = tuple(m.estimate(m.prepare(drive, {}), file, {}, np.random.default_rng(seed)) for m in methods)
+    found = tuple(
+        m.estimator.estimate(
+            m.estimator.prepare(drive, m.settings), file, m.settings, np.random.default_rng(seed)
+        )
+        for m in methods
+    )
     return Driven(name, found, dict(made.run.truth), vehicle.wheelbase_m, vehicle.track_front_m)
 
 
