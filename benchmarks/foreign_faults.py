@@ -3,7 +3,8 @@
 python benchmarks/foreign_faults.py [--drives 2] [--first 0] [--fault NAME]
 
 What is hoped for: no answer called identified that is more than three standard deviations off. `said` counts drives
-whose results warn: relations in conflict, unknowns that ended far from what was known, or a note of the importer's.
+whose results warn: the importer's repairs, estimators that give a signal up, relations or stated figures in conflict,
+unknowns that ended far from what was known.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 import polars as pl
 from foreign_logs import Case, Log, make_log
-from foreign_study import JUDGED, through_the_product
+from foreign_study import JUDGED, through_the_product, warned
 
 from pipelines.results import DriveResults
 
@@ -135,14 +136,6 @@ def told(log: Log, results: DriveResults) -> Sequence[tuple[str, str, float, flo
     return found
 
 
-def warned(results: DriveResults) -> str:
-    """What was said of trouble, shortly."""
-    joint = results.joint
-    bad = [] if joint is None else [c.relation for c in joint.relations if c.probability < 0.003]
-    far = [] if joint is None else [f"far: {f}" for f in joint.far]
-    return "; ".join([*bad, *far])
-
-
 def main() -> None:
     """A table, a row a fault, and every confident wrong number."""
     parser = argparse.ArgumentParser(
@@ -164,7 +157,7 @@ def main() -> None:
             except Exception as error:
                 said.append(f"refused: {error}"[:90])
                 continue
-            said.append(warned(results)[:120] or "-")
+            said.append("; ".join(warned(results))[:120] or "-")
             for name, status, z, percent in told(log, results):
                 if status != "identified":
                     continue

@@ -1,7 +1,7 @@
 """How honest is the verdict on simulators that no estimator was built from? A table by parameter, author and sensors.
 
 python benchmarks/foreign_study.py [--drives 40] [--first 0] [--style NAME] [--sensors NAME] [--file NAME] [--drive NAME]
-                                   [--exact] [--jobs 1] [--save]
+                                   [--exact] [--jobs 1] [--strangers] [--save]
 
 Every drive goes through the importer and `pipelines.analyze.analyze` as a user's would. Styles, sensors and vehicle
 files are dealt out in turn unless one is named; the published witnesses are left out, since they speak for no parameter here.
@@ -26,6 +26,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "benchmarks")]
 
 from foreign_course import DRIVES  # noqa: E402
 from foreign_logs import FILES, SENSORS, STYLES, Case, Log, make_log  # noqa: E402
+from foreign_recorders import STRANGE_FILES, STRANGE_SENSORS, STRANGERS, make_stranger  # noqa: E402
 
 from pipelines.analyze import Request, analyze  # noqa: E402
 from pipelines.results import DriveResults  # noqa: E402
@@ -61,11 +62,23 @@ class Answer:
 
 @dataclass(frozen=True)
 class Outcome:
-    """A drive's answers, and what was said of relations in conflict; broken: estimators that failed."""
+    """A drive's answers; broken: estimators that failed; said: what was called wrong or unusual."""
 
     case: Case
     answers: tuple[Answer, ...]
     broken: tuple[str, ...] = ()
+    said: tuple[str, ...] = ()
+
+
+def warned(results: DriveResults) -> tuple[str, ...]:
+    """What results say of trouble: the importer's repairs, estimators that cannot make sense of a signal, relations and stated
+    figures in conflict, unknowns that ended far from what was known."""
+    joint = results.joint
+    repaired = [d.found for d in results.record.decisions if d.kind != "offset"]
+    lost = [f"{e.estimator}: {e.reason}" for e in results.estimates if any(w in e.reason for w in LOST)]
+    against = [] if joint is None else [c.relation for c in joint.relations if c.probability < 0.003]
+    far = [] if joint is None else [f"far: {f}" for f in joint.far]
+    return (*repaired, *against, *far, *lost)
 
 
 def through_the_product(log: Log) -> DriveResults:
@@ -78,17 +91,27 @@ def through_the_product(log: Log) -> DriveResults:
         return analyze(Request((drive,), vehicle=vehicle, estimators=ESTIMATORS))
 
 
+def simulated(case: Case) -> Log:
+    """The case's log, by whoever wrote its simulator and its recorder."""
+    return make_stranger(case) if case.style in STRANGERS else make_log(case)
+
+
 def judge(case: Case) -> Outcome:
     """Simulate and analyse one drive."""
-    log = make_log(case)
-    results = through_the_product(log)
+    log = simulated(case)
+    return outcome_of(case, log, through_the_product(log))
+
+
+def outcome_of(case: Case, log: Log, results: DriveResults) -> Outcome:
+    """The verdict beside the truth."""
     found = []
     for name, p in results.verdict.items():
         truth = log.truth.get(name)
         if truth is None or p.value is None or not p.std or p.low is None or p.high is None:
             continue
         found.append(Answer(case, name, p.status, p.value, truth, p.std, p.low <= truth <= p.high))
-    return Outcome(case, tuple(found), tuple(e.estimator for e in results.estimates if e.status == "failed"))
+    broken = tuple(e.estimator for e in results.estimates if e.status == "failed")
+    return Outcome(case, tuple(found), broken, warned(results))
 
 
 def line(label: str, group: list[Answer]) -> str:
@@ -104,6 +127,9 @@ def line(label: str, group: list[Answer]) -> str:
         f"| {worst.z:+.1f} ({worst.case.style}, {worst.case.sensors}, {worst.case.file}, {worst.case.drive}, {worst.case.seed}) |"
     )
 
+
+LOST = ("contradict each other", "does not follow", "check its channel")
+"""Words with which estimators give a signal up."""
 
 HEAD = (
     "| {} | answers | bias % | median error % | median std % | 95 % holds | mean z | rms z | worst z |\n"
@@ -131,9 +157,13 @@ def report(outcomes: list[Outcome]) -> str:
     ]
     far = [f"{a.name} {a.z:+.1f} ({a.percent:+.1f} %): {a.case}" for a in told if abs(a.z) > 2.5]
     broken = [f"{o.case}: {', '.join(o.broken)}" for o in outcomes if o.broken]
+    said = [
+        f"{', '.join(map(str, vars(o.case).values()))}: {'; '.join(o.said)[:200]}" for o in outcomes if o.said
+    ]
     lists = [
         ("Identified, more than 2.5 standard deviations off", far),
         ("Estimators that broke down", broken),
+        ("Drives on which something was called wrong or unusual", said),
     ]
     parts += [f"{title}: {len(rows)}\n" + "".join(f"\n- {r}" for r in rows) for title, rows in lists]
     return "\n\n".join(parts) + "\n"
@@ -142,11 +172,28 @@ def report(outcomes: list[Outcome]) -> str:
 def cases(a: argparse.Namespace) -> list[Case]:
     """The drives, by chance from the seed, but for what was named."""
     found = []
+    if a.strangers:
+        return strange_cases(a)
     for seed in range(a.first, a.first + a.drives):
         rng = np.random.default_rng([seed, 77])
         style = a.style or list(STYLES)[seed % len(STYLES)]
         sensors = a.sensors or str(rng.choice(SENSORS, p=[0.35, 0.2, 0.05, 0.12, 0.13, 0.15]))
         file = a.file or str(rng.choice(FILES, p=[0.5, 0.3, 0.2]))
+        drive = a.drive or str(rng.choice(DRIVES[:-1], p=[0.6, 0.1, 0.1, 0.1, 0.1]))
+        found.append(Case(style, drive, sensors, file, seed, a.exact))
+    return found
+
+
+def strange_cases(a: argparse.Namespace) -> list[Case]:
+    """The same for the second lot of authors, recorders and vehicle files."""
+    found = []
+    for seed in range(a.first, a.first + a.drives):
+        rng = np.random.default_rng([seed, 78])
+        style = a.style or list(STRANGERS)[seed % len(STRANGERS)]
+        sensors = a.sensors or str(rng.choice(STRANGE_SENSORS, p=[0.3, 0.15, 0.1, 0.1, 0.1, 0.1, 0.05, 0.1]))
+        if sensors == "rig" and STRANGERS[style][2]:
+            sensors = "deflection"
+        file = a.file or str(rng.choice(list(STRANGE_FILES), p=[0.3, 0.35, 0.35]))
         drive = a.drive or str(rng.choice(DRIVES[:-1], p=[0.6, 0.1, 0.1, 0.1, 0.1]))
         found.append(Case(style, drive, sensors, file, seed, a.exact))
     return found
@@ -159,12 +206,15 @@ def main() -> None:
     )
     parser.add_argument("--drives", type=int, default=40)
     parser.add_argument("--first", type=int, default=0, help="seed of the first drive")
-    parser.add_argument("--style", choices=STYLES)
-    parser.add_argument("--sensors", choices=SENSORS)
-    parser.add_argument("--file", choices=FILES)
+    parser.add_argument("--style", choices=[*STYLES, *STRANGERS])
+    parser.add_argument("--sensors", choices=sorted({*SENSORS, *STRANGE_SENSORS}))
+    parser.add_argument("--file", choices=[*FILES, *STRANGE_FILES])
     parser.add_argument("--drive", choices=DRIVES)
     parser.add_argument("--exact", action="store_true", help="vehicle files without errors")
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument(
+        "--strangers", action="store_true", help="the second lot of authors, recorders and files"
+    )
     parser.add_argument("--save", action="store_true")
     a = parser.parse_args()
     if a.jobs > 1:
@@ -177,8 +227,9 @@ def main() -> None:
     )
     print(text)
     if a.save:
-        (ROOT / "benchmarks/results/foreign_study.md").write_text(
-            "# Foreign simulators\n\n" + text, encoding="utf-8"
+        name, title = ("strangers", ", strangers' recorders and files") if a.strangers else ("study", "")
+        (ROOT / f"benchmarks/results/foreign_{name}.md").write_text(
+            f"# Foreign simulators{title}\n\n{text}", encoding="utf-8"
         )
 
 

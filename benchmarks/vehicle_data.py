@@ -11,6 +11,7 @@ measured   a vehicle that was weighed at its corners, tilted for its CG's height
 - kinematics and compliance rigs: wheel travel to 0.1 mm and forces to 0.3 % give wheel and roll rates to 1-2 %, and the
   slopes of the contact patch's path, from which roll and pitch centres follow, to 0.005-0.01: 5 mm at half a track or half a
   wheelbase for the brakes, 8 mm for driving, where the shafts' torque comes in;
+- the same rigs' camber a degree of roll: 0.05;
 - a scale for wheel, hub and half of the links: 1.5 %; tape and laser: 2 mm.
 
 Pads, drag, rolling resistance, inertias and dampers are no better known than before.
@@ -44,8 +45,9 @@ RELATIVE: Mapping[str, float] = {
 ABSOLUTE_M: Mapping[str, float] = {
     "cg_to_front_axle_m": 0.003, "cg_lateral_offset_m": 0.0025, "roll_center_height_front_m": 0.005,
     "roll_center_height_rear_m": 0.005, "pitch_center_height_m": 0.005, "pitch_center_height_drive_m": 0.008,
+    "camber_compensation": 0.05,
 }  # fmt: skip
-"""Standard deviation in m."""
+"""Standard deviation in the figure's own unit (m; a share)."""
 
 
 def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, errors: float = 1.0) -> Vehicle:
@@ -55,9 +57,13 @@ def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, error
     """
     empty = truth(plant, ())
     true = {**sheet_values(plant), **{k: empty[k] for k in ("cg_height_m", "cg_lateral_offset_m")}}
+    hubs = plant.unsprung_mass_front_kg, plant.unsprung_mass_rear_kg
+    upright = plant.camber_compensation_front, plant.camber_compensation_rear
+    true["camber_compensation"] = float(np.average(upright, weights=hubs))
     found = dict(file.quantities)
     for key in (*RELATIVE, *ABSOLUTE_M):
         std = ABSOLUTE_M.get(key, RELATIVE.get(key, 0.0) * abs(true[key]))
         draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
-        found[key] = Quantity(true[key] + errors * std * draw, std, RIG)
+        value = true[key] + errors * std * draw
+        found[key] = Quantity(min(value, 1.0) if key == "camber_compensation" else value, std, RIG)
     return replace(file, quantities=found)

@@ -24,6 +24,7 @@ from pipelines.estimators.registry import estimators
 from pipelines.joint.kept import KeptRelations
 from pipelines.limits import what_limits
 from pipelines.needs import readiness
+from pipelines.prepare.gravity import with_gravity
 from pipelines.results import Assumption, DriveResults, Estimate, Inputs, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
@@ -120,6 +121,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         vehicle = with_suspension_map(vehicle, request.suspension_map)
     mapping = read_map(request.map, strict=request.map_given) if request.map else None
     drive = load_drive(request.logs, LoadOptions(mapping, request.dbc, request.fix, progress))
+    drive = with_gravity(drive, vehicle, fix=request.fix)
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):
         progress(f"estimating: {estimator.title}", number / len(chosen))

@@ -61,6 +61,18 @@ def body_of(p: Values, sag: float | None) -> Body:
     )  # fmt: skip
 
 
+def pitch_centres(p: Values, body: Body) -> tuple[float, float]:
+    """Heights above ground about which links let the loaded body pitch in braking and in driving, m.
+
+    The unknowns are those about the empty body's CG. What links lift the body by (`jack_brake`, `jack_drive`, over its mass and
+    the acceleration) has another moment about a CG that a load moved back.
+    """
+    empty = p["empty_mass"] - p["unsprung_front"] - p["unsprung_rear"]
+    before = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * p["wheelbase"]) / empty
+    back = (body.x - before) * body.sprung / body.mass
+    return p["pitch_center_brake"] - back * p["jack_brake"], p["pitch_center_drive"] - back * p["jack_drive"]
+
+
 LOAD_SPREAD = (0.12, 0.25)
 """m²: a load's own inertia about its own CG over its mass, in roll and in pitch: a metre wide, persons in two rows."""
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from pipelines.evidence import Evidence
 from pipelines.joint.answers import estimate_of, learned_of, listed, told
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
+from pipelines.joint.doubts import doubted, doubts_of, said
 from pipelines.joint.file_check import file_check
 from pipelines.joint.information import prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
@@ -20,6 +21,7 @@ from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, extended, find_mode, log_density, values_at
 from pipelines.joint.profile import departure
+from pipelines.joint.rigid_tyres import TEXT, rigid, tyres_are_rigid
 from pipelines.joint.sampling import sample
 from pipelines.joint.stated import stated_relations
 from pipelines.joint.unknowns import Known, before_the_log
@@ -43,11 +45,15 @@ MOVED = ("empty_h", "load_h", "load", "roll_center_front", "roll_inertia")
 
 @dataclass(frozen=True)
 class Inference:
-    """Entries of the verdict by parameter, the record behind them, and the relations for other drives to be joined with."""
+    """Entries of the verdict by parameter, the record behind them, and the relations for other drives to be joined with.
+
+    doubtful: estimators whose relation contradicted the rest, tyres that give taken for granted, and by what factor.
+    """
 
     parameters: Mapping[str, ParameterEstimate]
     record: JointVerdict
     kept: KeptRelations
+    doubtful: Mapping[str, float] = field(default_factory=dict)
 
 
 def _starts(known: Known, rng: np.random.Generator) -> list[FloatArray]:
@@ -116,15 +122,27 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     if not kept:
         return None
     joint, modes = _modes((*kept, *stated), known, rng)
-    middle, gradients = slopes(joint)
     relations = check(joint)
+    worst_last = sorted((c.record for c in relations if c.in_conflict), key=lambda r: r.widened)
+    doubtful = {record.source: record.widened for record in worst_last}
+    stiff = tyres_are_rigid(joint, (*kept, *stated), known)
+    if stiff:
+        known = rigid(known)
+        joint, modes = _modes((*kept, *stated), known, rng)
+        relations = check(joint)
+    middle, gradients = slopes(joint)
     checks = (*relations, *file_check(joint, vehicle))
     factor = _inflation(joint)
+    doubts = doubts_of(joint, vehicle)
     draws, method = _draws(joint, modes, gradients, rng)
     columns = None if draws is None else outputs_of(values_at(joint.known, draws), joint.given)
     priors = prior_spreads(known, stated, rng) if known.mass else {}
     answers = {
-        name: told(name, value, gradients[name], joint, checks, factor, _of(columns, name, draws))
+        name: doubted(
+            told(name, value, gradients[name], joint, checks, factor, _of(columns, name, draws)),
+            gradients[name],
+            doubts,
+        )
         for name, value in middle.items()
     }
     wider = {name: answers[name].std / _laplace(joint, g) for name, g in gradients.items()}
@@ -139,11 +157,15 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         for name, prior in priors.items()
     }
     record = JointVerdict(
-        learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), dropped, _far(joint),
+        learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), dropped,
+        (*((TEXT,) if stiff else ()), *_far(joint), *said(doubts)),
         method, factor, time.perf_counter() - started,
     )  # fmt: skip
     return Inference(
-        _with_conflicts(parameters, checks), record, kept_of(joint, relations, factor, draws is None)
+        _with_conflicts(parameters, checks),
+        record,
+        kept_of(joint, relations, factor, draws is None),
+        doubtful,
     )
 
 

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Values
-from pipelines.joint.body import TYRE_SHARE, Body, body_inertias, body_of
+from pipelines.joint.body import TYRE_SHARE, Body, body_inertias, body_of, pitch_centres
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -111,7 +111,7 @@ def outputs_of(values: Values, given: Mapping[str, float]) -> dict[str, FloatArr
         "roll_damping_nmsprad": roll_damping_of(values) * values["damping_factor"],
         "roll_inertia_kgm2": roll_inertia_of(values, body) * values["inertia_factor"],
         "roll_center_height_m": roll_axis_of(values, body),
-        "pitch_arm_m": np.asarray(body.h) - values["pitch_center_brake"],
+        "pitch_arm_m": np.asarray(body.h) - pitch_centres(cast("Mapping[str, float]", values), body)[0],
         "pitch_inertia_kgm2": pitch_inertia_of(values, body),
         "drag_area_m2": values["drag"],
         **_corners(values, body),

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
-from pipelines.models.axle_load import patch_shift
+from pipelines.joint.book import AXLES, Book
+from pipelines.joint.links import links
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
-from pipelines.vehicles.priors import measured_cg_height, measured_pitch_inertia, measured_roll_inertia
-from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.priors import measured_cg_height
+from pipelines.vehicles.vehicle import Vehicle
 
 __all__ = [
     "AXLES",
@@ -24,19 +25,20 @@ __all__ = [
     "body_of",
 ]
 
-SILENT = "the vehicle file is silent: usual for road vehicles"
-AXLES = ("front", "rear")
 CORNERS = ("fl", "fr", "rl", "rr")
 
-ZERO_M = 0.0012
+ZERO_M = 0.001
 """Zero error of a deflection sensor."""
+
+STUCK = 0.018
+"""Dry friction that holds a wheel at rest, over its load (spread): a car's springs stick by 1 to 3 % of it, either way."""
+
+ASKEW = 0.014
+"""rad about each axis that an inertial unit sits askew: brackets and boards are held to 2 degrees."""
 
 FORCE_SENSORS = {"suspension": (0.006, 40.0), "tyre": (0.006, 50.0), "axle": (0.01, 60.0)}
 """Scale error of an axle's sensors together, and zero of a wheel's in N: strain gauges and measuring wheels are calibrated to 0.8 %
 each, load sensors in springs to about one per cent. What the two of an axle differ by is a zero beside these."""
-
-PITCH_CENTER = (0.12, 0.08)
-"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
 
 
 @dataclass(frozen=True)
@@ -59,31 +61,7 @@ class Known:
         return self.names.index(name)
 
 
-@dataclass
-class _Book:
-    """Collects unknowns and says what was assumed."""
-
-    vehicle: Vehicle
-    rows: dict[str, tuple[float, float]] = field(default_factory=dict)
-    assumptions: list[Assumption] = field(default_factory=list)
-
-    def put(self, name: str, mean: float, std: float, said: str = "", source: str = SILENT) -> None:
-        """One unknown; said: its name in the report, empty for what needs no line there."""
-        self.rows[name] = (mean, max(std, 1e-12))
-        if said:
-            self.assumptions.append(Assumption(said, f"{mean:.4g} ± {std:.3g}", source))
-
-    def quantity(self, name: str, key: str, mean: float, std: float, said: str = "") -> Quantity | None:
-        """One unknown from the vehicle file, or the usual where the file is silent."""
-        known = self.vehicle.get(key)
-        if known is None:
-            self.put(name, mean, std, said or key)
-        else:
-            self.put(name, known.value, known.std, key, known.source)
-        return known
-
-
-def _geometry(book: _Book) -> None:
+def _geometry(book: Book) -> None:
     vehicle = book.vehicle
     book.quantity("wheelbase", "wheelbase_m", 2.7, 0.2)
     other = vehicle.get("track_front_m") or vehicle.get("track_rear_m")
@@ -100,7 +78,7 @@ def _geometry(book: _Book) -> None:
     book.put("rub", 0.6, 0.4)
 
 
-def _empty(book: _Book) -> float:
+def _empty(book: Book) -> float:
     """The empty vehicle; its mass in kg as the file or the usual has it."""
     vehicle = book.vehicle
     mass = book.quantity("empty_mass", "mass_kg", 1800.0, 900.0)
@@ -110,7 +88,7 @@ def _empty(book: _Book) -> float:
         book.quantity(f"unsprung_{axle}", f"unsprung_mass_{axle}_kg", 0.047 * kilos, 0.012 * kilos)
     book.quantity("empty_x", "cg_to_front_axle_m", 0.46 * length, 0.06 * length)
     # a body or chassis that is twisted a little stands harder on one diagonal
-    book.put("cross", 0.0, 0.005 * kilos)
+    book.put("cross", 0.0, 0.004 * kilos)
     lateral = vehicle.get("cg_lateral_offset_m")
     even = (0.0, 0.012) if lateral is None else (lateral.value, lateral.std)
     source = "cars are built nearly even" if lateral is None else lateral.source
@@ -126,7 +104,7 @@ def _empty(book: _Book) -> float:
     return kilos
 
 
-def _load(book: _Book, kilos: float) -> None:
+def _load(book: Book, kilos: float) -> None:
     stated, height = book.vehicle.load.get("mass_kg"), book.vehicle.load.get("height_m")
     length, track = book.rows["wheelbase"][0], book.rows["track_front"][0]
     h = book.rows["empty_h"][0]
@@ -143,7 +121,7 @@ def _load(book: _Book, kilos: float) -> None:
         book.put("load_h", height.value, height.std, "load above ground, m", height.source)
 
 
-def _bars(book: _Book) -> None:
+def _bars(book: Book) -> None:
     """Anti-roll bars: stated, or what the stated roll stiffness leaves beside the springs, or hardly known."""
     vehicle = book.vehicle
     springs = {a: 0.5 * book.rows[f"spring_{a}"][0] * book.rows[f"track_{a}"][0] ** 2 for a in AXLES}
@@ -168,7 +146,7 @@ def _bars(book: _Book) -> None:
             book.put(name, 0.6 * springs[axle], 0.5 * springs[axle], f"anti-roll bar, {axle}, N·m/rad")
 
 
-def _suspension(book: _Book, kilos: float) -> bool:
+def _suspension(book: Book, kilos: float) -> bool:
     """Springs, bars, dampers, friction; whether the spring rates are known."""
     vehicle = book.vehicle
     corner = 0.23 * kilos
@@ -188,15 +166,16 @@ def _suspension(book: _Book, kilos: float) -> bool:
         book.put(f"bump_{axle}", 0.75 * mean, spread * mean)
         book.put(f"rebound_{axle}", 1.2 * mean, spread * mean)
         book.put(f"friction_{axle}", 60.0, 50.0)
+    stuck = STUCK * GRAVITY * corner
     for wheel in CORNERS:
         rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
         book.put(f"zero_{wheel}", 0.0, float(np.hypot(ZERO_M * rate, 20.0)))
-        book.put(f"stuck_{wheel}", 0.0, 100.0)
+        book.put(f"stuck_{wheel}", 0.0, stuck)
         book.put(f"scale_{wheel}", 1.0, 0.01)
     book.assumptions.append(
         Assumption(
             "zero and scale error of a deflection sensor, friction at rest",
-            f"{1e3 * ZERO_M:g} mm, 1 % and 100 N a wheel",
+            f"{1e3 * ZERO_M:g} mm, 1 % and {stuck:.0f} N a wheel",
             "usual; unknowns of the fit",
         )
     )
@@ -210,98 +189,7 @@ def _suspension(book: _Book, kilos: float) -> bool:
     return springs
 
 
-def _drive_jacking(book: _Book) -> tuple[float, float]:
-    """Drop of the springs' force over the driving force: mean and spread.
-
-    Links that carry `pitch_center_drive` of pitch moment at one axle do it by lifting the body there: over that axle's distance
-    from the CG. A driven rigid axle's lift is a quarter of the driving force. With both axles driven it is unsure which lifts.
-    """
-    stated = book.vehicle.get("drive_front_share")
-    front, front_std = (0.5, 0.5) if stated is None else (stated.value, stated.std)
-    ahead = book.rows["empty_x"][0]
-    behind = book.rows["wheelbase"][0] - ahead
-    height, std = book.rows["pitch_center_drive"]
-    lever = (1 - front) / behind - front / ahead
-    unsure = (0.03, std * lever, height * front_std * (1 / behind + 1 / ahead), 0.2 * front * (1 - front))
-    return height * lever, float(np.linalg.norm(unsure))
-
-
-def _side_jacking(book: _Book) -> tuple[float, float]:
-    """Lift of the body in bends over its mass, a (m/s²)² across, s²/m: mean and spread.
-
-    The outer tyres take more of the side force, W (a/g)² 2 h/t of an axle's load W if forces go with loads, and the links
-    to a roll centre at h_rc stand h_rc / (t/2) steep: 4 h h_rc / (g t²). How forces really go with loads, and how roll
-    centres move as the body rises, make about half of it unsure.
-    """
-    track = 0.5 * (book.rows["track_front"][0] + book.rows["track_rear"][0])
-    axis = 0.5 * (book.rows["roll_center_front"][0] + book.rows["roll_center_rear"][0])
-    mean = 4 * book.rows["empty_h"][0] * max(axis, 0.0) / (GRAVITY * track**2)
-    return mean, 0.004 + 0.5 * mean
-
-
-def _links(book: _Book, kilos: float) -> None:
-    """What the links carry: roll centres, pitch centre, jacking."""
-    vehicle = book.vehicle
-    for axle in AXLES:
-        book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", 0.09, 0.06)
-    stated = vehicle.get("pitch_center_height_m")
-    mean, std = PITCH_CENTER if stated is None else (stated.value, stated.std)
-    source = "the vehicle file is silent: usual for road vehicles" if stated is None else stated.source
-    book.put(
-        "pitch_center_brake", mean, std, "pitch_center_height_m (links' part in braking: anti-dive)", source
-    )
-    driven = vehicle.get("pitch_center_height_drive_m")
-    if driven is not None:
-        mean, std, source = driven.value, driven.std, driven.source
-    elif (share := vehicle.get("drive_front_share")) is not None and share.value > 0.9:
-        mean, std, source = 0.7 * mean, float(np.hypot(std, 0.03)), "between none and that of braking"
-    else:
-        # a driven rigid axle takes the shaft's torque on its links
-        mean, std, source = 0.1, 0.11, "some to all of what a driven rear axle's links may carry"
-    book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
-    # 1: the wheels stay upright, as those of a rigid axle; independent ones lean with the body in part, and their couples
-    # (inertia of the hubs, gyroscopes) then go into the springs in that part
-    book.put("camber", 0.7, 0.25)
-    radius = book.rows["radius"][0]
-    # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
-    # model without gravity's part in pitching: the CG's height
-    book.put(
-        "pitch_path",
-        0.6 * radius,
-        0.6 * radius,
-        "height about which the body pitches over its wheels, m",
-        SILENT,
-    )
-    mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
-    # a braked tyre's patch lags behind its axle, a driven one's runs ahead (`patch_shift`): by two thirds of the squash where no
-    # power comes from nowhere, by nothing where torque is force on the loaded radius
-    third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
-    book.put("patch_lag", 1.35 * third, 0.75 * third)
-    # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
-    # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
-    book.put("hubs_past", 0.1, 0.25)
-    book.put("jack_brake", 0.0, 0.04)
-    book.put("jack_drive", *_drive_jacking(book))
-    book.put("jack_side", *_side_jacking(book))
-    roll = measured_roll_inertia(kilos, book.rows["track_front"][0])
-    pitch = measured_pitch_inertia(kilos)
-    book.quantity(
-        "roll_inertia",
-        "roll_inertia_kgm2",
-        *((roll.value, roll.std) if roll else (0.34 * kilos, 0.1 * kilos)),
-    )
-    book.quantity(
-        "pitch_inertia",
-        "pitch_inertia_kgm2",
-        *((pitch.value, pitch.std) if pitch else (1.6 * kilos, 0.4 * kilos)),
-    )
-    for name in ("roll_inertia", "pitch_inertia"):
-        # of the empty whole vehicle: what the load adds follows from its unknowns (`body_inertias`), but for its own shape
-        mean, std = book.rows[name]
-        book.put(name, mean, float(np.hypot(std, 0.03 * mean)))
-
-
-def _sensors(book: _Book) -> None:
+def _sensors(book: Book) -> None:
     length, h = book.rows["wheelbase"][0], book.rows["empty_h"][0]
     places = (
         ("imu_x", "imu_behind_front_axle_m", 0.5 * length, 0.4),
@@ -317,13 +205,13 @@ def _sensors(book: _Book) -> None:
         else:
             book.put(name, known.value, known.std, key, known.source)
     for axis in ("roll", "pitch", "yaw"):
-        book.put(f"askew_{axis}", 0.0, 0.0175)
+        book.put(f"askew_{axis}", 0.0, ASKEW)
     for axis in ("x", "y", "z"):
         book.put(f"offset_{axis}", 0.0, 0.08 if axis != "z" else 0.02)
     book.assumptions.append(
         Assumption(
             "mounting and offsets of the inertial unit",
-            "1 deg about each axis; 0.08 m/s² (0.02 m/s² vertical, of which the drive's mean is gravity)",
+            "0.8 deg about each axis; 0.08 m/s² (0.02 m/s² vertical, of which the drive's mean is gravity)",
             "usual; unknowns of the fit",
         )
     )
@@ -348,11 +236,11 @@ def _sensors(book: _Book) -> None:
             "axle",
             *(["attitude"] if relation == "pitch" else []),
         ):
-            book.put(f"late_{relation}_{kind}", 0.0, 0.03)
+            book.put(f"late_{relation}_{kind}", 0.0, 0.05)
             book.put(f"gain_{relation}_{kind}", 0.0, 0.01 if relation == "roll" else 0.007)
 
 
-def _long(book: _Book, kilos: float) -> None:
+def _long(book: Book, kilos: float) -> None:
     """Drag, rolling, torque scales, lift."""
     vehicle = book.vehicle
     book.quantity("drag", "drag_area_m2", 0.75, 0.2)
@@ -385,12 +273,12 @@ def _long(book: _Book, kilos: float) -> None:
 
 def before_the_log(vehicle: Vehicle) -> Known:
     """Every unknown of the balances with what the vehicle file, the measured vehicles or custom say of it."""
-    book = _Book(vehicle)
+    book = Book(vehicle)
     _geometry(book)
     kilos = _empty(book)
     _load(book, kilos)
     springs = _suspension(book, kilos)
-    _links(book, kilos)
+    links(book, kilos)
     _sensors(book)
     _long(book, kilos)
     table = np.array(list(book.rows.values()))

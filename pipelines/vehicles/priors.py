@@ -7,6 +7,7 @@ extrapolated from passenger cars.
 
 from __future__ import annotations
 
+import difflib
 import io
 import math
 from dataclasses import dataclass
@@ -96,6 +97,13 @@ def measured_inertias() -> Inertias:
         _column(frame, "roll_inertia_kgm2"),
         _column(frame, "pitch_inertia_kgm2"),
     )
+
+
+def near_body(body: str) -> str | None:
+    """The body style that a text nearly spells ("Hatchbak" -> "Hatchback"), None where it is known or like none."""
+    plain = "".join(c for c in body.casefold() if c.isalpha())
+    near = [] if plain in _BODIES else difflib.get_close_matches(plain, _BODIES, n=1, cutoff=0.8)
+    return _BODIES[near[0]] if near else None
 
 
 def known_body(body: str | None) -> str | None:

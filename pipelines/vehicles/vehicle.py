@@ -55,7 +55,7 @@ ANY_SIGN = frozenset(
         "cg_lateral_offset_m",
     ]
 )
-SHARES = frozenset(["brake_front_share", "drive_front_share"])
+SHARES = frozenset(["brake_front_share", "drive_front_share", "camber_compensation"])
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_KEYS = frozenset({"mass_kg", "height_m"})
 SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})
@@ -209,6 +209,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         _reject_unknown(key, unknown_text, "vehicle", path)
     if "id" in texts and not texts["id"].strip():
         raise VehicleError("found no text, expected a name", path=path, place="[vehicle] id")
+    _check_body(texts.get("body"), path)
     vehicle = Vehicle(
         name=texts.get("name"),
         body=texts.get("body"),
@@ -223,6 +224,17 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     check_plausible(vehicle, path)
     _check_geometry(vehicle, path)
     return vehicle
+
+
+def _check_body(body: str | None, path: Path) -> None:
+    """Raise VehicleError for a slip of the pen, which would cost the prior without a word; other styles are none."""
+    if body is None:
+        return
+    from pipelines.vehicles.priors import known_body, near_body
+
+    if known_body(body) is None and (near := near_body(body)) is not None:
+        hint = f"did you mean {near!r}?"
+        raise VehicleError(f"unknown body style {body!r}", path=path, place="[vehicle] body", hint=hint)
 
 
 def _beside(name: str | None, path: Path) -> Path | None:

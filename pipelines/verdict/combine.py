@@ -18,7 +18,13 @@ import numpy as np
 from pipelines.joint.inference import infer
 from pipelines.joint.kept import KeptRelations
 from pipelines.parameters import PARAMETERS
-from pipelines.results import Estimate, FloatArray, JointVerdict, ParameterEstimate, Prior
+from pipelines.results import (
+    Estimate,
+    FloatArray,
+    JointVerdict,
+    ParameterEstimate,
+    Prior,
+)
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -51,6 +57,9 @@ MISSING: dict[str, str] = {
     "roll_inertia_kgm2": "it needs quick roll motion and the vehicle's mass",
 }
 """The core parameters, which the verdict always holds, and what each one needs."""
+
+LARGEST_ALONE = 0.15
+"""Relative spread beyond which an answer that was widened so is called weak."""
 
 ASIDE = ("roll_center_height_m", "pitch_arm_m", "pitch_inertia_kgm2", "drag_area_m2")
 """Parameters of the joint posterior that few ask for: in the verdict where the drive told them or an estimator gave them."""
@@ -186,6 +195,24 @@ def between_methods(values: FloatArray, stds: FloatArray) -> float:
     return float(max(0.0, excess / (np.sum(weights) - np.sum(weights**2) / np.sum(weights))))
 
 
+def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: float) -> ParameterEstimate:
+    """What one estimator alone told, with its spread widened as its own relation had to be.
+
+    One whose relation contradicts the rest (roll against the axles, with tyres that give nothing) is no surer of what only it says.
+    """
+    if entry.value is None or entry.std is None or entry.status == "not_identifiable" or widened <= 1:
+        return entry
+    std = widened * entry.std
+    half = QUANTILE * std
+    words = (
+        f"the relation of {lead.estimator} contradicts the rest: the interval is {widened:.1f} times as wide"
+    )
+    return replace(
+        entry, std=std, low=entry.value - half, high=entry.value + half, reason=f"{words}; {entry.reason}",
+        status=entry.status if std <= LARGEST_ALONE * abs(entry.value) else "weak",
+    )  # fmt: skip
+
+
 def combine(estimates: Sequence[Estimate], vehicle: Vehicle) -> dict[str, ParameterEstimate]:
     """One answer for every parameter that an estimator gave, and for the core ones that none did."""
     return dict(verdict_of(estimates, vehicle).parameters)
@@ -212,7 +239,8 @@ def verdict_of(
     """
     rng = np.random.default_rng(0) if rng is None else rng
     told = [e for e in estimates if e.status == "ran" and not e.witness]
-    verdict = {name: _reconciled(name, answers) for name, answers in _given(estimates).items()}
+    given = _given(estimates)
+    verdict = {name: _reconciled(name, answers) for name, answers in given.items()}
     joint: JointVerdict | None = None
     try:
         found = infer([e for estimate in told for e in estimate.evidence], vehicle, rng)
@@ -225,6 +253,13 @@ def verdict_of(
             name: entry
             for name, entry in found.parameters.items()
             if name not in ASIDE or name in verdict or entry.status != "not_identifiable"
+        }
+        verdict |= {
+            name: as_sure_as_its_relation(
+                answers[0], verdict[name], found.doubtful.get(answers[0].estimator, 1.0)
+            )
+            for name, answers in given.items()
+            if name not in found.parameters and not answers[0].witness
         }
     for name in MISSING:
         if name not in verdict:

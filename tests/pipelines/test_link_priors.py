@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
+from pipelines.estimators.load_balance.relations import pitch_terms
+from pipelines.joint.body import body_of, pitch_centres
+from pipelines.joint.outputs import outputs_of
 from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -56,3 +60,61 @@ def test_roll_centres_lift_the_body_in_bends() -> None:
         known(roll_center_height_front_m=(0.0, 0.01), roll_center_height_rear_m=(0.0, 0.01)), "jack_side"
     )
     assert flat == 0.0
+
+
+def test_roll_centres_that_are_higher_behind_lift_the_tail_in_bends() -> None:
+    lengths = {"track_front_m": (1.6, 0.0), "track_rear_m": (1.6, 0.0), "cg_height_m": (0.7, 0.01)}
+
+    def bend(front: float, rear: float) -> tuple[float, float]:
+        centres = {
+            "roll_center_height_front_m": (front, 0.01),
+            "roll_center_height_rear_m": (rear, 0.01),
+        }
+        return row(known(**centres, **lengths), "jack_bend")
+
+    mean, std = bend(0.04, 0.16)
+    # each axle's share of the body, lifted by 4 h h_rc / (g t²) at its distance from the CG: nose down is minus
+    lever = BEHIND * (LENGTH - BEHIND) / LENGTH
+    assert mean == pytest.approx(lever * 4 * 0.7 * (0.04 - 0.16) / (9.80665 * 1.6**2))
+    assert 0 < std < 2 * abs(mean)
+    assert bend(0.1, 0.1)[0] == 0.0
+
+
+def test_the_pitch_balance_in_bends_is_short_of_what_the_links_lift() -> None:
+    """Springs that the links relieve at the tail carry that moment less: the balance closes with it added."""
+    of = known()
+    p = of.at(np.zeros(len(of.names))) | {"jack_bend": -0.006}
+    terms = pitch_terms("suspension", of, None)(p)
+    body, across = body_of(p, None), 4.0
+    tail = 0.006 * body.sprung * across**2 / (p["wheelbase"] - body.x)
+    moment = terms["suspension_rl"] * -0.5 * tail + terms["suspension_rr"] * -0.5 * tail
+    assert moment + terms["fy2"] * across**2 == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_load_behind_moves_the_cg_between_the_lifting_links() -> None:
+    """What each axle's links lift stays where it is; its moment about the loaded CG makes the pitch centre there."""
+    of = known(drive_front_share=(0.0, 0.0))
+    p = of.at(np.zeros(len(of.names)))
+    p |= {"empty_mass": 2000.0, "load": 300.0, "load_x": 2.8, "jack_brake": 0.02, "jack_drive": 0.12}
+    body = body_of(p, None)
+    sprung = 2000.0 - p["unsprung_front"] - p["unsprung_rear"]
+    empty = (2000.0 * p["empty_x"] - p["unsprung_rear"] * LENGTH) / sprung
+    for mode, centre in zip(("brake", "drive"), pitch_centres(p, body), strict=True):
+        # two lifts (+ up, for 1 m/s² ahead) that make the empty body's pitch moment and together the jacking force
+        whole = body.sprung * p[f"jack_{mode}"]
+        front = (whole * (LENGTH - empty) - body.mass * p[f"pitch_center_{mode}"]) / LENGTH
+        rear = whole - front
+        nose_up = body.x * front - (LENGTH - body.x) * rear
+        assert nose_up == pytest.approx(-body.mass * centre)
+    assert body.x > empty + 0.1
+    assert pitch_centres(p, body)[1] < p["pitch_center_drive"] - 0.01
+    found = outputs_of({n: np.asarray(v) for n, v in p.items()}, {})["pitch_arm_m"]
+    assert float(found) == pytest.approx(body.h - pitch_centres(p, body)[0])
+
+
+def test_a_rig_tells_how_upright_the_wheels_stay() -> None:
+    silent, told = row(known(), "camber"), row(known(camber_compensation=(0.5, 0.06)), "camber")
+    assert silent == (0.7, 0.25)
+    assert told == (0.5, 0.06)
+    # a figure without a spread of its own is no better than rigs are
+    assert row(known(camber_compensation=(1.0, 0.0)), "camber") == (1.0, 0.05)

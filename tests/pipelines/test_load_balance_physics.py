@@ -11,9 +11,9 @@ from plant_balance import Car, vehicle_file
 from pipelines.estimators.load_balance.along import pads_relation
 from pipelines.estimators.load_balance.attitude import nod, pitch_compliance
 from pipelines.estimators.load_balance.data import Columns
-from pipelines.estimators.load_balance.relations import Relation, pitch_terms
+from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Relation, pitch_terms, roll_terms
 from pipelines.estimators.load_balance.solve import solve
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.unknowns import Known, before_the_log, body_of
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -25,7 +25,7 @@ def test_drag_and_rolling_resistance_do_not_reach_the_brakes_links() -> None:
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {
         "pitch_center_brake": 0.2, "pitch_center_drive": 0.05, "patch_lag": 0.0, "offset_x": 0.0, "rolling_shift": 0.0,
-        "hubs_past": 0.0,
+        "hubs_past": 0.0, "jack_brake": 0.0, "jack_drive": 0.0,
     }  # fmt: skip
     body, speed, f_x = body_of(p, None), 20.0, -2.0
     drag = 0.5 * 1.225 * p["drag"] * speed**2
@@ -77,6 +77,49 @@ def test_side_force_of_steered_wheels_is_no_torque_for_the_links() -> None:
     assert high - low == pytest.approx(
         -0.1 * held_back - 0.5 * 0.1 * lever * (body.mass - p["hubs_past"] * body.unsprung)
     )
+
+
+def roll_known(**values: float) -> tuple[Known, dict[str, float]]:
+    known = before_the_log(vehicle_file(Car(), None))
+    return known, known.at(np.zeros(len(known.names))) | values
+
+
+def test_a_car_that_turns_in_rolls_by_its_product_of_inertia_and_by_its_axles_roll_centres() -> None:
+    """By hand: F_front = (b m f_y + I_z r') / L, each axle's links carry up to their roll centre, and I_xz r' on top."""
+    known, p = roll_known(roll_center_front=0.05, roll_center_rear=0.15, product=0.0)
+    terms = roll_terms("suspension", known, None)
+    body, yaw_inertia = body_of(p, None), YAW_OVER_PITCH * p["pitch_inertia"]
+    # what the unit's place adds is the same for any split and product
+    even = terms(p | {"roll_center_front": 0.1, "roll_center_rear": 0.1})["yaw_acc"]
+    rate, length, ahead = 0.4, p["wheelbase"], p["imu_x"] - body.x
+    carried = 0.05 * (yaw_inertia * rate / length) - 0.15 * (yaw_inertia * rate / length)
+    share = body.whole_x / length
+    arm = (1 - share) * 0.05 + share * 0.15 - 0.1
+    # the arm of f_y changes with the mean roll centre, and f_y at the CG holds the unit's lever times r'
+    lever = -body.sprung * arm * ahead * rate
+    assert (terms(p)["yaw_acc"] - even) * rate == pytest.approx(-carried + lever, rel=1e-6)
+    assert terms(p | {"product": -40.0})["yaw_acc"] - terms(p)["yaw_acc"] == pytest.approx(40.0)
+    tyres = roll_terms("tyre", known, None)
+    assert tyres(p)["yaw_acc"] == pytest.approx(
+        tyres(p | {"roll_center_front": 0.1, "roll_center_rear": 0.1})["yaw_acc"]
+    )
+
+
+@pytest.mark.parametrize("hz", [0.3, 1.0, 1.8])
+def test_a_unit_that_is_late_is_late_with_all_its_axes(hz: float) -> None:
+    """Sines that the unit shows 20 ms late, put together as they were: what is left is of the third order."""
+    known, p = roll_known(late_roll_suspension=-0.02, askew_yaw=0.0, product=0.0)
+    terms, straight = (
+        roll_terms("suspension", known, None)(p | {"late_roll_suspension": t}) for t in (-0.02, 0.0)
+    )
+    w, t = 2 * np.pi * hz, np.linspace(0, 2 / hz, 500)
+    late = t - 0.02
+    shown = {"fy": np.sin(w * late), "dfy": w * np.cos(w * late), "ddfy": -w * w * np.sin(w * late),
+             "roll_acc": np.cos(w * late), "droll_acc": -w * np.sin(w * late)}  # fmt: skip
+    true = straight["fy"] * np.sin(w * t) + straight["roll_acc"] * np.cos(w * t)
+    put = np.sum([terms[n] * c for n, c in shown.items()], axis=0)
+    ignored = straight["fy"] * shown["fy"] + straight["roll_acc"] * shown["roll_acc"]
+    assert np.abs(put - true).max() < 0.3 * np.abs(ignored - true).max()
 
 
 def braked(ratio: float, seconds: float = 120.0) -> Columns:

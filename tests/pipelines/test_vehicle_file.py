@@ -52,6 +52,8 @@ def test_numbers_and_spreads() -> None:
         ("[vehicle]\nmass_kg = {std = 3}", ["no `value`"]),
         ("[vehicle]\nmass_kg = {value = 1500, std = -1}", ["0 or more"]),
         ("[vehicle]\nname = 3", ["expected text"]),
+        ("[vehicle]\nbody = 'Hatchbak'", ["'Hatchbak'", "did you mean 'Hatchback'"]),
+        ("[vehicle]\nbody = 'Convertable'", ["did you mean 'Convertible'"]),
         ("[vehicl]\nmass_kg = 1", ["vehicl", "did you mean 'vehicle'"]),
         ("vehicle = 3", ["no table"]),
         ("[vehicle", ["not valid TOML"]),

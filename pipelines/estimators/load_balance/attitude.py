@@ -21,7 +21,7 @@ from pipelines.estimators.load_balance.relations import (
     make_relation,
     past_the_springs,
 )
-from pipelines.joint.body import body_inertias
+from pipelines.joint.body import body_inertias, pitch_centres
 from pipelines.joint.unknowns import AXLES, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
@@ -38,7 +38,8 @@ def nod(p: Values, mode: str, sag: float | None) -> float:
     body = body_of(p, sag)
     springs, tyres = pitch_compliance(p)
     moment = body.moment + body.mass * p["patch_lag"]
-    past = body.mass * p[f"pitch_center_{mode}"] + past_the_springs(p, mode)
+    braking, driving = pitch_centres(p, body)
+    past = body.mass * (braking if mode == "brake" else driving) + past_the_springs(p, mode)
     return -(springs * (moment - past) + tyres * moment)
 
 
@@ -67,9 +68,10 @@ def attitude_terms(sag: float | None) -> Coefficients:
         add(terms, "quick_dfx", lag * tyres * body.moment - p["late_pitch_attitude"] * both * body.moment)
         add(terms, "quick_vdot", both * 4 * p["wheel_inertia"] / p["radius"])
         pressure = 0.5 * AIR * p["drag"]
-        add(terms, "quick_v2", pressure * (both * p["drag_height"] - springs * p["pitch_center_drive"]))
+        braking, driving = pitch_centres(p, body)
+        add(terms, "quick_v2", pressure * (both * p["drag_height"] - springs * driving))
         # drag passes the tyres by, and rolling resistance is no brake's
-        apart = springs * (p["pitch_center_brake"] - p["pitch_center_drive"])
+        apart = springs * (braking - driving)
         add(terms, "quick_v2_on", -apart * pressure)
         add(terms, "quick_on_rolling", -apart * p["rolling"] * body.mass * GRAVITY)
         add(terms, "quick_pitch_acc", both * body_inertias(p)[1])

@@ -176,6 +176,7 @@ def _inertial(
         else:
             rates[name] = np.zeros(n) if angle is None else _rate_of(angle, prepared)
         found[f"{name}_acc"] = smooth(rates[name], 1)
+    found["droll_acc"] = smooth(rates["roll"], 2)
     found["yaw2"] = smooth(rates["yaw"] ** 2)
     found["yaw"] = smooth(rates["yaw"])
     return found

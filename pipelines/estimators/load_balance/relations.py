@@ -4,12 +4,15 @@ Sprung body, in body axes (specific force f, so that grade and bank drop out), S
 
     vertical  sum S = m_s f_z - jacking
     pitch     a S_f - b S_r = -(m (h - h_links) - past) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
+              - m_s j_bend f_y²
     roll      sum y S = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w (1 - camber) v r / R + I_xx p' + y_s m_s f_z
+              + ((h_rcf - h_rcr) I_zz / L - I_xz) r'
 
 The longitudinal balance is in `along`.
 
 Tyre forces or axle loads in S's place see the whole vehicle: no links, no roll centre. m, h: whole vehicle. past: the part of
-the hubs' inertia that their links take past the springs (`past_the_springs`).
+the hubs' inertia that their links take past the springs (`past_the_springs`). j_bend: what links lift in bends, more at the axle
+with the higher roll centre.
 
 A balance is divided by what its S scales with, so that nothing is won by letting stiffness and mass shrink together.
 Its mean products with instruments (accelerations, speed: signals without the deflection sensors' noise and without
@@ -25,13 +28,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.joint.body import body_inertias
+from pipelines.joint.body import body_inertias, pitch_centres
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 
 IntArray = NDArray[np.int64]
 Terms = dict[str, float]
+YAW_OVER_PITCH = 1.08
+"""Yaw inertia of a car over its pitch inertia, give or take a twentieth."""
+
 Coefficients = Callable[[Values], Terms]
 
 
@@ -200,11 +206,10 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         FORCES[kind](p, lever, terms)
         gain = 1 + p[f"gain_pitch_{kind}"]
         # tyre loads and axle loads see the patches' lag as well: `behind_the_axles` takes it from their heights
-        links = (
-            (0.0, 0.0)
-            if whole
-            else (p["pitch_center_brake"] - p["patch_lag"], p["pitch_center_drive"] - p["patch_lag"])
-        )
+        links = (0.0, 0.0)
+        if not whole:
+            braking, driving = pitch_centres(p, body)
+            links = (braking - p["patch_lag"], driving - p["patch_lag"])
         past = (0.0, 0.0) if whole else (past_the_springs(p, "brake"), past_the_springs(p, "drive"))
         brake, drive = (
             gain * (body.moment - body.mass * link - hubs) for link, hubs in zip(links, past, strict=True)
@@ -226,6 +231,7 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         # the steered wheels' side force holds the car back (see `along`): it is in f_x, but no torque that links would carry
         add(terms, "yaw2", -links[1] * body.mass * (p["wheelbase"] - body.whole_x))
         if not whole:
+            add(terms, "fy2", body.sprung * p["jack_bend"])
             add(terms, "one", p["pitch_bias"])
             add(terms, "rest", p["pitch_wound"])
         add(terms, "move", p["rolling_shift"] * body.mass * GRAVITY * p["rolling"] * p["radius"])
@@ -256,12 +262,20 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         lean = 1.0 if whole else 1 - p["camber"]
         hubs = body.unsprung * p["radius"] * lean
         arm = gain * (body.moment if whole else body.sprung * (body.h - axis) + hubs)
+        inertia = body_inertias(p)[0] * (1 + p["swing_roll"])
+        late = p[f"late_roll_{kind}"]
         _sideways(p, body, arm, terms)
-        add(terms, "dfy", -arm * p[f"late_roll_{kind}"])
+        # one unit is as late with its gyros as with its accelerometers; the square is 5 % of the inertia at 20 ms
+        add(terms, "dfy", -arm * late)
+        add(terms, "ddfy", 0.5 * arm * late**2)
+        add(terms, "roll_acc", -inertia)
+        add(terms, "droll_acc", inertia * late)
+        # turning into a bend loads the front axle first: its links stand lower or higher than the mean of both
+        split = 0.0 if whole else (p["roll_center_front"] - p["roll_center_rear"]) / p["wheelbase"]
+        add(terms, "yaw_acc", -split * p["pitch_inertia"] * YAW_OVER_PITCH - p["product"])
         if whole:
             add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * axis)
         add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
-        add(terms, "roll_acc", -body_inertias(p)[0] * (1 + p["swing_roll"]))
         mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
         add(terms, "fz", -mass * left)
         return _scaled(terms, _stiffness(kind, p, lever, bars=True) / nominal)
@@ -296,7 +310,8 @@ def vertical_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
 
 def _unknowns(terms: Coefficients, known: Known) -> tuple[int, ...]:
     """Rows of the unknowns that change any coefficient, tried away from the mean, where products are not zero."""
-    u = np.full(len(known.names), 0.37)
+    # not all alike: front and rear often have one prior, and their difference would be none
+    u = np.linspace(0.2, 0.6, len(known.names))
     base = terms(known.at(u))
     found = []
     for i in range(len(u)):

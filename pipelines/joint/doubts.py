@@ -1,0 +1,215 @@
+"""What if something that was taken for known is otherwise? Each such doubt by its own chance, as the log makes it.
+
+A doubt replaces the prior of a few unknowns R, N(0, I) in prior standard deviations, by N(m, V): a stated figure that is wrong (V
+wide), or a kind of physics that the log does not have (m elsewhere, V narrow). With the posterior's own mode u and covariance S,
+
+    P = S_RR⁻¹ - I + V⁻¹,     v = P⁻¹ (S_RR⁻¹ u_R + V⁻¹ m)
+    2 ln B = v' P v - u_R' S_RR⁻¹ u_R - m' V⁻¹ m - ln |P| - ln |S_RR| + ln |V⁻¹|
+
+B is the log's odds for it over what was known, and B times its odds beforehand its weight w beside all others. A parameter
+with gradient g, c = S_RR⁻¹ S_R: g, moves by c' (v - u_R) under it, its variance by c' (P⁻¹ - S_RR) c: it is told with the mean and
+the variance over all of them. A doubt that the log does not see moves a parameter by its small odds; one that it speaks for,
+by all it is worth.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from pipelines.joint.answers import Told
+from pipelines.joint.file_check import STATED
+from pipelines.joint.posterior import Joint
+from pipelines.joint.unknowns import AXLES, Known
+from pipelines.results import FloatArray
+from pipelines.vehicles.vehicle import Vehicle
+
+WRONG_FILE = 0.015
+"""Chance beforehand that a stated figure (or a pair that belongs together) is wrong by several of its own spreads."""
+
+OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05}
+"""The same of what data sheets mean in several ways: kerb, empty or permitted mass; rates at the spring or at the wheel."""
+
+SIMPLE = 0.25
+"""Chance beforehand that a log comes from a simple model, which leaves each piece of physics out or not, as a coin falls."""
+
+WIDER = 5.0
+"""A wrong figure's spread over the stated one."""
+
+BETWEEN = " and "
+Figures = Mapping[str, tuple[float, float]]
+"""Unknowns by name: where they are, and how surely; SI."""
+
+PATCH, GAIN = "patch_lag", "axle_pitch_gain"
+
+NAMED = 0.5
+"""Weight from which on a doubt is named."""
+
+
+@dataclass(frozen=True)
+class Doubt:
+    """Another prior of the unknowns `names`. mean: (r,); precision: (r, r); both in prior standard deviations."""
+
+    text: str
+    names: tuple[str, ...]
+    mean: FloatArray
+    precision: FloatArray
+    chance: float
+
+
+@dataclass(frozen=True)
+class Weighed:
+    """A doubt after the log. weight: its share of all; rows: of its unknowns; gain: (r, k), S_RR⁻¹ S_R:; moved: (r,), v - u_R;
+    spread: (r, r), P⁻¹ - S_RR."""
+
+    doubt: Doubt
+    weight: float
+    rows: tuple[int, ...]
+    gain: FloatArray
+    moved: FloatArray
+    spread: FloatArray
+
+    def on(self, gradient: FloatArray) -> tuple[float, float]:
+        """Shift and change of the variance of a parameter with gradient (k,)."""
+        c = self.gain @ gradient
+        return float(c @ self.moved), float(c @ self.spread @ c)
+
+
+def _file_doubts(vehicle: Vehicle) -> list[Doubt]:
+    """Every stated figure: each of a pair by itself, and both wrong alike."""
+    found = []
+    for title, figures in STATED.items():
+        names = tuple(unknown for key, unknown in figures.items() if vehicle.get(key) is not None)
+        if not names:
+            continue
+        size = len(names)
+        alike = np.full((size, size), 1 / size)
+        taken = (1 - WIDER**-2) * alike
+        ways = [(f"{title} wrong", np.eye(size) - taken)]
+        if size > 1:
+            ways.append((f"{title} wrong", np.eye(size) * WIDER**-2))
+        found += [
+            Doubt(text, names, np.zeros(size), precision, OFTEN_WRONG.get(title, WRONG_FILE) / len(ways))
+            for text, precision in ways
+        ]
+    return found
+
+
+def _physics(text: str, known: Known, figures: Figures, chance: float) -> Doubt:
+    """Unknowns that are elsewhere."""
+    rows = [known.index(name) for name in figures]
+    value = np.array([figures[name][0] for name in figures])
+    spread = np.array([figures[name][1] for name in figures])
+    mean = (value - known.mean[rows]) / known.std[rows]
+    return Doubt(text, tuple(figures), mean, np.diag((known.std[rows] / spread) ** 2), chance)
+
+
+def _silent(vehicle: Vehicle, figures: Mapping[str, tuple[str, float]]) -> Figures:
+    """Unknowns that are nought, but for those that the vehicle file states: key -> (unknown, spread)."""
+    return {name: (0.0, spread) for key, (name, spread) in figures.items() if vehicle.get(key) is None}
+
+
+def _left_out(joint: Joint, vehicle: Vehicle) -> dict[str, Figures]:
+    """The pieces of physics that simple models leave out, and where their unknowns are then."""
+    known = joint.known
+    kilos, radius = (float(known.mean[known.index(n)]) for n in ("empty_mass", "radius"))
+    low = 0.02 * radius
+    pieces = {
+        "wheels that take no torque to spin up": {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002)},
+        "no gravity that tips a pitched body": _upright(joint),
+        "no anti-dive": _silent(
+            vehicle,
+            {
+                "pitch_center_height_m": ("pitch_center_brake", low),
+                "pitch_center_height_drive_m": ("pitch_center_drive", low),
+            },
+        ),
+        "a roll axis in the ground": _silent(
+            vehicle, {f"roll_center_height_{a}_m": (f"roll_center_{a}", low) for a in AXLES}
+        ),
+        "no unsprung masses": _silent(
+            vehicle, {f"unsprung_mass_{a}_kg": (f"unsprung_{a}", 0.002 * kilos) for a in AXLES}
+        ),
+    }
+    return {text: figures for text, figures in pieces.items() if figures}
+
+
+def _upright(joint: Joint) -> Figures:
+    """Gravity that does not tip the pitched body: the body pitches about its CG.
+
+    Axle loads have the body's pitch as a gain on the force (`axle_pitch_gain`). Against an accelerometer, which reads gravity's
+    share, the loads of such a model lie lower by that gain, as if the patches were shifted.
+    """
+    known = joint.known
+    height = float(known.mean[known.index("empty_h")])
+    figures: Figures = {"pitch_path": (height, 0.15 * height)}
+    if GAIN not in known.names:
+        return figures
+    gain = float(known.mean[known.index(GAIN)])
+    felt = any({GAIN, "offset_x", PATCH} <= {*e.unknowns, *(o.name for o in e.own)} for e in joint.evidence)
+    lower = height * gain / (1 + gain)
+    more = {PATCH: (-lower, 0.25 * lower)} if felt else {GAIN: (0.0, 0.1 * gain)}
+    return {**figures, **more}
+
+
+def _physics_doubts(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
+    """Simple authors leave out some pieces: every choice of them alike."""
+    pieces = _left_out(joint, vehicle)
+    choices = [c for n in range(1, len(pieces) + 1) for c in combinations(pieces, n)]
+    found = []
+    for chosen in choices:
+        figures = {name: value for text in chosen for name, value in pieces[text].items()}
+        found.append(_physics(BETWEEN.join(chosen), joint.known, figures, SIMPLE / 2 ** len(pieces)))
+    return found
+
+
+def _weigh(joint: Joint, doubt: Doubt) -> tuple[float, Weighed]:
+    """ln B and the doubt's effect, its weight not yet known."""
+    rows = [joint.known.index(name) for name in doubt.names]
+    spread, mode = joint.covariance[np.ix_(rows, rows)], joint.u[rows]
+    inner = np.linalg.inv(spread)
+    precision = inner - np.eye(len(rows)) + doubt.precision
+    pull = doubt.precision @ doubt.mean
+    after = np.linalg.inv(precision)
+    moved = after @ (inner @ mode + pull)
+    quadratic = moved @ precision @ moved - mode @ inner @ mode - doubt.mean @ pull
+    sizes = [float(np.linalg.slogdet(m)[1]) for m in (doubt.precision, precision, spread)]
+    gain = inner @ joint.covariance[rows]
+    weighed = Weighed(doubt, 0.0, tuple(rows), gain, moved - mode, after - spread)
+    return 0.5 * float(quadratic + sizes[0] - sizes[1] - sizes[2]), weighed
+
+
+def doubts_of(joint: Joint, vehicle: Vehicle) -> tuple[Weighed, ...]:
+    """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1."""
+    found = [_weigh(joint, d) for d in (*_file_doubts(vehicle), *_physics_doubts(joint, vehicle))]
+    logs = np.array([odds + math.log(w.doubt.chance) for odds, w in found])
+    none = math.log(max(1 - sum(w.doubt.chance for _, w in found), 0.05))
+    top = max(none, float(logs.max(initial=none)))
+    shares = np.exp(logs - top)
+    shares /= shares.sum() + math.exp(none - top)
+    return tuple(replace(w, weight=float(s)) for s, (_, w) in zip(shares, found, strict=True))
+
+
+def doubted(answer: Told, gradient: FloatArray, doubts: Sequence[Weighed]) -> Told:
+    """The answer over all doubts: its mean moved, its spread widened."""
+    effects = [(d.weight, *d.on(gradient)) for d in doubts]
+    shift = sum(w * moved for w, moved, _ in effects)
+    more = sum(w * (moved**2 + change) for w, moved, change in effects) - shift**2
+    std = math.sqrt(max(answer.std**2 + more, (0.5 * answer.std) ** 2))
+    by = std / max(answer.std, 1e-300)
+    low, high = (answer.value + shift + by * (x - answer.value) for x in (answer.low, answer.high))
+    draws = None if answer.draws is None else answer.value + shift + by * (answer.draws - answer.value)
+    return Told(answer.value + shift, std, low, high, draws)
+
+
+def said(doubts: Sequence[Weighed]) -> tuple[str, ...]:
+    """The doubts that the log speaks for, in words."""
+    together: dict[str, float] = {}
+    for d in doubts:
+        for piece in d.doubt.text.split(BETWEEN):
+            together[piece] = together.get(piece, 0.0) + d.weight
+    return tuple(f"{text} ({weight:.0%} likely)" for text, weight in together.items() if weight > NAMED)

@@ -1,0 +1,127 @@
+"""What the suspension's links carry past the springs: roll and pitch centres, and how they lift the body; inertias beside."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipelines.joint.book import AXLES, SILENT, Book
+from pipelines.models.axle_load import patch_shift
+from pipelines.models.roll import GRAVITY
+from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_inertia
+
+PITCH_CENTER = (0.12, 0.08)
+"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
+
+
+def drive_jacking(book: Book) -> tuple[float, float]:
+    """Drop of the springs' force over the driving force: mean and spread.
+
+    Links that carry `pitch_center_drive` of pitch moment at one axle do it by lifting the body there: over that axle's distance
+    from the CG. A driven rigid axle's lift is a quarter of the driving force. With both axles driven it is unsure which lifts.
+    """
+    stated = book.vehicle.get("drive_front_share")
+    front, front_std = (0.5, 0.5) if stated is None else (stated.value, stated.std)
+    ahead = book.rows["empty_x"][0]
+    behind = book.rows["wheelbase"][0] - ahead
+    height, std = book.rows["pitch_center_drive"]
+    lever = (1 - front) / behind - front / ahead
+    unsure = (0.03, std * lever, height * front_std * (1 / behind + 1 / ahead), 0.2 * front * (1 - front))
+    return height * lever, float(np.linalg.norm(unsure))
+
+
+def side_jacking(book: Book) -> tuple[float, float]:
+    """Lift of the body in bends over its mass, a (m/s²)² across, s²/m: mean and spread.
+
+    The outer tyres take more of the side force, W (a/g)² 2 h/t of an axle's load W if forces go with loads, and the links
+    to a roll centre at h_rc stand h_rc / (t/2) steep: 4 h h_rc / (g t²). How forces really go with loads, and how roll
+    centres move as the body rises, make about half of it unsure.
+    """
+    track = 0.5 * (book.rows["track_front"][0] + book.rows["track_rear"][0])
+    axis = 0.5 * (book.rows["roll_center_front"][0] + book.rows["roll_center_rear"][0])
+    mean = 4 * book.rows["empty_h"][0] * max(axis, 0.0) / (GRAVITY * track**2)
+    return mean, 0.004 + 0.5 * mean
+
+
+def bend_jacking(book: Book) -> tuple[float, float]:
+    """Pitch moment of what the links lift in bends, over the body's mass, a (m/s²)² across, s²: mean and spread.
+
+    Each axle's links lift their share of the body by 4 h h_rc / (g t²) as in `side_jacking`, ahead of its CG and behind
+    it: roll centres that are higher at the rear lift the tail.
+    """
+    length, ahead = book.rows["wheelbase"][0], book.rows["empty_x"][0]
+    lifts, spreads = [], []
+    for axle in AXLES:
+        centre, std = book.rows[f"roll_center_{axle}"]
+        a_metre = 4 * book.rows["empty_h"][0] / (GRAVITY * book.rows[f"track_{axle}"][0] ** 2)
+        lifts.append(a_metre * max(centre, 0.0))
+        spreads.append(float(np.hypot(0.004 + 0.5 * lifts[-1], a_metre * std)))
+    lever = ahead * (length - ahead) / length
+    return lever * (lifts[0] - lifts[1]), lever * float(np.linalg.norm(spreads))
+
+
+def links(book: Book, kilos: float) -> None:
+    """What the links carry: roll centres, pitch centre, jacking."""
+    vehicle = book.vehicle
+    for axle in AXLES:
+        book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", 0.09, 0.06)
+    stated = vehicle.get("pitch_center_height_m")
+    mean, std = PITCH_CENTER if stated is None else (stated.value, stated.std)
+    source = "the vehicle file is silent: usual for road vehicles" if stated is None else stated.source
+    book.put(
+        "pitch_center_brake", mean, std, "pitch_center_height_m (links' part in braking: anti-dive)", source
+    )
+    driven = vehicle.get("pitch_center_height_drive_m")
+    if driven is not None:
+        mean, std, source = driven.value, driven.std, driven.source
+    elif (share := vehicle.get("drive_front_share")) is not None and share.value > 0.9:
+        mean, std, source = 0.7 * mean, float(np.hypot(std, 0.03)), "between none and that of braking"
+    else:
+        # a driven rigid axle takes the shaft's torque on its links
+        mean, std, source = 0.1, 0.11, "some to all of what a driven rear axle's links may carry"
+    book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
+    # 1: the wheels stay upright, as those of a rigid axle; independent ones lean with the body in part, and their couples
+    # (inertia of the hubs, gyroscopes) then go into the springs in that part
+    camber = vehicle.get("camber_compensation")
+    if camber is None:
+        book.put("camber", 0.7, 0.25)
+    else:
+        # a rig's figure is that about rest: it changes with travel and steering
+        book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)
+    radius = book.rows["radius"][0]
+    # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
+    # model without gravity's part in pitching: the CG's height
+    book.put(
+        "pitch_path",
+        0.6 * radius,
+        0.6 * radius,
+        "height about which the body pitches over its wheels, m",
+        SILENT,
+    )
+    mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
+    # a braked tyre's patch lags behind its axle, a driven one's runs ahead (`patch_shift`): by two thirds of the squash where no
+    # power comes from nowhere, by nothing where torque is force on the loaded radius
+    third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
+    book.put("patch_lag", 1.35 * third, 0.75 * third)
+    # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
+    # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
+    book.put("hubs_past", 0.1, 0.25)
+    book.put("jack_brake", 0.0, 0.04)
+    book.put("jack_drive", *drive_jacking(book))
+    book.put("jack_side", *side_jacking(book))
+    book.put("jack_bend", *bend_jacking(book))
+    roll = measured_roll_inertia(kilos, book.rows["track_front"][0])
+    pitch = measured_pitch_inertia(kilos)
+    book.quantity(
+        "roll_inertia",
+        "roll_inertia_kgm2",
+        *((roll.value, roll.std) if roll else (0.34 * kilos, 0.1 * kilos)),
+    )
+    book.quantity(
+        "pitch_inertia",
+        "pitch_inertia_kgm2",
+        *((pitch.value, pitch.std) if pitch else (1.6 * kilos, 0.4 * kilos)),
+    )
+    for name in ("roll_inertia", "pitch_inertia"):
+        # of the empty whole vehicle: what the load adds follows from its unknowns (`body_inertias`), but for its own shape
+        mean, std = book.rows[name]
+        book.put(name, mean, float(np.hypot(std, 0.03 * mean)))

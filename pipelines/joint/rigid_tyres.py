@@ -1,0 +1,60 @@
+"""Do the tyres give? Many simulators' do not, and then roll against the road is roll against the axles.
+
+A tyre's rate is an unknown, but no normal prior of it reaches "infinite": a drive of such a simulator contradicts itself. So the
+relations are joined a second time with tyres that give nothing, and the two are compared by what they make of the drive,
+
+    ln odds = cost - cost' + ½ (ln |S'| - ln |S|)
+
+with the costs at both modes (priors in them) and S their covariances (Laplace). Both fits have as many unknowns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipelines.evidence import Evidence
+from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.unknowns import Known
+
+CHANCE = 0.05
+"""Chance beforehand that a log comes from a simulator whose tyres do not give."""
+
+SURE = 0.95
+"""Chance with the log from which on its tyres are taken so."""
+
+STIFFER = 30.0
+"""Times the usual rate that stands for rigid: the body's roll on its tyres is then below one per cent of all roll."""
+
+TYRES = "tyre_rate"
+TEXT = "tyres that do not give: the drive fits no others, and was joined with rigid ones"
+
+
+def rigid(known: Known) -> Known:
+    """The unknowns with tyres that give nothing."""
+    row = known.index(TYRES)
+    mean, std = known.mean.copy(), known.std.copy()
+    mean[row] *= STIFFER
+    std[row] = 0.05 * mean[row]
+    return replace(known, mean=mean, std=std)
+
+
+def log_odds(soft: Joint, stiff: Joint) -> float:
+    """ln odds of the log for rigid tyres over those that give, nothing beforehand in them."""
+    sizes = [float(np.linalg.slogdet(j.covariance)[1]) for j in (stiff, soft)]
+    return soft.cost - stiff.cost + 0.5 * (sizes[0] - sizes[1])
+
+
+def tyres_are_rigid(soft: Joint, evidence: Sequence[Evidence], known: Known) -> bool:
+    """Whether the drive speaks for rigid tyres. soft: the joint posterior with those that give.
+
+    False without a second fit where no relation knows the tyres' rate, or would have it no harder.
+    """
+    pulled = soft.u[soft.known.index(TYRES)]
+    if pulled < 1.0 or not any(TYRES in e.unknowns for e in evidence):
+        return False
+    stiff = find_mode(evidence, rigid(known), [soft.u])
+    return log_odds(soft, stiff) + math.log(CHANCE / (1 - CHANCE)) > math.log(SURE / (1 - SURE))

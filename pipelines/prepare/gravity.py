@@ -1,0 +1,167 @@
+"""Accelerations that hold no gravity: found by speed, yaw rate and the body's lean, and given it back.
+
+An accelerometer in a leaning body reads f_y = v r + v_y' + g sin(roll) and f_x = v' - r v_y - g sin(pitch). Simulators, and
+units that level their output, often log the first terms alone. Taken for what an accelerometer reads they make every moment
+arm some 5 to 20 % too large, and nothing else in the log looks odd. So the rest, f_y - v r or f_x - v', is compared with what
+gravity would add: its share is 1 or 0, or the log does not tell.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from parsers.checks.grid import CELL_S, make_grid
+from parsers.checks.motion import smooth, vehicle_speed
+from parsers.checks.springs import DEFLECTIONS
+from parsers.drive import Decision, Drive, Signal
+from pipelines.models.roll import GRAVITY
+from pipelines.prepare.roll_angle import TYPICAL_TRACK
+from pipelines.results import FloatArray
+from pipelines.vehicles.vehicle import Vehicle
+
+BETWEEN = 0.5
+"""Share of gravity between none and all of it."""
+
+NONE = 0.3
+"""Share up to which it may be none: sideslip in hard bends takes half of it away in places."""
+
+SURE = 2.5
+"""Standard deviations from BETWEEN that a share must be off."""
+
+SCALES = 0.01
+"""By what the scales of accelerometer, speed and gyro may differ: it looks like gravity's share, as a body leans with the load."""
+
+LEAST_MPS = 5.0
+BLOCK_S = 4.0
+LEAST_BLOCKS = 4
+LEAST_TILT = 0.012
+"""rad, rms: below it gravity's share is no more than offsets and noise."""
+
+LARGEST = 1e4
+"""Beyond it a column is no motion of a vehicle (m/s², or changes of it)."""
+
+TYPICAL_WHEELBASE = 2.7
+NAMES = ("accel_y", "accel_x", "yaw_rate", "roll", "pitch", "speed", "gps_speed_2d", *DEFLECTIONS)
+
+
+@dataclass(frozen=True)
+class Share:
+    """Of gravity in an acceleration: 1 where all of it is there. std: with what differing scales are worth."""
+
+    value: float
+    std: float
+    seconds: float
+
+    @property
+    def missing(self) -> bool:
+        """Whether it is surely nearer to none than to all of it."""
+        return abs(self.value) < NONE and self.value + SURE * self.std < BETWEEN
+
+
+def _tilt(signals: Mapping[str, Signal], axis: str, vehicle: Vehicle) -> Signal | None:
+    """Roll or pitch of the body in rad: measured, else by the springs."""
+    measured = signals.get(axis)
+    if measured is not None and len(measured.values):
+        return measured
+    wheels = [signals.get(name) for name in DEFLECTIONS]
+    first = wheels[0]
+    if (
+        first is None
+        or not len(first.values)
+        or any(w is None or not np.array_equal(w.time_ns, first.time_ns) for w in wheels)
+    ):
+        return None
+    fl, fr, rl, rr = (w.values for w in wheels if w is not None)
+    tracks = [vehicle.get(f"track_{axle}_m") for axle in ("front", "rear")]
+    known = [t.value for t in tracks if t is not None]
+    length = vehicle.get("wheelbase_m")
+    if axis == "roll":
+        values = (fr + rr - fl - rl) / (2 * (float(np.mean(known)) if known else TYPICAL_TRACK[0]))
+    else:
+        values = (fl + fr - rl - rr) / (2 * (TYPICAL_WHEELBASE if length is None else length.value))
+    return Signal(axis, first.time_ns, values - float(np.median(values)), "derived: suspension deflections")
+
+
+def share_of(rest: FloatArray, gravity: FloatArray, load: FloatArray, others: FloatArray) -> Share | None:
+    """Slope of `rest` (n,) on what gravity adds (n,), beside a constant and `others` (n, k); from whole blocks' scatter.
+
+    load: (n,) the acceleration itself, by which differing scales would look like gravity. None where there is too little.
+    """
+    good = np.isfinite(rest) & np.isfinite(gravity) & np.isfinite(load) & np.isfinite(others).all(axis=1)
+    size = int(BLOCK_S / CELL_S)
+    count = int(good.sum()) // size
+    if count < LEAST_BLOCKS:
+        return None
+    kept = np.flatnonzero(good)[: count * size]
+    table = np.column_stack([np.ones(len(kept)), others[kept]])
+    columns = np.column_stack([gravity[kept], rest[kept], load[kept]])
+    if max(float(np.abs(columns).max()), float(np.abs(table).max())) > LARGEST:
+        return None
+    own, left, swing = (columns - table @ np.linalg.lstsq(table, columns, rcond=None)[0]).T
+    power = float(own @ own)
+    if math.sqrt(power / len(own)) < LEAST_TILT * GRAVITY:
+        return None
+    value = float(own @ left) / power
+    scatter = (own * (left - value * own)).reshape(count, size).sum(axis=1)
+    noise = math.sqrt(float(scatter @ scatter)) / power
+    return Share(value, math.hypot(noise, SCALES * abs(float(own @ swing)) / power), len(own) * CELL_S)
+
+
+def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:
+    """Gravity's share in accel_y and accel_x where the log tells it, and the angle that it was seen by."""
+    tilts = {axis: _tilt(drive.signals, axis, vehicle) for axis in ("roll", "pitch")}
+    known = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
+    if "yaw_rate" not in known or not any(tilts.values()) or not {"accel_x", "accel_y"} & known.keys():
+        return {}
+    grid = make_grid(known | {axis: tilt for axis, tilt in tilts.items() if tilt is not None})
+    speed, yaw = vehicle_speed(grid), grid.get("yaw_rate")
+    if speed is None or yaw is None:
+        return {}
+    turning, change = smooth(speed * yaw), grid.rate(smooth(speed))
+    moving = speed > LEAST_MPS
+    sums = {
+        "accel_y": ("roll", turning, 1.0, np.column_stack([grid.rate(turning), grid.rate(smooth(yaw))])),
+        "accel_x": ("pitch", change, -1.0, np.column_stack([smooth(yaw) ** 2, grid.rate(change)])),
+    }
+    found = {}
+    for name, (axis, load, sign, others) in sums.items():
+        felt, angle, tilt = grid.get(name), grid.get(axis), tilts[axis]
+        if felt is None or angle is None or tilt is None:
+            continue
+        rest = np.where(moving, smooth(felt) - load, np.nan)
+        share = share_of(rest, sign * GRAVITY * np.sin(smooth(angle)), load, others)
+        if share is not None:
+            found[name] = (share, tilt)
+    return found
+
+
+def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True) -> Drive:
+    """The drive with gravity's part added to accelerations that surely lack it, and a decision for each in the record.
+
+    fix=False: only said.
+    """
+    signals, said = dict(drive.signals), []
+    for name, (share, tilt) in shares(drive, vehicle).items():
+        if not share.missing:
+            continue
+        axis, sign = ("roll", 1.0) if name == "accel_y" else ("pitch", -1.0)
+        old = signals[name]
+        angle = np.interp(old.time_ns.astype(np.float64), tilt.time_ns.astype(np.float64), tilt.values)
+        if fix:
+            signals[name] = replace(old, values=old.values + sign * GRAVITY * np.sin(angle))
+        by = "the springs' travel" if tilt.source.startswith("derived") else axis
+        said.append(
+            Decision(
+                name, "choice", f"{name} has no part of gravity in it as the body leans: it is no accelerometer's reading",
+                f"gravity's part added, by {by}" if fix else "left as it is (--no-fix)",
+                f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=fix,
+            )
+        )  # fmt: skip
+    if not said:
+        return drive
+    record = replace(drive.record, decisions=(*drive.record.decisions, *said))
+    return replace(drive, signals=signals, record=record)

@@ -1,0 +1,96 @@
+"""Doubts of what was taken for known: exact mixtures on linear relations, what the log does not see, what it speaks for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipelines.joint.answers import Told
+from pipelines.joint.doubts import BETWEEN, OFTEN_WRONG, WIDER, doubted, doubts_of, said
+from pipelines.joint.posterior import find_mode
+from pipelines.joint.unknowns import before_the_log
+from pipelines.results import FloatArray
+from pipelines.vehicles.vehicle import Vehicle
+from tests.pipelines.joint_parts import linear, vehicle
+
+KNOWN = before_the_log(vehicle())
+MASS = KNOWN.index("empty_mass")
+
+
+def _normal(x: FloatArray, mean: float, std: float) -> FloatArray:
+    return np.asarray(np.exp(-0.5 * ((x - mean) / std) ** 2) / std)
+
+
+def _only(title: str) -> Vehicle:
+    """A file that states nothing that could be doubted but one figure."""
+    whole = vehicle()
+    return replace(whole, quantities={k: v for k, v in whole.quantities.items() if k == title})
+
+
+@pytest.mark.parametrize("seen", [1900.0, 1960.0, 2100.0])
+def test_the_mean_and_spread_are_those_of_the_mixture(seen: float) -> None:
+    """One unknown, two priors: the posterior by brute force on a grid."""
+    stated = _only("mass_kg")
+    joint = find_mode([linear({"empty_mass": 1.0}, seen, 15.0)], KNOWN)
+    doubts = tuple(d for d in doubts_of(joint, stated) if d.doubt.names == ("empty_mass",))
+    assert len(doubts) == 1
+    odds = doubts[0].weight / (1 - sum(d.weight for d in doubts_of(joint, stated)))
+    x = np.linspace(1500, 2600, 200001)
+    told, likelihood = _normal(x, 1900.0, 19.0), _normal(x, seen, 15.0)
+    wrong = _normal(x, 1900.0, 19.0 * WIDER)
+    others = 1 - sum(d.doubt.chance for d in doubts_of(joint, stated))
+    exact = OFTEN_WRONG["stated mass"] * (wrong @ likelihood) / (others * (told @ likelihood))
+    assert math.log(odds) == pytest.approx(math.log(exact), abs=0.01)
+    gradient = np.zeros(len(joint.u))
+    gradient[MASS] = KNOWN.std[MASS]
+    middle = KNOWN.mean[MASS] + KNOWN.std[MASS] * joint.u[MASS]
+    std = float(np.sqrt(gradient @ joint.covariance @ gradient))
+    answer = Told(middle, std, middle - 1.96 * std, middle + 1.96 * std, None)
+    share = odds / (1 + odds)
+    found = doubted(answer, gradient, [replace(doubts[0], weight=share)])
+    both = (1 - share) * told * likelihood / (told @ likelihood) + share * wrong * likelihood / (
+        wrong @ likelihood
+    )
+    mean = float(x @ both / both.sum())
+    assert found.value == pytest.approx(mean, abs=0.02)
+    assert found.std == pytest.approx(math.sqrt(float((x - mean) ** 2 @ both / both.sum())), rel=2e-3)
+    assert found.high - found.value == pytest.approx(1.96 * found.std, rel=1e-6)
+
+
+def test_a_figure_that_the_log_does_not_see_keeps_its_chance_and_moves_nothing() -> None:
+    joint = find_mode([linear({"load": 1.0}, 180.0, 10.0)], KNOWN)
+    gradient = np.zeros(len(joint.u))
+    gradient[KNOWN.index("load")] = 1.0
+    doubts = doubts_of(joint, vehicle())
+    assert sum(d.weight for d in doubts) == pytest.approx(sum(d.doubt.chance for d in doubts), rel=0.05)
+    answer = Told(180.0, 10.0, 160.4, 199.6, np.linspace(150, 210, 7))
+    found = doubted(answer, gradient, doubts)
+    assert found.value == pytest.approx(180.0, abs=0.01)
+    assert found.std == pytest.approx(10.0, rel=1e-3)
+    assert found.draws == pytest.approx(np.linspace(150, 210, 7), abs=0.1)
+
+
+def test_physics_that_the_log_contradicts_is_named_and_left() -> None:
+    """Wheels without inertia, patches that do not lag: what the log says of them decides."""
+    blind = [linear({"wheel_inertia": 1.0}, 0.0, 0.1), linear({"patch_lag": 1.0}, 0.0, 1e-3)]
+    doubts = doubts_of(find_mode(blind, KNOWN), vehicle())
+    physics = [d.weight for d in doubts if "wheel_inertia" in d.doubt.names]
+    assert sum(physics) > 0.9
+    assert said(doubts)[0].startswith("wheels that take no torque to spin up (")
+    usual = doubts_of(find_mode([linear({"wheel_inertia": 1.0}, 1.2, 0.1)], KNOWN), vehicle())
+    assert said(usual) == ()
+    assert sum(d.weight for d in usual if "wheel_inertia" in d.doubt.names) < 1e-3
+
+
+def test_what_the_file_states_is_not_left_out() -> None:
+    """Roll centres are in this file; unsprung masses and pitch centres are not."""
+    joint = find_mode([linear({"load": 1.0}, 180.0, 10.0)], KNOWN)
+    texts = {piece for d in doubts_of(joint, vehicle()) for piece in d.doubt.text.split(BETWEEN)}
+    assert "no unsprung masses" in texts
+    assert "a roll axis in the ground" not in texts
+    assert "a roll axis in the ground" in {
+        piece for d in doubts_of(joint, _only("mass_kg")) for piece in d.doubt.text.split(BETWEEN)
+    }

@@ -1,0 +1,80 @@
+"""Accelerations without gravity's part: found by speed and yaw rate, given it back, and real readings left alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from parsers.drive import Drive, ImportRecord, Signal
+from pipelines.prepare.gravity import share_of, shares, with_gravity
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+HZ = 50.0
+TRACK = 1.6
+CAR = Vehicle(quantities={"track_front_m": Quantity(TRACK, 0.01, "vehicle file")})
+
+
+def _drive(*, sideways: float, along: float, springs: bool = False, scale: float = 1.0) -> Drive:
+    """Two minutes of weaving and changing speed; sideways, along: share of gravity in the accelerations."""
+    rng = np.random.default_rng(3)
+    t = np.arange(int(120 * HZ)) / HZ
+    speed = 15 + 4 * np.sin(0.9 * t)
+    yaw = 0.25 * np.sin(1.3 * t) * np.sin(0.11 * t)
+    lateral, forward = speed * yaw, np.gradient(speed) * HZ
+    roll, pitch = np.radians(5) * lateral / 9.80665, -np.radians(4) * forward / 9.80665
+    columns = {
+        "speed": speed + 0.02 * rng.standard_normal(len(t)),
+        "yaw_rate": yaw + 0.002 * rng.standard_normal(len(t)),
+        "accel_y": scale * (lateral + sideways * 9.80665 * np.sin(roll)) + 0.05 * rng.standard_normal(len(t)),
+        "accel_x": forward - along * 9.80665 * np.sin(pitch) + 0.02 * rng.standard_normal(len(t)),
+    }
+    if springs:
+        for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+            columns[f"suspension_deflection_{wheel}"] = 0.01 + side * 0.5 * TRACK * roll
+    else:
+        columns |= {"roll": roll, "pitch": pitch}
+    stamps = (t * 1e9).astype(np.int64)
+    record = ImportRecord("csv", (Path("a.csv"),), "", "complete", len(t), {}, (), "t", None, 120.0, ())
+    return Drive({n: Signal(n, stamps, v, n) for n, v in columns.items()}, record)
+
+
+@pytest.mark.parametrize("springs", [False, True])
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_the_share_of_gravity_is_recovered(share: float, springs: bool) -> None:
+    found, _ = shares(_drive(sideways=share, along=1.0, springs=springs), CAR)["accel_y"]
+    assert found.value == pytest.approx(share, abs=0.1)
+    assert found.missing is (share == 0.0)
+
+
+def test_gravity_is_given_back_and_said() -> None:
+    level, whole = _drive(sideways=0.0, along=0.0), _drive(sideways=1.0, along=1.0)
+    found = with_gravity(level, CAR)
+    for name in ("accel_y", "accel_x"):
+        assert np.abs(found.signals[name].values - whole.signals[name].values).max() < 1e-9
+    assert [d.signal for d in found.record.decisions] == ["accel_y", "accel_x"]
+    assert all(d.applied for d in found.record.decisions)
+    assert found.signals["speed"] is level.signals["speed"]
+
+
+def test_without_fix_it_is_only_said() -> None:
+    level = _drive(sideways=0.0, along=1.0)
+    found = with_gravity(level, CAR, fix=False)
+    assert found.signals["accel_y"] is level.signals["accel_y"]
+    assert [d.applied for d in found.record.decisions] == [False]
+
+
+@pytest.mark.parametrize("scale", [0.97, 1.0, 1.03])
+def test_a_reading_with_gravity_is_left_alone_whatever_its_scale(scale: float) -> None:
+    drive = _drive(sideways=1.0, along=1.0, scale=scale)
+    assert with_gravity(drive, CAR) is drive
+
+
+def test_too_little_lean_or_too_short_a_drive_says_nothing() -> None:
+    rng = np.random.default_rng(0)
+    lean = rng.standard_normal(1000)
+    others = rng.standard_normal((1000, 1))
+    assert share_of(0.01 * lean, 0.01 * lean, lean, others) is None
+    assert share_of(lean[:100], lean[:100], lean[:100], others[:100]) is None
+    assert share_of(lean, lean, 0 * lean, others) is not None

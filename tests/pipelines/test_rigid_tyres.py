@@ -1,0 +1,75 @@
+"""Tyres that give and tyres that do not: which of the two a drive's relations fit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pipelines.evidence import Evidence, Values
+from pipelines.joint.inference import infer
+from pipelines.joint.posterior import find_mode
+from pipelines.joint.rigid_tyres import STIFFER, TEXT, TYRES, log_odds, rigid, tyres_are_rigid
+from pipelines.joint.unknowns import before_the_log
+from pipelines.results import FloatArray
+from tests.pipelines.joint_parts import linear, vehicle
+
+KNOWN = before_the_log(vehicle())
+RATE = float(KNOWN.mean[KNOWN.index(TYRES)])
+
+
+def _give(millimetres: float, std: float) -> Evidence:
+    """What a wheel's load presses its tyre in by, mm."""
+
+    def predict(values: Values) -> FloatArray:
+        found = np.asarray(5000.0 / np.asarray(values[TYRES]) * 1e3)
+        return found[None] if np.ndim(found) else np.array([float(found)])
+
+    return Evidence(
+        "roll",
+        "made up",
+        "tyres' give",
+        "by hand",
+        np.array([millimetres]),
+        np.array([[std**2]]),
+        predict,
+        (TYRES,),
+    )
+
+
+def test_rigid_is_thirty_times_as_stiff_and_nothing_else() -> None:
+    hard = rigid(KNOWN)
+    assert hard.at(np.zeros(len(hard.names)))[TYRES] == pytest.approx(STIFFER * RATE)
+    others = np.arange(len(KNOWN.names)) != KNOWN.index(TYRES)
+    assert np.array_equal(hard.mean[others], KNOWN.mean[others])
+    assert KNOWN.mean[KNOWN.index(TYRES)] == RATE
+
+
+def test_odds_are_those_of_one_unknown() -> None:
+    """One figure of one unknown: the ratio of two integrals over its prior, by brute force."""
+    evidence = [_give(12.0, 3.0)]
+    soft, stiff = find_mode(evidence, KNOWN), find_mode(evidence, rigid(KNOWN))
+    u = np.linspace(-4.5, 6, 20001)
+    weights = np.exp(-0.5 * u * u)
+
+    def integral(mean: float, std: float) -> float:
+        r = (12.0 - 5e6 / (mean + std * u)) / 3.0
+        return float(np.log(weights @ np.exp(-0.5 * r * r)))
+
+    exact = integral(STIFFER * RATE, 0.05 * STIFFER * RATE) - integral(RATE, 0.2 * RATE)
+    assert log_odds(soft, stiff) == pytest.approx(exact, abs=0.15)
+
+
+@pytest.mark.parametrize(("give", "found"), [(5e6 / RATE, False), (0.6 * 5e6 / RATE, False), (0.0, True)])
+def test_only_tyres_that_give_nothing_are_taken_as_rigid(give: float, found: bool) -> None:
+    evidence = [_give(give, 1.5), linear({"load": 1.0}, 100.0, 10.0)]
+    assert tyres_are_rigid(find_mode(evidence, KNOWN), evidence, KNOWN) is found
+    result = infer(evidence, vehicle(), np.random.default_rng(0))
+    assert result is not None
+    assert (TEXT in result.record.far) is found
+    # what one estimator says alone stays as doubtful as its relation was with usual tyres
+    assert (result.doubtful.get("by hand", 1.0) > 1.0) is found
+
+
+def test_a_drive_that_does_not_know_the_tyres_is_not_asked() -> None:
+    evidence = [linear({"load": 1.0}, 900.0, 10.0)]
+    assert tyres_are_rigid(find_mode(evidence, KNOWN), evidence, KNOWN) is False

@@ -1,0 +1,45 @@
+"""What one estimator alone tells is no surer than its own relation."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from pipelines.results import Estimate, ParameterEstimate
+from pipelines.verdict.combine import verdict_of
+from tests.pipelines.joint_parts import linear, vehicle
+
+NAME = "roll_gradient_degpg"
+
+
+def _estimate(source: str, load: float, std: float, gradient: float | None = None) -> Estimate:
+    told = {}
+    if gradient is not None:
+        told[NAME] = ParameterEstimate(
+            NAME, gradient, 0.1, gradient - 0.196, gradient + 0.196, "identified", "seen"
+        )
+    return Estimate(source, "ran", "", told, evidence=(linear({"load": 1.0}, load, std, source),))
+
+
+@pytest.mark.parametrize(("load", "doubtful"), [(205.0, False), (260.0, True)])
+def test_its_spread_grows_by_the_factor_of_its_relation(load: float, doubtful: bool) -> None:
+    """The same load by two: 260 ± 10 kg beside 200 ± 10 kg contradict each other at 4.2 standard deviations."""
+    told = _estimate("one", load, 10.0, 4.0)
+    # another carrier, or the two would be one relation
+    other = _estimate("other", 200.0, 10.0)
+    other = replace(other, evidence=(replace(other.evidence[0], carrier="something else"),))
+    found = verdict_of((told, other), vehicle())
+    entry = found.parameters[NAME]
+    assert found.joint is not None
+    widened = max(r.widened for r in found.joint.relations if r.source == "one")
+    assert (widened > 1) is doubtful
+    assert entry.value == 4.0
+    assert entry.std == pytest.approx(0.1 * widened)
+    assert entry.high == pytest.approx(4.0 + 1.96 * 0.1 * widened)
+    assert ("contradicts the rest" in entry.reason) is doubtful
+
+
+def test_a_parameter_without_relations_stays_as_told() -> None:
+    alone = Estimate("one", "ran", "", _estimate("one", 200.0, 10.0, 4.0).parameters)
+    assert verdict_of((alone,), vehicle()).parameters[NAME].std == 0.1
