@@ -50,6 +50,13 @@ ABSOLUTE_M: Mapping[str, float] = {
 """Standard deviation in the figure's own unit (m; a share)."""
 
 
+def upright(plant: PlantVehicle) -> float:
+    """The share of the body's roll by which wheels stay upright, as the hubs' masses feel it."""
+    hubs = plant.unsprung_mass_front_kg, plant.unsprung_mass_rear_kg
+    shares = plant.camber_compensation_front, plant.camber_compensation_rear
+    return float(np.average(shares, weights=hubs))
+
+
 def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, errors: float = 1.0) -> Vehicle:
     """The vehicle file with what the rigs found in place of the data sheet's figures, each off by its spread times `errors`.
 
@@ -57,9 +64,7 @@ def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, error
     """
     empty = truth(plant, ())
     true = {**sheet_values(plant), **{k: empty[k] for k in ("cg_height_m", "cg_lateral_offset_m")}}
-    hubs = plant.unsprung_mass_front_kg, plant.unsprung_mass_rear_kg
-    upright = plant.camber_compensation_front, plant.camber_compensation_rear
-    true["camber_compensation"] = float(np.average(upright, weights=hubs))
+    true["camber_compensation"] = upright(plant)
     found = dict(file.quantities)
     for key in (*RELATIVE, *ABSOLUTE_M):
         std = ABSOLUTE_M.get(key, RELATIVE.get(key, 0.0) * abs(true[key]))

@@ -85,7 +85,7 @@ def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: 
         seen = end > i
         power += more
         i = end
-    if i < stop and byte_at(i) == 32:
+    if seen and i < stop and byte_at(i) == 32:
         i = _word_end(i + 1, stop)
     if not seen or i != stop:
         return False, 0

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.vehicle_data import ABSOLUTE_M, FARTHEST, RELATIVE, measured
+from benchmarks.vehicle_data import ABSOLUTE_M, FARTHEST, RELATIVE, measured, upright
 from pipelines.simulation.loads import truth
 from pipelines.simulation.logs.vehicle import data_sheet, sheet_values
 from pipelines.simulation.plant.vehicle import PRESETS
@@ -17,6 +17,7 @@ from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
 
 PLANT = replace(PRESETS["suv"], sprung_cg_left_m=0.01)
 TRUE = sheet_values(PLANT) | {k: truth(PLANT, ())[k] for k in ("cg_height_m", "cg_lateral_offset_m")}
+TRUE["camber_compensation"] = upright(PLANT)
 
 
 def sheet(seed: int = 1) -> Vehicle:
@@ -41,7 +42,7 @@ def test_without_errors_the_figures_are_the_truth_and_say_how_sure_they_would_be
 
 def test_what_no_rig_measures_stays_as_the_data_sheet_has_it() -> None:
     before, after = sheet().quantities, measured(sheet(), PLANT, np.random.default_rng(3)).quantities
-    assert set(after) - set(before) == {"cg_height_m", "cg_lateral_offset_m"}
+    assert set(after) - set(before) == {"cg_height_m", "cg_lateral_offset_m", "camber_compensation"}
     for key in ("drag_area_m2", "brake_gain_nmppa", "roll_inertia_kgm2", "damper_rate_front_nspm"):
         assert after[key] == before[key]
     assert all(after[key].std < before[key].std for key in ("mass_kg", "roll_center_height_rear_m"))

@@ -182,6 +182,16 @@ def test_the_quick_way_equals_the_careful_way(table: tuple[bytes, RowPlan], piec
     assert collect(text, plan, pieces)[:3] == expected[:3]
 
 
+@pytest.mark.parametrize("cell", ["1e", "1d", "1e ", "1e+", "1d- s", "e", "1 e", "1 "])
+def test_what_looks_like_the_beginning_of_an_exponent_or_a_unit_is_read_safely(cell: str) -> None:
+    text = f"0.5,1\n{cell},2\n1.5,3\n".encode()
+    quick, careful = (
+        RowPlan(RowRules(ord(","), 2, 2, spaces=False), (1,), (0,), (0, 0, 1, 10**9, 1), with_care=care)
+        for care in (False, True)
+    )
+    assert collect(text, quick) == collect(text, careful)
+
+
 @settings(max_examples=300, deadline=None)
 @given(st.lists(st.lists(NUMBERS, min_size=3, max_size=3), min_size=1, max_size=30), st.sampled_from(",; "))
 def test_numbers_equal_pythons_to_the_last_bit(rows: list[list[str]], separator: str) -> None:
