@@ -59,7 +59,7 @@ def bend_jacking(book: Book) -> tuple[float, float]:
     return lever * (lifts[0] - lifts[1]), lever * float(np.linalg.norm(spreads))
 
 
-def links(book: Book, kilos: float) -> None:
+def links(book: Book) -> None:
     """What the links carry: roll centres, pitch centre, jacking."""
     vehicle = book.vehicle
     for axle in AXLES:
@@ -109,6 +109,10 @@ def links(book: Book, kilos: float) -> None:
     book.put("jack_drive", *drive_jacking(book))
     book.put("jack_side", *side_jacking(book))
     book.put("jack_bend", *bend_jacking(book))
+
+
+def inertias(book: Book, kilos: float) -> None:
+    """Roll and pitch inertia of the empty vehicle of so many kilograms."""
     roll = measured_roll_inertia(kilos, book.rows["track_front"][0])
     pitch = measured_pitch_inertia(kilos)
     book.quantity(

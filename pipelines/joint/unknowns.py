@@ -8,7 +8,7 @@ import numpy as np
 
 from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
 from pipelines.joint.book import AXLES, Book
-from pipelines.joint.links import links
+from pipelines.joint.links import inertias, links
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
 from pipelines.vehicles.priors import measured_cg_height
@@ -278,7 +278,8 @@ def before_the_log(vehicle: Vehicle) -> Known:
     kilos = _empty(book)
     _load(book, kilos)
     springs = _suspension(book, kilos)
-    links(book, kilos)
+    links(book)
+    inertias(book, kilos)
     _sensors(book)
     _long(book, kilos)
     table = np.array(list(book.rows.values()))
