@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from parsers.channels import ChannelInfo, FloatArray, IntArray
-from parsers.spool import GroupRows, GroupWriter, Spool
 from parsers.timebase import Ordered, order
+
+if TYPE_CHECKING:
+    # loaded where a log is too long for memory
+    from parsers.spool import GroupRows, GroupWriter, Spool
 
 _ITEM = 8
 
@@ -34,10 +38,14 @@ class Budget:
 
 @dataclass(frozen=True)
 class Group:
-    """All rows of one group, in order: time_ns (n,), columns name -> (n,), and how they were put in order."""
+    """All rows of one group, in order: time_ns (n,), columns name -> (n,), and how they were put in order.
+
+    own: columns whose memory nobody else holds, so that they may be written over.
+    """
 
     columns: Mapping[str, FloatArray]
     ordered: Ordered
+    own: frozenset[str]
 
     @property
     def time_ns(self) -> IntArray:
@@ -66,6 +74,8 @@ class LogRows:
         self._intake.took(len(time_ns) * (1 + len(columns)) * _ITEM)
 
     def _writer(self, group: str, spool: Spool) -> GroupWriter:
+        from parsers.spool import GroupWriter
+
         if group not in self.writers:
             self.writers[group] = GroupWriter(spool, self._names.get(group, ()))
         return self.writers[group]
@@ -87,10 +97,14 @@ class LogRows:
             ordered = order(np.concatenate(times) if len(times := self._times.pop(name)) > 1 else times[0])
             held = self._columns.pop(name)
             columns: dict[str, FloatArray] = {}
+            own: set[str] = set()
             for column in list(held):
                 values = np.concatenate(parts) if len(parts := held.pop(column)) > 1 else parts[0]
                 columns[column] = values if ordered.untouched else values[ordered.rows]
-            groups[name] = Group(columns, ordered)
+                # what a reader gave may be several columns at once
+                if columns[column] is not parts[0]:
+                    own.add(column)
+            groups[name] = Group(columns, ordered, frozenset(own))
         return groups
 
     def spooled(self) -> dict[str, GroupRows]:
@@ -131,6 +145,8 @@ class Intake:
             return
         if self.spool is None:
             if self._taken > self._budget.rows:
+                from parsers.spool import Spool
+
                 self._budget.folder.mkdir(parents=True, exist_ok=True)
                 self.spool = Spool(self._budget.folder)
                 for log in self._logs:

@@ -24,13 +24,23 @@ def _sample(values: NDArray[Any]) -> NDArray[Any]:
 
 def quantile(values: NDArray[Any], share: float) -> float:
     """The quantile of finite values at `share` (0-1), as `numpy.quantile` has it. values: (n,), at least one."""
+    return quantiles(values, share)[0]
+
+
+def quantiles(values: NDArray[Any], *shares: float) -> tuple[float, ...]:
+    """Several of `quantile`."""
+    ordered = _sample(values) if len(values) >= _FEW else values
+    return tuple(_quantile(values, ordered, share) for share in shares)
+
+
+def _quantile(values: NDArray[Any], ordered: NDArray[Any], share: float) -> float:
+    """ordered: some of the values, in order."""
     n = len(values)
     if n < _FEW:
         return float(np.quantile(values, share))
     place = (n - 1) * share
     first = math.floor(place)
     last = min(first + 1, n - 1)
-    ordered = _sample(values)
     low = ordered[max(int((share - _ASIDE) * len(ordered)), 0)]
     high = ordered[min(int((share + _ASIDE) * len(ordered)), len(ordered) - 1)]
     if share <= _ASIDE:

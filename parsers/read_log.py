@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -157,23 +158,29 @@ def _take_rows(opened: OpenedLog, wanted: frozenset[str], rows: LogRows) -> None
         rows.add(chunk.group, time_ns, {name: values[possible] for name, values in chunk.columns.items()})
 
 
-def _bound(binding: Binding, columns: Mapping[str, FloatArray]) -> FloatArray:
-    """`bind` block by block: what it makes in between then stays in the processor's cache."""
+def _bound(binding: Binding, columns: Mapping[str, FloatArray], *, in_place: bool) -> FloatArray:
+    """`bind` block by block: what it makes in between then stays in the processor's cache.
+
+    in_place: over the main channel, which nobody needs any more; fresh memory takes longer than the arithmetic.
+    """
     columns = {name: columns[name] for name in binding.needed}
-    n = len(columns[binding.channels[0]])
-    values = np.empty(n)
+    main = columns[binding.channels[0]]
+    n = len(main)
+    values = main if in_place else np.empty(n)
     for start in range(0, n, _BLOCK):
         part = {name: column[start : start + _BLOCK] for name, column in columns.items()}
         values[start : start + _BLOCK] = bind(binding, part)
     return values
 
 
-def _signal(binding: Binding, groups: Mapping[str, Group], infos: Mapping[str, ChannelInfo]) -> Signal | None:
-    """A binding's signal, or None where its channel has too few valid samples."""
+def _signal(
+    binding: Binding, groups: Mapping[str, Group], infos: Mapping[str, ChannelInfo], *, last: bool
+) -> Signal | None:
+    """A binding's signal, or None where its channel has too few valid samples. last: nobody else needs the channel."""
     group = groups.get(infos[binding.channels[0]].group)
     if group is None or any(name not in group.columns for name in binding.channels):
         return None
-    values = _bound(binding, group.columns)
+    values = _bound(binding, group.columns, in_place=last and binding.channels[0] in group.own)
     valid = np.isfinite(values)
     count = int(np.count_nonzero(valid))
     if count < MIN_SAMPLES:
@@ -254,12 +261,13 @@ def make_part(taken: Taken) -> Part:
     taken.opened.log.reject(BEYOND_JUMP, sum(each.lost for each in ordered))
     # signals of one table share their stamps: how often they come is worked out once
     periods = {id(group.time_ns): usual_period_s(group.time_ns) for group in groups.values()}
+    uses = Counter(name for each in taken.proposals.values() for binding in each for name in binding.needed)
     signals: dict[str, Signal] = {}
     mapped: list[MappedChannel] = []
     stated: dict[str, bool] = {}
     for name, bindings in taken.proposals.items():
         for binding in bindings:
-            signal = _signal(binding, groups, infos)
+            signal = _signal(binding, groups, infos, last=uses[binding.channels[0]] == 1)
             if signal is not None:
                 time_ns = signal.time_ns
                 period = periods[id(time_ns)] if id(time_ns) in periods else usual_period_s(time_ns)

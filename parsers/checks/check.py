@@ -114,7 +114,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    inverted, grid, rest, missing = _signs(make_grid(work))
+    inverted, grid, rest, missing = _signs(make_grid(work, grid))
     work = _scaled(work, dict.fromkeys(inverted, -1.0))
     idle = stuck(work, grid)
     rest += [*wild.values(), *idle]

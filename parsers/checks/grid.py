@@ -7,14 +7,14 @@ Only seconds in which some signal has samples are on the clock, so that its leng
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
-from parsers.quantiles import distinct, median_step, quantile
+from parsers.quantiles import distinct, median_step, quantile, quantiles
 
 CELL_NS = 100_000_000
 CELL_S = CELL_NS / 1e9
@@ -29,10 +29,15 @@ BoolArray = NDArray[np.bool_]
 
 @dataclass(frozen=True)
 class Grid:
-    """Cells. time_s: (n,) from the drive's start. columns: signal -> (n,), NaN where it has no value."""
+    """Cells. time_s: (n,) from the drive's start. columns: signal -> (n,), NaN where it has no value.
+
+    Of a grid that `make_grid` made, made_of: the signals that the columns are the means of; cells: (n,) their numbers.
+    """
 
     time_s: FloatArray
     columns: Mapping[str, FloatArray]
+    made_of: Mapping[str, Signal] = field(default_factory=dict)
+    cells: IntArray = field(default_factory=lambda: np.zeros(0, np.int64))
 
     def get(self, name: str) -> FloatArray | None:
         """A signal's column, or None where the drive has no such signal."""
@@ -54,21 +59,36 @@ class Grid:
         return result
 
 
-def make_grid(signals: Mapping[str, Signal]) -> Grid:
-    """Bring signals onto cells of 0.1 s."""
+def make_grid(signals: Mapping[str, Signal], before: Grid | None = None) -> Grid:
+    """Bring signals onto cells of 0.1 s. before: a grid whose columns are taken over where their signals are the same."""
     signals = {name: signal for name, signal in signals.items() if len(signal.time_ns)}
     if not signals:
         return Grid(np.empty(0), {})
+    start = min(int(signal.time_ns[0]) for signal in signals.values())
+    columns: dict[str, FloatArray] = {}
+    new = signals
+    if before is not None and _stamps(signals).keys() == _stamps(before.made_of).keys():
+        new = {name: signal for name, signal in signals.items() if before.made_of.get(name) is not signal}
+        columns = {name: before.columns[name] for name in signals.keys() - new.keys()}
     # signals of one table share their stamps: what hangs on stamps alone is worked out once
-    stamps = {id(signal.time_ns): signal.time_ns for signal in signals.values()}
-    start = min(int(time_ns[0]) for time_ns in stamps.values())
+    own = {key: (time_ns - start) // CELL_NS for key, time_ns in _stamps(new).items()}
+    cells = before.cells if before is not None and new is not signals else _cells(own.values())
+    places = {key: _place(time_ns, own[key], cells) for key, time_ns in _stamps(new).items()}
+    columns |= {name: places[id(signal.time_ns)].fill(signal.values) for name, signal in new.items()}
+    time_s = np.asarray((cells + 0.5) * CELL_S, dtype=np.float64)
+    return Grid(time_s, {name: columns[name] for name in signals}, signals, cells)
+
+
+def _stamps(signals: Mapping[str, Signal]) -> dict[int, IntArray]:
+    """The different time vectors of some signals, each under its identity."""
+    return {id(signal.time_ns): signal.time_ns for signal in signals.values()}
+
+
+def _cells(own: Iterable[IntArray]) -> IntArray:
+    """The numbers of all cells of the seconds in which there is any sample. own: of each time vector's samples."""
     per_second = 10**9 // CELL_NS
-    own = {key: (time_ns - start) // CELL_NS for key, time_ns in stamps.items()}
-    seconds = _union(cell // per_second for cell in own.values())
-    cells = (seconds[:, None] * per_second + np.arange(per_second)).reshape(-1)
-    places = {key: _place(time_ns, own[key], cells) for key, time_ns in stamps.items()}
-    columns = {name: places[id(signal.time_ns)].fill(signal.values) for name, signal in signals.items()}
-    return Grid(np.asarray((cells + 0.5) * CELL_S, dtype=np.float64), columns)
+    seconds = _union(cell // per_second for cell in own)
+    return (seconds[:, None] * per_second + np.arange(per_second)).reshape(-1)
 
 
 def _union(parts: Iterable[IntArray]) -> IntArray:
@@ -176,7 +196,8 @@ def _at_lag(
 
 def clip(values: FloatArray) -> FloatArray:
     """Bring the outermost half per cent on either side to the border, so that stray values do not decide."""
-    return np.clip(values, quantile(values, 0.005), quantile(values, 0.995))
+    low, high = quantiles(values, 0.005, 0.995)
+    return np.clip(values, low, high)
 
 
 def size(values: FloatArray, share: float = 0.99) -> float:

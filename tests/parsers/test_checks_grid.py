@@ -67,3 +67,20 @@ def test_numbers_whose_squares_overflow_say_nothing():
     wave = np.sin(np.arange(400) / 10)
     assert compare(wave, huge) is None
     assert compare(huge, wave) is None
+
+
+def test_columns_of_the_same_signals_are_taken_over():
+    time = np.arange(0, 30, 0.02)
+    roll, ay = signal(time, np.sin(time)), signal(time, np.cos(time))
+    shared = {"roll": roll, "accel_y": Signal("accel_y", roll.time_ns, ay.values, "y")}
+    first = make_grid(shared)
+    doubled = {**shared, "roll": Signal("roll", roll.time_ns, 2 * roll.values, "x")}
+    again = make_grid(doubled, first)
+    assert again.columns["accel_y"] is first.columns["accel_y"]
+    for name, column in make_grid(doubled).columns.items():
+        assert np.array_equal(again.columns[name], column, equal_nan=True)
+    # other stamps, other cells: nothing can be taken over
+    later = {"roll": roll, "accel_y": signal(time[700:] + 40.0, ay.values[700:])}
+    fresh, after = make_grid(later), make_grid(later, first)
+    assert np.array_equal(after.time_s, fresh.time_s)
+    assert np.array_equal(after.columns["roll"], fresh.columns["roll"], equal_nan=True)
