@@ -17,9 +17,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import combinations
 
 import numpy as np
+from scipy.special import ndtr
 
 from pipelines.joint.answers import Told
 from pipelines.joint.file_check import STATED
@@ -37,6 +39,11 @@ OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05}
 SIMPLE = 0.25
 """Chance beforehand that a log comes from a simple model, which leaves each piece of physics out or not, as a coin falls."""
 
+BARE = 0.1
+"""Chance beforehand that it has wheel loads by m a h / L, as textbooks do: wheels and gravity out, the rest as a coin falls."""
+
+WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips a pitched body"
+
 WIDER = 5.0
 """A wrong figure's spread over the stated one."""
 
@@ -48,6 +55,12 @@ PATCH, GAIN = "patch_lag", "axle_pitch_gain"
 
 NAMED = 0.5
 """Weight from which on a doubt is named."""
+
+HEARD = 1e-6
+"""Weight up to which a doubt moves nothing."""
+
+HALVINGS = 48
+"""Of the span in which a quantile is searched."""
 
 
 @dataclass(frozen=True)
@@ -119,8 +132,8 @@ def _left_out(joint: Joint, vehicle: Vehicle) -> dict[str, Figures]:
     kilos, radius = (float(known.mean[known.index(n)]) for n in ("empty_mass", "radius"))
     low = 0.02 * radius
     pieces = {
-        "wheels that take no torque to spin up": {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002)},
-        "no gravity that tips a pitched body": _upright(joint),
+        WHEELS: {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002)},
+        UPRIGHT: _upright(joint),
         "no anti-dive": _silent(
             vehicle,
             {
@@ -157,13 +170,14 @@ def _upright(joint: Joint) -> Figures:
 
 
 def _physics_doubts(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
-    """Simple authors leave out some pieces: every choice of them alike."""
+    """Simple authors leave out some pieces, every choice of them alike but for a textbook's."""
     pieces = _left_out(joint, vehicle)
     choices = [c for n in range(1, len(pieces) + 1) for c in combinations(pieces, n)]
     found = []
     for chosen in choices:
         figures = {name: value for text in chosen for name, value in pieces[text].items()}
-        found.append(_physics(BETWEEN.join(chosen), joint.known, figures, SIMPLE / 2 ** len(pieces)))
+        chance = (SIMPLE + (4 * BARE if {WHEELS, UPRIGHT} <= {*chosen} else 0.0)) / 2 ** len(pieces)
+        found.append(_physics(BETWEEN.join(chosen), joint.known, figures, chance))
     return found
 
 
@@ -195,15 +209,48 @@ def doubts_of(joint: Joint, vehicle: Vehicle) -> tuple[Weighed, ...]:
 
 
 def doubted(answer: Told, gradient: FloatArray, doubts: Sequence[Weighed]) -> Told:
-    """The answer over all doubts: its mean moved, its spread widened."""
-    effects = [(d.weight, *d.on(gradient)) for d in doubts]
-    shift = sum(w * moved for w, moved, _ in effects)
-    more = sum(w * (moved**2 + change) for w, moved, change in effects) - shift**2
-    std = math.sqrt(max(answer.std**2 + more, (0.5 * answer.std) ** 2))
-    by = std / max(answer.std, 1e-300)
-    low, high = (answer.value + shift + by * (x - answer.value) for x in (answer.low, answer.high))
-    draws = None if answer.draws is None else answer.value + shift + by * (answer.draws - answer.value)
+    """The answer over all doubts: its mean moved, its spread widened, its interval that of the mixture.
+
+    The spread holds what hardly ever is otherwise, by much; so the interval is not 1.96 times it.
+    """
+    heard = [d for d in doubts if d.weight > HEARD]
+    weights = np.array([1.0 - sum(d.weight for d in heard), *(d.weight for d in heard)])
+    effects = np.array([(0.0, 0.0), *(d.on(gradient) for d in heard)])
+    shifts, stds = effects[:, 0], np.sqrt(np.maximum(answer.std**2 + effects[:, 1], (0.25 * answer.std) ** 2))
+    shift = float(weights @ shifts)
+    std = math.sqrt(float(weights @ (stds**2 + (shifts - shift) ** 2)))
+    draws = answer.draws
+    low, high = _quantiles(answer, weights, shifts, stds / max(answer.std, 1e-300), (0.025, 0.975))
+    if draws is not None:
+        draws = answer.value + shift + std / max(answer.std, 1e-300) * (draws - answer.value)
     return Told(answer.value + shift, std, low, high, draws)
+
+
+def _quantiles(
+    answer: Told, weights: FloatArray, shifts: FloatArray, wider: FloatArray, shares: Sequence[float]
+) -> tuple[float, ...]:
+    """Quantiles of copies of the answer's distribution, each moved and stretched about its mean. weights, shifts, wider: (d,)."""
+    if answer.draws is None:
+        reach = 6 * answer.std
+        rising = partial(_normal_share, answer.value, answer.std)
+    else:
+        ordered = np.sort(answer.draws)
+        reach = float(max(ordered[-1] - answer.value, answer.value - ordered[0]))
+        rising = partial(np.interp, xp=ordered, fp=(np.arange(len(ordered)) + 0.5) / len(ordered))
+    found = []
+    for share in shares:
+        low = answer.value + float(np.min(shifts - reach * wider))
+        high = answer.value + float(np.max(shifts + reach * wider))
+        for _ in range(HALVINGS):
+            middle = 0.5 * (low + high)
+            below = weights @ rising(answer.value + (middle - answer.value - shifts) / wider)
+            low, high = (low, middle) if below > share else (middle, high)
+        found.append(0.5 * (low + high))
+    return tuple(found)
+
+
+def _normal_share(mean: float, std: float, x: FloatArray) -> FloatArray:
+    return np.asarray(ndtr((x - mean) / max(std, 1e-300)))
 
 
 def said(doubts: Sequence[Weighed]) -> tuple[str, ...]:

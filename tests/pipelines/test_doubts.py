@@ -57,7 +57,13 @@ def test_the_mean_and_spread_are_those_of_the_mixture(seen: float) -> None:
     mean = float(x @ both / both.sum())
     assert found.value == pytest.approx(mean, abs=0.02)
     assert found.std == pytest.approx(math.sqrt(float((x - mean) ** 2 @ both / both.sum())), rel=2e-3)
-    assert found.high - found.value == pytest.approx(1.96 * found.std, rel=1e-6)
+    rises = np.cumsum(both) / both.sum()
+    for bound, quantile in ((found.low, 0.025), (found.high, 0.975)):
+        assert bound == pytest.approx(float(np.interp(quantile, rises, x)), abs=0.02 * found.std)
+    # the same by draws
+    draws = np.random.default_rng(1).normal(middle, std, 40_000)
+    drawn = doubted(replace(answer, draws=draws), gradient, [replace(doubts[0], weight=share)])
+    assert (drawn.low, drawn.high) == pytest.approx((found.low, found.high), abs=0.06 * found.std)
 
 
 def test_a_figure_that_the_log_does_not_see_keeps_its_chance_and_moves_nothing() -> None:

@@ -32,7 +32,11 @@ def _run(estimator: Estimator, drive: Drive, vehicle: Vehicle) -> Estimate:
     return estimator.estimate(estimator.prepare(drive, defaults), vehicle, defaults, np.random.default_rng(1))
 
 
-def test_with_one_estimator_the_joint_posterior_is_its_own(log: tuple[Drive, Vehicle]) -> None:
+def test_with_one_estimator_the_joint_posterior_is_its_own(
+    log: tuple[Drive, Vehicle], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # what the estimator does not know of: `tests/pipelines/test_doubts.py`
+    monkeypatch.setattr("pipelines.joint.inference.doubts_of", lambda joint, vehicle: ())
     drive, vehicle = log
     alone = _run(LoadBalance(), drive, vehicle)
     assert len(alone.evidence) >= 3
@@ -42,8 +46,8 @@ def test_with_one_estimator_the_joint_posterior_is_its_own(log: tuple[Drive, Veh
         one, both = alone.parameters[name], verdict.parameters[name]
         assert one.std is not None
         assert one.value is not None
-        assert both.value == pytest.approx(one.value, abs=0.3 * one.std)
-        assert both.std == pytest.approx(one.std, rel=0.15)
+        assert both.value == pytest.approx(one.value, abs=0.1 * one.std)
+        assert both.std == pytest.approx(one.std, rel=0.1)
 
 
 def test_truth_lies_in_the_intervals_and_the_log_taught(log: tuple[Drive, Vehicle]) -> None:
