@@ -18,7 +18,7 @@ def reproduce(
     runs: Annotated[
         int | None,
         typer.Option(
-            help="Noise seeds of the study against the bound; default: 50, and 1000 for berntorp.",
+            help="Noise seeds of the study against the bound; default: 50; pence 200, berntorp 1000.",
             min=2,
             max=10_000,
             show_default=False,
