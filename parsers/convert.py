@@ -48,10 +48,10 @@ def convert_logs(
 
                 record, count, files = LongDrive(paths, options, folder, budget).convert(taken, digest)
                 return Converted(record, count, tuple(files))
-        parts = [make_part(taken.pop(0)) for _ in paths]
-        from parsers.store import pack_ahead, write_drive
+        from parsers.store import PackAhead, write_drive
 
-        with contextlib.closing(pack_ahead(s for part in parts for s in part.signals.values())) as ahead:
+        with contextlib.closing(PackAhead()) as ahead:
+            parts = [make_part(taken.pop(0), ahead.signal) for _ in paths]
             drive = make_drive(paths, parts, options, digest)
             del parts
             files = write_drive(drive, folder, ahead)

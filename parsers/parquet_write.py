@@ -122,14 +122,16 @@ class PackedAhead:
     """
 
     def __init__(self, columns: Iterable[Column] = ()) -> None:
-        """Begin at once, unless there is one core only."""
+        """Nothing is packed ahead where there is one core only."""
         self._pool = ThreadPoolExecutor(1) if cores() > 1 else None
         self._begun: dict[int, tuple[Column, Future[PackedColumn]]] = {}
-        if self._pool is not None:
-            each = {id(column): column for column in columns}
-            self._begun = {
-                key: (column, self._pool.submit(pack_column, "", column)) for key, column in each.items()
-            }
+        for column in columns:
+            self.begin(column)
+
+    def begin(self, column: Column) -> None:
+        """Pack this column as soon as there is a core for it."""
+        if self._pool is not None and id(column) not in self._begun:
+            self._begun[id(column)] = column, self._pool.submit(pack_column, "", column)
 
     def packed(self, item: tuple[str, Column]) -> PackedColumn:
         """A column of that name and those values."""

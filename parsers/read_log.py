@@ -254,8 +254,12 @@ def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:
     return Taken(replace(opened, reader=_read_out(opened.reader)), proposals, rows)
 
 
-def make_part(taken: Taken) -> Part:
-    """The signals of a log whose rows were kept in memory; the rows are given up."""
+def no_matter(signal: Signal) -> None:
+    """Nobody waits for it."""
+
+
+def make_part(taken: Taken, made: Callable[[Signal], None] = no_matter) -> Part:
+    """The signals of a log whose rows were kept in memory; the rows are given up. made: called with each as it is made."""
     groups, infos = taken.rows.groups(), taken.infos
     ordered = [group.ordered for group in groups.values()]
     taken.opened.log.reject(BEYOND_JUMP, sum(each.lost for each in ordered))
@@ -272,6 +276,7 @@ def make_part(taken: Taken) -> Part:
                 time_ns = signal.time_ns
                 period = periods[id(time_ns)] if id(time_ns) in periods else usual_period_s(time_ns)
                 signals[name] = signal
+                made(signal)
                 mapped.append(mapped_channel(binding, len(time_ns), period, bindings))
                 stated[name] = is_stated(binding)
                 break

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -37,13 +37,17 @@ def group_table(signals: Sequence[Signal]) -> Table:
     return columns
 
 
-def pack_ahead(signals: Iterable[Signal]) -> PackedAhead:
-    """Begin to pack what `write_drive` will most likely write, while the checks look at it; to be closed."""
-    return PackedAhead(column for signal in signals for column in (signal.time_ns, signal.values))
+class PackAhead(PackedAhead):
+    """Packs what `write_drive` will most likely write, while other signals are made and the checks look at it."""
+
+    def signal(self, signal: Signal) -> None:
+        """Begin with a signal and its stamps."""
+        self.begin(signal.time_ns)
+        self.begin(signal.values)
 
 
 def write_drive(drive: Drive, folder: Path, ahead: PackedAhead | None = None) -> list[Path]:
-    """Write a drive as Parquet files and its import record; the files written. ahead: see `pack_ahead`.
+    """Write a drive as Parquet files and its import record; the files written. ahead: see `PackAhead`.
 
     The files take the place of those that an earlier run wrote into the folder; until all are made, nothing there
     changes. Raises LogError where they cannot be written, or where the folder holds tables of others.
