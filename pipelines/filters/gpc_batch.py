@@ -31,6 +31,9 @@ TOO_LARGE = 1.1
 SETTLED = 1e-3
 """A step below this share of a deviation in every direction ends the iteration."""
 
+STUCK = 0.02
+"""The same where no part of a step betters the fit: slopes by expansion are not exact, and a fiftieth is of no account."""
+
 
 @dataclass(frozen=True)
 class BatchEstimate:
@@ -172,7 +175,7 @@ def _search(
                 break
             share *= 0.5
         else:
-            return at, residual, False
+            return at, residual, bool(np.all(np.abs(step[known]) < STUCK * deviation[known]))
         at, residual, cost = at + share * step, other, less
     return at, residual, False
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 from parsers.errors import StoreError
 from pipelines.fleet.plain import from_plain, json_bytes, read_json
@@ -24,10 +26,11 @@ Join = Callable[[str, Sequence[DriveTold]], VehicleKnowledge]
 
 @dataclass(frozen=True)
 class _Joined:
-    """key: of the drives that went in."""
+    """key: of the drives that went in. sum: of what they said, so that a damaged file is told from a sound one."""
 
     key: str
     knowledge: VehicleKnowledge
+    sum: str = ""
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,12 @@ def _key(vehicle_id: str, drives: Sequence[Finished]) -> str:
     return hashlib.sha256(json_bytes([FORMAT, vehicle_id, told])).hexdigest()
 
 
+def _sum(raw: Mapping[str, Any]) -> str:
+    """A hash over what a file says that the drives said together."""
+    said = json.dumps(raw.get("knowledge"), sort_keys=True)
+    return hashlib.sha256(said.encode("utf-8", "surrogatepass")).hexdigest()
+
+
 def _last(store: Store, name: str, key: str) -> VehicleKnowledge | None:
     """What was joined last, if it was of the same drives."""
     content = store.storage.read(name)
@@ -73,8 +82,9 @@ def _last(store: Store, name: str, key: str) -> VehicleKnowledge | None:
         return None
     try:
         raw = read_json(content)
-        return from_plain(_Joined, raw).knowledge if raw.get("key") == key else None
-    except StoreError:
+        sound = raw.get("key") == key and raw.get("sum") == _sum(raw)
+        return from_plain(_Joined, raw).knowledge if sound else None
+    except (StoreError, RecursionError):
         # damaged: joined anew
         return None
 
@@ -97,7 +107,8 @@ def joined(store: Store, vehicle_id: str, drives: Sequence[Finished], join: Join
     if copies:
         said = [f"{copy} is the same recording as {first}: it counts once" for copy, first in copies.items()]
         knowledge = replace(knowledge, notes=(*knowledge.notes, *said))
-    store.storage.write(name, json_bytes(_Joined(key, knowledge)))
+    made = _Joined(key, knowledge)
+    store.storage.write(name, json_bytes(replace(made, sum=_sum(read_json(json_bytes(made))))))
     return knowledge
 
 

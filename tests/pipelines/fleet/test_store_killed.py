@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import signal
 import subprocess
@@ -111,3 +112,16 @@ def test_no_damage_is_a_traceback(sound: Path, tmp_path: Path, data: st.DataObje
     # what was damaged is to be done again, unless it was no more than another form of the same
     problems = store.all().damaged
     assert len(problems) <= 1
+
+
+def test_a_changed_figure_of_a_vehicle_is_joined_anew(sound: Path, tmp_path: Path) -> None:
+    place = tmp_path / "store"
+    shutil.copytree(sound, place)
+    (file,) = (place / "vehicles").rglob("*.json")
+    whole = file.read_bytes()
+    value = re.search(rb'"value":\s*(\d+\.\d+)', whole)
+    assert value is not None
+    for damage in (b"9" + value[1], value[1][::-1]):
+        file.write_bytes(whole.replace(value[1], damage))
+        assert _tables(open_store(str(place), create=True))["drives"] == 3
+        assert file.read_bytes() == whole
