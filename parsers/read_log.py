@@ -254,11 +254,11 @@ def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:
     return Taken(replace(opened, reader=_read_out(opened.reader)), proposals, rows)
 
 
-def no_matter(signal: Signal) -> None:
-    """Nobody waits for it."""
+def unheard(signal: Signal) -> None:
+    """Nobody waits for the signals one by one."""
 
 
-def make_part(taken: Taken, made: Callable[[Signal], None] = no_matter) -> Part:
+def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     """The signals of a log whose rows were kept in memory; the rows are given up. made: called with each as it is made."""
     groups, infos = taken.rows.groups(), taken.infos
     ordered = [group.ordered for group in groups.values()]
