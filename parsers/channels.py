@@ -49,8 +49,10 @@ class Chunk:
     time_ns: shape (n,), int64 nanoseconds on the log's clock (since 1970 where the log knows the wall clock,
         else since the log's own zero). Order as in the log: sorting is `parsers.timebase`'s work.
     columns: channel name -> shape (n,) float64, raw channel unit (scaled by the log's own conversion).
+    own: whether no column's memory is anybody else's, another column's neither, so that it may be written over.
     """
 
     group: str
     time_ns: IntArray
     columns: Mapping[str, FloatArray]
+    own: bool = False

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import numpy as np
-
+from parsers.adjacent import joined
 from parsers.channels import ChannelInfo, FloatArray, IntArray
 from parsers.timebase import Ordered, order
 
@@ -60,15 +59,20 @@ class LogRows:
         self._intake, self._names = intake, columns
         self._times: dict[str, list[IntArray]] = {}
         self._columns: dict[str, dict[str, list[FloatArray]]] = {}
+        self._shared: set[str] = set()
         self.writers: dict[str, GroupWriter] = {}
 
-    def add(self, group: str, time_ns: IntArray, columns: Mapping[str, FloatArray]) -> None:
-        """Take some rows of a group, (n,) each, in the log's order."""
+    def add(
+        self, group: str, time_ns: IntArray, columns: Mapping[str, FloatArray], *, own: bool = False
+    ) -> None:
+        """Take some rows of a group, (n,) each, in the log's order. own: see `Chunk`."""
         if self._intake.spool is not None:
             self._writer(group, self._intake.spool).add(time_ns, columns)
         else:
             self._times.setdefault(group, []).append(time_ns)
             held = self._columns.setdefault(group, {})
+            if not own:
+                self._shared.add(group)
             for name, values in columns.items():
                 held.setdefault(name, []).append(values)
         self._intake.took(len(time_ns) * (1 + len(columns)) * _ITEM)
@@ -94,15 +98,17 @@ class LogRows:
         """All rows that were kept in memory, by group; to be called once."""
         groups: dict[str, Group] = {}
         for name in list(self._times):
-            ordered = order(np.concatenate(times) if len(times := self._times.pop(name)) > 1 else times[0])
+            ordered = order(joined(self._times.pop(name)))
             held = self._columns.pop(name)
             columns: dict[str, FloatArray] = {}
             own: set[str] = set()
             for column in list(held):
-                values = np.concatenate(parts) if len(parts := held.pop(column)) > 1 else parts[0]
+                values = joined(parts := held.pop(column))
                 columns[column] = values if ordered.untouched else values[ordered.rows]
-                # what a reader gave may be several columns at once
-                if columns[column] is not parts[0]:
+                # what a reader gave may be several columns at once; a copy is nobody else's
+                if name not in self._shared or (
+                    columns[column].base is None and columns[column] is not parts[0]
+                ):
                     own.add(column)
             groups[name] = Group(columns, ordered, frozenset(own))
         return groups

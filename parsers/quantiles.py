@@ -60,6 +60,12 @@ def _quantile(values: NDArray[Any], ordered: NDArray[Any], share: float) -> floa
     return a + (b - a) * way if way < 0.5 else b - (b - a) * (1 - way)
 
 
+def median(values: FloatArray) -> float:
+    """The median of those that are not NaN, NaN where none is (`numpy.median` would load numpy's masked arrays first)."""
+    known = values[~np.isnan(values)]
+    return quantile(known, 0.5) if len(known) else math.nan
+
+
 def distinct(values: NDArray[T]) -> NDArray[T]:
     """The different values in order (`numpy.unique` would load numpy's masked arrays first)."""
     ordered = np.sort(values)

@@ -155,7 +155,8 @@ def _take_rows(opened: OpenedLog, wanted: frozenset[str], rows: LogRows) -> None
         possible = _possible(chunk.time_ns)
         time_ns = chunk.time_ns[possible]
         opened.log.reject("row whose time stamp is impossible", len(chunk.time_ns) - len(time_ns))
-        rows.add(chunk.group, time_ns, {name: values[possible] for name, values in chunk.columns.items()})
+        columns = {name: values[possible] for name, values in chunk.columns.items()}
+        rows.add(chunk.group, time_ns, columns, own=chunk.own)
 
 
 def _bound(binding: Binding, columns: Mapping[str, FloatArray], *, in_place: bool) -> FloatArray:

@@ -17,13 +17,17 @@ from parsers.can.groups import Group, channel_of, groups_of
 from parsers.can.keep import MOST_WORDS, Keeper, Kept, KnownIds
 from parsers.can.matching import explain_no_match, match_streams, note_unknown
 from parsers.can.slots import GROUP
-from parsers.can.spread import spread
+from parsers.can.spread import Piece, pieces, spread
+from parsers.can.whole import Columns, Places, places
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.importer import ImportLog, ReadOptions
 from parsers.parallel import in_order
 
 KEPT_BYTES = 96 << 20
 """Most memory that the frames of one pass may take; of a log with more, `read` makes a second pass."""
+
+PIECE = 1 << 17
+"""Frames of a batch that is kept which a core decodes at a time: what lies between frames and columns stays small."""
 
 VALUES = 1 << 21
 """About how many values a chunk has at the most."""
@@ -96,24 +100,38 @@ class CanReader:
             return
         streams = list({id(group.stream): group.stream for group in groups}.values())
         width = [_words(stream.message) for stream in streams]
-        parts = {id(stream): part for part, stream in enumerate(streams)}
+        number = {id(stream): part for part, stream in enumerate(streams)}
+        parts = [number[id(group.stream)] for group in groups]
         part_of_key = {key: part for part, stream in enumerate(streams) for key in stream.keys}
         part_of = np.array([part_of_key.get(key, -1) for key in self._keeper.keys.tolist()], np.int64)
         if kept is None:
             words = np.where(part_of >= 0, np.array(width, np.int64)[part_of], 0)
-            batches: Iterator[Kept] = self._next_pass(words)
+            work: Iterator[tuple[Piece, Places]] = (
+                (piece, Places.loose(groups))
+                for batch in self._next_pass(words)
+                for piece in pieces(batch, words, part_of, len(streams), batch.slot.size)
+            )
         else:
-            words, batches = self._keeper.words, (kept.popleft() for _ in range(len(kept)))
+            words = self._keeper.words
+            taken = deque(
+                piece for batch in kept for piece in pieces(batch, words, part_of, len(streams), PIECE)
+            )
+            kept.clear()
+            work = places(taken, groups, parts, wanted)
 
-        def decode(batch: Kept) -> list[_Outcome]:
-            payloads = spread(batch, words, part_of, width)
-            pairs = [(payloads[parts[id(group.stream)]], group) for group in groups]
-            slab = Slab(sum(_size(of, group, wanted) for of, group in pairs))
-            return [each for of, group in pairs for each in _decoded(of, group, wanted, slab)]
+        def decode(item: tuple[Piece, Places]) -> list[_Outcome]:
+            piece, into = item
+            payloads = spread(piece, words, part_of, width, into.stamps, into.stamps_at)
+            each = [
+                (payloads[part], group, columns)
+                for part, group, columns in zip(parts, groups, into.columns, strict=True)
+            ]
+            slab = Slab(sum(_size(of, group, wanted) for of, group, columns in each if columns is None))
+            return [outcome for work in each for outcome in _decoded(*work, wanted, slab)]
 
         # the batches of another pass share their memory: one at a time
         workers = 1 if kept is None else None
-        for outcomes in in_order(decode, batches, workers=workers):
+        for outcomes in in_order(decode, work, workers=workers):
             for chunk, rejected in outcomes:
                 for reason, count in rejected:
                     self._log.reject(reason, count)
@@ -152,17 +170,24 @@ def _size(payloads: Payloads, group: Group, wanted: frozenset[str]) -> int:
     return room_of(8 * payloads.length.size) * (1 + sum(name in wanted for name in group.signals))
 
 
-def _decoded(payloads: Payloads, group: Group, wanted: frozenset[str], slab: Slab) -> Iterator[_Outcome]:
+def _decoded(
+    payloads: Payloads, group: Group, into: Columns | None, wanted: frozenset[str], slab: Slab
+) -> Iterator[_Outcome]:
     """The chunks of one group out of a batch of its stream's payloads."""
     step = max(VALUES // len(group.signals), 4096)
     for begin in range(0, payloads.length.size, step):
-        part = payloads
+        part, columns = payloads, into
         if payloads.length.size > step:
-            part = payloads.rows(slice(begin, begin + step))
-        yield _chunk(part, group, wanted, slab)
+            rows = slice(begin, begin + step)
+            part = payloads.rows(rows)
+            columns = {name: values[rows] for name, values in into.items()} if into is not None else None
+        yield _chunk(part, group, columns, wanted, slab)
 
 
-def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str], slab: Slab) -> _Outcome:
+def _chunk(
+    payloads: Payloads, group: Group, into: Columns | None, wanted: frozenset[str], slab: Slab
+) -> _Outcome:
+    """One chunk. into: where its values go; without, values and stamps go into the slab."""
     stream = group.stream
     rejected: list[tuple[str, int]] = []
     too_short = f"{stream.message.name}: frame shorter than the DBC says"
@@ -176,7 +201,7 @@ def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str], slab: Slab)
     signals = {name: signal for name, signal in group.signals.items() if name in wanted}
     columns: dict[str, FloatArray] = {}
     for name, signal in signals.items():
-        values = slab.empty(payloads.length.size, np.float64)
+        values = slab.empty(payloads.length.size, np.float64) if into is None else into[name]
         got = decode_signal(
             payloads, signal, values, j1939=stream.special_codes, proprietary=stream.proprietary
         )
@@ -189,10 +214,12 @@ def _chunk(payloads: Payloads, group: Group, wanted: frozenset[str], slab: Slab)
         ]
     missing = short(payloads, [signal.field for signal in signals.values()])
     rejected.append((too_short, int(np.count_nonzero(missing))))
-    # a copy, lest a few rows of a slow message keep the stamps of all in memory
-    time_ns = slab.empty(payloads.length.size, np.int64)
-    time_ns[:] = payloads.time_ns
-    return Chunk(group.name, time_ns, columns), rejected
+    time_ns = payloads.time_ns
+    if into is None:
+        # a copy, lest a few rows of a slow message keep the stamps of all in memory
+        time_ns = slab.empty(payloads.length.size, np.int64)
+        time_ns[:] = payloads.time_ns
+    return Chunk(group.name, time_ns, columns, own=True), rejected
 
 
 def _batches(source: FrameSource, keeper: Keeper, *, counting: bool) -> Iterator[Kept]:

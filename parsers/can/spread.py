@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -14,11 +15,46 @@ from parsers.channels import ByteArray, IntArray
 from parsers.jit import kernel
 
 
+@dataclass(frozen=True)
+class Piece:
+    """Some frames of a batch, and how many of them belong to each part: (parts,)."""
+
+    frames: Kept
+    counts: IntArray
+
+
 @kernel
-def _count(slot: SlotArray, part_of: IntArray, counts: IntArray) -> None:
+def _count(
+    slot: SlotArray,
+    slot_words: IntArray,
+    part_of: IntArray,
+    step: int,
+    counts: IntArray,
+    first_word: IntArray,
+) -> None:
+    """The frames of each part in every piece of `step` frames, and each piece's first word; at last where the words end."""
+    at = 0
     for i in range(slot.size):
+        if i % step == 0:
+            first_word[i // step] = at
         if part_of[slot[i]] >= 0:
-            counts[part_of[slot[i]]] += 1
+            counts[i // step, part_of[slot[i]]] += 1
+        at += slot_words[slot[i]]
+    first_word[first_word.size - 1] = at
+
+
+def pieces(kept: Kept, slot_words: IntArray, part_of: IntArray, parts: int, step: int) -> list[Piece]:
+    """A batch in pieces of at most `step` frames, for `spread`."""
+    frames = kept.slot.size
+    counts = np.zeros((-(-frames // step), parts), np.int64)
+    word = np.zeros(len(counts) + 1, np.int64)
+    _count(kept.slot, slot_words, part_of, step, counts, word)
+    found: list[Piece] = []
+    for number, each in enumerate(counts):
+        rows = slice(number * step, (number + 1) * step)
+        words = kept.words[word[number] : word[number + 1]]
+        found.append(Piece(Kept(kept.time_ns[rows], kept.slot[rows], kept.length[rows], words), each))
+    return found
 
 
 @kernel
@@ -30,6 +66,7 @@ def _spread(
     slot_words: IntArray,
     part_of: IntArray,
     width: IntArray,
+    time_at: IntArray,
     row_at: IntArray,
     word_at: IntArray,
     shortest: IntArray,
@@ -37,43 +74,55 @@ def _spread(
     out_length: ByteArray,
     out_words: WordArray,
 ) -> None:
-    """Put every frame behind the last one of its part. row_at, word_at: where each part's next row and word go."""
+    """Put every frame behind the last one of its part. time_at, row_at, word_at: where each part's next stamp, row and word
+    go."""
     at = 0
     for i in range(slot.size):
         which = slot[i]
         part = part_of[which]
         if part >= 0:
             row, word = row_at[part], word_at[part]
-            out_time[row], out_length[row] = time_ns[i], length[i]
+            out_time[time_at[part]], out_length[row] = time_ns[i], length[i]
             shortest[part] = min(shortest[part], np.int64(length[i]))
             for k in range(width[part]):
                 out_words[word + k] = words[at + k] if k < slot_words[which] else np.uint64(0)
+            time_at[part] += 1
             row_at[part], word_at[part] = row + 1, word + width[part]
         at += slot_words[which]
 
 
-def spread(kept: Kept, slot_words: IntArray, part_of: IntArray, width: Sequence[int]) -> list[Payloads]:
+def spread(
+    piece: Piece,
+    slot_words: IntArray,
+    part_of: IntArray,
+    width: Sequence[int],
+    stamps: IntArray | None = None,
+    stamps_at: IntArray | None = None,
+) -> list[Payloads]:
     """The payloads of each part, in the log's order.
 
-    slot_words: (slots,) words of each slot's frames in `kept`. part_of: (slots,) the part of each slot, -1 for none.
-    width: words of each part's payloads, at most those of any slot in it.
+    slot_words: (slots,) words of each slot's frames. part_of: (slots,) the part of each slot, -1 for none. width: words of
+    each part's payloads, at most those of any slot in it. stamps, stamps_at: where the stamps are written to, and where each
+    part's begin in it, (parts,); without, they get memory of their own.
     """
+    kept, counts = piece.frames, piece.counts
     parts = len(width)
-    widths, counts = np.array(width, np.int64), np.zeros(parts, np.int64)
-    _count(kept.slot, part_of, counts)
+    widths = np.array(width, np.int64)
     rows, words = np.cumsum(counts), np.cumsum(counts * widths)
     total, total_words = (int(rows[-1]), int(words[-1])) if parts else (0, 0)
-    slab = Slab(9 * total + 8 * total_words + 128)
-    time_ns, length = slab.empty(total, np.int64), slab.empty(total, np.uint8)
-    out, shortest = slab.empty(total_words, np.uint64), np.full(parts, 255, np.int64)
     first_row, first_word = rows - counts, words - counts * widths
+    slab = Slab(9 * total + 8 * total_words + 128)
+    length, out = slab.empty(total, np.uint8), slab.empty(total_words, np.uint64)
+    shortest = np.full(parts, 255, np.int64)
+    if stamps is None or stamps_at is None:
+        stamps, stamps_at = slab.empty(total, np.int64), first_row
     _spread(
-        kept.time_ns, kept.slot, kept.length, kept.words, slot_words, part_of, widths, first_row.copy(), first_word.copy(),
-        shortest, time_ns, length, out,
+        kept.time_ns, kept.slot, kept.length, kept.words, slot_words, part_of, widths, stamps_at.copy(), first_row.copy(),
+        first_word.copy(), shortest, stamps, length, out,
     )  # fmt: skip
     return [
         Payloads(
-            time_ns[first_row[k] : rows[k]],
+            stamps[stamps_at[k] : stamps_at[k] + counts[k]],
             length[first_row[k] : rows[k]],
             out[first_word[k] : words[k]].reshape(-1, width[k]),
             int(shortest[k]),

@@ -10,6 +10,7 @@ import numpy as np
 
 from parsers.checks.grid import BoolArray, Grid, Together, compare, size
 from parsers.checks.motion import MIN_SPEED, path_speed, path_turn_rate, smooth
+from parsers.quantiles import median
 
 _SHARP = 0.2
 _SURE = 6.0
@@ -96,7 +97,7 @@ def _magnitudes(grid: Grid) -> Iterator[Evidence]:
             )
     vertical = grid.get("accel_z")
     if vertical is not None and np.isfinite(vertical).any():
-        middle = abs(float(np.nanmedian(vertical)))
+        middle = abs(median(vertical))
         if middle > 0.3:
             text = "accel_z is {ratio} at its median (gravity is 9.81 m/s²)"
             yield Evidence({"accel_z": 1.0}, middle, 8.7, 10.9, _SURE, text)

@@ -11,7 +11,7 @@ from parsers.checks.grid import BoolArray, Grid, compare
 from parsers.checks.motion import path_turn_rate, seconds, vehicle_speed
 from parsers.checks.wording import show
 from parsers.drive import Decision, Signal
-from parsers.quantiles import distinct, quantile
+from parsers.quantiles import distinct, median, quantile
 
 STANDSTILL = 0.1
 _MIN_STANDSTILL_S = 3.0
@@ -106,7 +106,7 @@ def weightless(signals: Mapping[str, Signal]) -> Decision | None:
     signal = signals.get("accel_z")
     if signal is None:
         return None
-    middle = float(np.median(signal.values))
+    middle = median(signal.values)
     if abs(middle) >= _MOST_WEIGHTLESS or float(np.std(signal.values)) <= 1e-6:
         return None
     return Decision(
@@ -152,7 +152,7 @@ def _flat(values: FloatArray) -> bool:
 def _moves(values: FloatArray | None, least: float) -> bool:
     if values is None or not np.isfinite(values).any():
         return False
-    return seconds(np.abs(values - np.nanmedian(values)) > least) > 1.0
+    return seconds(np.abs(values - median(values)) > least) > 1.0
 
 
 def _coarse(signal: Signal) -> list[Decision]:

@@ -28,7 +28,7 @@ from parsers.checks.motion import (
 )
 from parsers.checks.springs import DEFLECTIONS, springs_decision, springs_in_braking, springs_tilt
 from parsers.drive import Decision
-from parsers.quantiles import quantile
+from parsers.quantiles import median, quantile
 
 MIN_LATERAL = 1.0
 MIN_SECONDS = 1.0
@@ -159,7 +159,7 @@ def lateral_signs(grid: Grid) -> SignResult:
         return SignResult(frozenset(), (), (text,))
     votes = lateral_votes(grid, reference)
     down = grid.get("accel_z")
-    z_down = down is not None and bool(np.isfinite(down).any()) and float(np.nanmedian(down)) < -5
+    z_down = down is not None and bool(np.isfinite(down).any()) and median(down) < -5
     costs = {vote.name: vote.cost for vote in votes} | {name: _COSTS[name]}
     against = {vote.name for vote in votes if vote.found.sign < 0}
     with_it = {vote.name for vote in votes if vote.found.sign > 0}
@@ -291,7 +291,7 @@ def _gravity(grid: Grid, inverted: set[str]) -> list[Decision]:
     vertical = grid.get("accel_z")
     if vertical is None or not np.isfinite(vertical).any():
         return []
-    middle = float(np.nanmedian(vertical))
+    middle = median(vertical)
     evidence = f"median {middle:.2f} m/s²"
     if -11.5 < middle < -8:
         inverted.add("accel_z")

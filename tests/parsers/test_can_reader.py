@@ -9,8 +9,10 @@ from pathlib import Path
 import can
 import cantools
 import numpy as np
+import pytest
 from can_rows import CAR, Listed, open_rows, read_all
 
+from parsers.adjacent import joined
 from parsers.can.frames import CanFrames
 from parsers.can.reader import CanReader
 from parsers.importer import ImportLog, ReadOptions
@@ -209,3 +211,38 @@ def test_text_formats_give_the_same_signals(tmp_path: Path) -> None:
         assert steps[-1][0] == steps[-1][1]
     assert results[0] == results[1] == results[2]
     assert len(results[0]) == 7
+
+
+@pytest.mark.parametrize("whole", [0, 1 << 20])
+@pytest.mark.parametrize("size", [1, 3, 7, 1000])
+def test_pieces_of_any_size_give_the_same_columns(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int, whole: int
+) -> None:
+    rng = np.random.default_rng(5)
+    rows = []
+    for stamp in range(60):
+        can_id = int(rng.choice([100, 291, 999]))
+        data = rng.integers(0, 256, 8, np.uint8)
+        # the multiplexer at nought half of the time; some frames are too short
+        data[0] &= 0xF0 if stamp % 2 else 0xFF
+        rows.append((stamp, can_id, 1, data.tobytes()[: 8 if stamp % 5 else 2]))
+    both = CAR + NESTED[NESTED.index("BO_ ") :]
+    expected, log = open_rows(tmp_path, rows, both)
+    columns = read_all(expected)
+    monkeypatch.setattr("parsers.can.reader.PIECE", size)
+    monkeypatch.setattr("parsers.can.whole.WHOLE_BYTES", whole)
+    reader, cut = open_rows(tmp_path, rows, both)
+    assert str(read_all(reader)) == str(columns)
+    assert cut.rejected == log.rejected
+    assert {"Motion.YawRate", "Nest.S0", "Nest.S1"} <= columns.keys()
+
+
+def test_the_columns_of_a_message_lie_in_one_piece(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("parsers.can.reader.PIECE", 4)
+    rows = [(i, 291, 1, bytes([i, 0, 0, 100, 0, 0, 0, 0])) for i in range(10)]
+    reader, _ = open_rows(tmp_path, rows, CAR)
+    chunks = list(reader.read(frozenset(["Motion.YawRate", "Motion.Speed"])))
+    assert len(chunks) == 3
+    assert all(chunk.own for chunk in chunks)
+    for pieces in ([c.time_ns for c in chunks], *([c.columns[n] for c in chunks] for n in chunks[0].columns)):
+        assert np.shares_memory(joined(pieces), pieces[0])
