@@ -36,28 +36,31 @@ def quantiles(values: NDArray[Any], *shares: float) -> tuple[float, ...]:
 def _quantile(values: NDArray[Any], ordered: NDArray[Any], share: float) -> float:
     """ordered: some of the values, in order."""
     n = len(values)
-    if n < _FEW:
-        return float(np.quantile(values, share))
     place = (n - 1) * share
     first = math.floor(place)
     last = min(first + 1, n - 1)
+    below, middle = 0, values
+    if n >= _FEW:
+        below, middle = _between(values, ordered, share)
+        if first < below or last - below >= len(middle):
+            below, middle = 0, values
+    part = np.partition(middle, (first - below, last - below))
+    a, b = float(part[first - below]), float(part[last - below])
+    # numpy's own way to interpolate, to the last bit; numpy's quantile itself would load its masked arrays first
+    way = place - first
+    return a + (b - a) * way if way < 0.5 else b - (b - a) * (1 - way)
+
+
+def _between(values: NDArray[Any], ordered: NDArray[Any], share: float) -> tuple[int, NDArray[Any]]:
+    """The values around where a quantile should be, and how many are below them."""
     low = ordered[max(int((share - _ASIDE) * len(ordered)), 0)]
     high = ordered[min(int((share + _ASIDE) * len(ordered)), len(ordered) - 1)]
     if share <= _ASIDE:
-        below, middle = 0, values[values <= high]
-    elif share >= 1 - _ASIDE:
-        middle = values[values >= low]
-        below = n - len(middle)
-    else:
-        below = int(np.count_nonzero(values < low))
-        middle = values[(values >= low) & (values <= high)]
-    if first < below or last - below >= len(middle):
-        return float(np.quantile(values, share))
-    part = np.partition(middle, (first - below, last - below))
-    a, b = float(part[first - below]), float(part[last - below])
-    # numpy's own way to interpolate, to the last bit
-    way = place - first
-    return a + (b - a) * way if way < 0.5 else b - (b - a) * (1 - way)
+        return 0, values[values <= high]
+    if share >= 1 - _ASIDE:
+        above = values[values >= low]
+        return len(values) - len(above), above
+    return int(np.count_nonzero(values < low)), values[(values >= low) & (values <= high)]
 
 
 def median(values: FloatArray) -> float:
