@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import struct
 import sys
+import threading
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
@@ -66,23 +67,28 @@ def _arrays_are_known() -> bool:
 
 
 @cache
-def _machine() -> Any:
-    """What links object files into this process."""
+def _engine() -> Any:
+    """What links object files into this process; it lives as long as the code in it.
+
+    One for all: making one takes five times as long as linking a kernel. Their names do not meet, for an object file shows
+    one name only, with the key in it.
+    """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    return llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine()
+    machine = llvm.Target.from_triple(llvm.get_process_triple()).create_target_machine()
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
 
 
-_ENGINES: list[Any] = []
-"""They live as long as the code in them."""
+_LINKING = threading.Lock()
 
 
+@cache
 def _address(code: bytes, name: str) -> int:
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), _machine())
-    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-    engine.finalize_object()
-    _ENGINES.append(engine)
-    return int(engine.get_function_address(name))
+    with _LINKING:
+        engine = _engine()
+        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        engine.finalize_object()
+        return int(engine.get_function_address(name))
 
 
 def _native(kernel: Kernel, address: int, leaves: Sequence[Leaf], result: str, *, nested: bool) -> Call:

@@ -272,6 +272,23 @@ def test_kernels_are_called_from_several_threads():
         assert list(pool.map(total, arrays)) == [total.py_func(each) for each in arrays]
 
 
+def test_kernels_of_one_name_and_equal_kernels_are_kept_apart() -> None:
+    def made(factor: float):
+        def scaled(values):
+            found = 0.0
+            for k in range(values.size):
+                found += factor * values[k]
+            return found
+
+        return kernel(scaled)
+
+    values = np.arange(4.0)
+    kernels = [made(factor) for factor in (2.0, 3.0, 2.0)]
+    assert [each(values) for each in kernels] == [12.0, 18.0, 12.0]
+    # called again after others were linked
+    assert [each(values) for each in kernels] == [12.0, 18.0, 12.0]
+
+
 def test_a_version_of_numba_that_nobody_tried_calls_its_kernels_itself(monkeypatch, tmp_path):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr("parsers.jit_compile.TRIED", frozenset())
