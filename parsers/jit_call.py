@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import struct
 import sys
-import threading
 from collections.abc import Sequence
 from functools import cache
 from typing import Any
@@ -79,16 +78,13 @@ def _engine() -> Any:
     return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine)
 
 
-_LINKING = threading.Lock()
-
-
 @cache
 def _address(code: bytes, name: str) -> int:
-    with _LINKING:
-        engine = _engine()
-        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-        engine.finalize_object()
-        return int(engine.get_function_address(name))
+    """Where the function of an object file is. One thread at a time links: see `parsers.jit`."""
+    engine = _engine()
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return int(engine.get_function_address(name))
 
 
 def _native(kernel: Kernel, address: int, leaves: Sequence[Leaf], result: str, *, nested: bool) -> Call:

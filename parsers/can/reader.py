@@ -122,12 +122,12 @@ class CanReader:
         def decode(item: tuple[Piece, Places]) -> list[_Outcome]:
             piece, into = item
             payloads = spread(piece, words, part_of, width, into.stamps, into.stamps_at)
-            each = [
+            parcels = [
                 (payloads[part], group, columns)
                 for part, group, columns in zip(parts, groups, into.columns, strict=True)
             ]
-            slab = Slab(sum(_size(of, group, wanted) for of, group, columns in each if columns is None))
-            return [outcome for work in each for outcome in _decoded(*work, wanted, slab)]
+            slab = Slab(sum(_size(of, group, wanted) for of, group, columns in parcels if columns is None))
+            return [outcome for parcel in parcels for outcome in _decoded(*parcel, wanted, slab)]
 
         # the batches of another pass share their memory: one at a time
         workers = 1 if kept is None else None
