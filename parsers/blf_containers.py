@@ -109,13 +109,18 @@ def inflate(data: Bytes, limit: int) -> tuple[bytes, bool]:
     return content, stream.eof
 
 
+def can_hold(size: int, claimed: int) -> bool:
+    """Whether a deflated container of `size` bytes may hold what it claims."""
+    return 0 < claimed <= min(MAX_CONTAINER, _MOST_PER_BYTE * size)
+
+
 def content_of(method: int, claimed: int, payload: Bytes) -> tuple[Bytes, bool]:
     """What a container holds, and whether it is whole."""
     if method == STORED:
         return payload, True
     if method != ZLIB:
         return b"", False
-    if 0 < claimed <= min(MAX_CONTAINER, _MOST_PER_BYTE * len(payload)):
+    if can_hold(len(payload), claimed):
         try:
             return deflate.zlib_decompress(payload, claimed), True
         except deflate.DeflateError:

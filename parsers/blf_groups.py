@@ -19,6 +19,7 @@ from parsers.blf_containers import (
     ZLIB,
     BlfHeader,
     Container,
+    can_hold,
     container_at,
     content_of,
     odd_blocks,
@@ -26,6 +27,7 @@ from parsers.blf_containers import (
 from parsers.blf_walk import BEHIND, COLUMNS_BYTES, FRONT, Block, Columns, block_of
 from parsers.blf_walker import Guess, guess
 from parsers.channels import ByteArray
+from parsers.inflate import inflate_all
 from parsers.parallel import in_order
 
 READ_BYTES = 2 << 20
@@ -83,13 +85,31 @@ def _walked(work: _Group | Block) -> tuple[_Group | Block, list[tuple[Block, Gue
     """The blocks of a group of containers, the first of them walked."""
     if isinstance(work, Block):
         return work, [(work, None)]
-    found = _inflated(work)
+    found = _whole(work) or _inflated(work)
     ahead = guess(found[0], work.start_ns, work.room.columns) if found else None
     return work, [(block, ahead if number == 0 else None) for number, block in enumerate(found)]
 
 
+def _whole(work: _Group) -> list[Block]:
+    """The contents of a group of containers as one block; none where not all of them are as they should be."""
+    found, content = work.containers, work.room.content
+    at, size, rooms = np.array([(each.at, each.size, each.claimed) for each in found], np.int64).T.copy()
+    ends = FRONT + np.cumsum(rooms)
+    usual = all(each.method == ZLIB and can_hold(each.size - HEAD_SIZE, each.claimed) for each in found)
+    if not usual or ends[-1] > content.size - BEHIND:
+        return []
+    raw = np.frombuffer(work.raw, np.uint8)
+    whole = inflate_all(
+        raw, at - work.start + HEAD_SIZE, size - HEAD_SIZE, content, ends - rooms, rooms
+    )
+    if whole is None or not whole.all():
+        return []
+    first, last = found[0], found[-1]
+    return [Block("container", first.at, last.at + last.size - first.at, content, FRONT, int(ends[-1]))]
+
+
 def _inflated(work: _Group) -> list[Block]:
-    """The contents of a group of containers: as few blocks as there can be, in order."""
+    """The contents of a group of containers, one by one: as few blocks as there can be, in order."""
     blocks: list[Block] = []
     raw, room = memoryview(work.raw), work.room.content
     begin = at = FRONT

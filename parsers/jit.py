@@ -167,3 +167,34 @@ def load_u32(buffer: ByteArray, at: int) -> int:
 def load_u64(buffer: ByteArray, at: int) -> int:
     """Eight bytes as an unsigned number (uint64 in a kernel: mix only with np.uint64). As unchecked as `load_u16`."""
     return _LOAD_64(buffer, at)
+
+
+def _prefetch() -> Any:
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    def prefetch(_typing: Any, array: Any, at: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            # to be read, and soon
+            kinds = [data.type, *[ir.IntType(32)] * 3]
+            instruction = builder.module.declare_intrinsic(
+                "llvm.prefetch", [data.type], ir.FunctionType(ir.VoidType(), kinds)
+            )
+            what = [ir.Constant(ir.IntType(32), number) for number in (0, 3, 1)]
+            builder.call(instruction, [builder.gep(data, [arguments[1]]), *what])
+            return context.get_dummy_value()
+
+        return types.void(array, types.intp), generate
+
+    return intrinsic(prefetch)
+
+
+_PREFETCH = cast("Callable[[ByteArray, int], None]", Primitive("prefetch", _prefetch))
+
+
+@kernel
+def prefetch(buffer: ByteArray, at: int) -> None:
+    """Have the byte brought near, as it will soon be read. For kernels; a place outside of the buffer does no harm."""
+    _PREFETCH(buffer, at)

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 from collections import deque
 from collections.abc import Callable, Generator, Iterable
-from concurrent.futures import Future, ThreadPoolExecutor
-from typing import TypeVar
+from queue import Empty, SimpleQueue
+from typing import Generic, TypeVar, cast
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -37,6 +38,43 @@ def cores() -> int:
     return min(allowed, int(told)) if told.isdecimal() and int(told) > 0 else allowed
 
 
+class _Task(Generic[T, R]):
+    """One item's work: whoever takes it first does it."""
+
+    __slots__ = ("_done", "_error", "_function", "_item", "_result")
+
+    def __init__(self, function: Callable[[T], R], item: T) -> None:
+        self._function, self._item = function, item
+        self._done = threading.Lock()
+        self._done.acquire()
+        self._result: R | None = None
+        self._error: BaseException | None = None
+
+    def run(self) -> None:
+        """Do it, on any thread."""
+        try:
+            self._result = self._function(self._item)
+        except BaseException as error:  # raised where the result is asked for
+            self._error = error
+        self._done.release()
+
+    def is_done(self) -> bool:
+        return not self._done.locked()
+
+    def result(self) -> R:
+        """Wait for it; what the function gave or raised."""
+        self._done.acquire()
+        if self._error is not None:
+            raise self._error
+        return cast("R", self._result)
+
+
+def _help(tasks: SimpleQueue[_Task[T, R] | None]) -> None:
+    """What a thread beside the caller's does, until it is told that nothing comes any more."""
+    while (task := tasks.get()) is not None:
+        task.run()
+
+
 def in_order(
     function: Callable[[T], R], items: Iterable[T], *, workers: int | None = None, ahead: int = 1
 ) -> Generator[R, None, None]:
@@ -45,25 +83,54 @@ def in_order(
     At most workers + `ahead` items are taken from `items` before the first of their results is yielded, so that memory
     stays bounded however many there are. `items` is only ever advanced by the caller's thread. An exception of `function`
     is raised where its result would have come. With one worker (the default where there is one core) it is a plain map.
+
+    The caller's thread is one of the workers: it does what nobody has begun before it waits for what somebody has. So there
+    are as many threads as cores, and they seldom stop and wake each other, which can take as long as the work itself.
     """
     workers = workers or cores()
     if workers < 2:
         for item in items:
             yield function(item)
         return
-    pool = ThreadPoolExecutor(workers)
-    waiting: deque[Future[R]] = deque()
+    tasks: SimpleQueue[_Task[T, R] | None] = SimpleQueue()
+    helpers = [threading.Thread(target=_help, args=(tasks,), daemon=True) for _ in range(workers - 1)]
+    waiting: deque[_Task[T, R]] = deque()
     usual = sys.getswitchinterval()
     sys.setswitchinterval(min(usual, _TURN_S))
     try:
+        for helper in helpers:
+            helper.start()
         for item in items:
-            waiting.append(pool.submit(function, item))
+            task = _Task(function, item)
+            waiting.append(task)
+            tasks.put(task)
             if len(waiting) >= workers + ahead:
-                yield waiting.popleft().result()
+                yield _first(waiting, tasks)
         while waiting:
-            yield waiting.popleft().result()
+            yield _first(waiting, tasks)
     finally:
         # of several that run at once each puts back what it found, or less
         sys.setswitchinterval(usual)
         # a caller that stops early, or an error, must not wait for what nobody will read
-        pool.shutdown(wait=True, cancel_futures=True)
+        while _taken(tasks) is not None:
+            pass
+        for _ in helpers:
+            tasks.put(None)
+        for helper in helpers:
+            helper.join()
+
+
+def _taken(tasks: SimpleQueue[_Task[T, R] | None]) -> _Task[T, R] | None:
+    """A task that nobody has begun, if there is one."""
+    try:
+        return tasks.get_nowait()
+    except Empty:
+        return None
+
+
+def _first(waiting: deque[_Task[T, R]], tasks: SimpleQueue[_Task[T, R] | None]) -> R:
+    """The first task's result; until it is there, do others."""
+    first = waiting.popleft()
+    while not first.is_done() and (task := _taken(tasks)) is not None:
+        task.run()
+    return first.result()

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.channels import ByteArray, IntArray
-from parsers.jit import kernel, load_u64
+from parsers.jit import kernel, load_u64, prefetch
 
 SlotArray = NDArray[np.int32]
 WordArray = NDArray[np.uint64]
@@ -19,6 +19,8 @@ SLOTS, FILLED, USED, EXTENDED_MET, BEYOND, PICKED = range(6)
 STATE_SIZE = 6
 # why finding slots stopped
 DONE, GROW, FIRST_EXTENDED = range(3)
+NEAR = 12
+"""Frames ahead of which the payload is sent for."""
 GROUP = 1 << 40
 """Added to the number of a parameter group, so that it is not taken for an identifier."""
 
@@ -164,6 +166,8 @@ def keep_rows(
     picked = int(state[PICKED])
     n = begin
     while n < picked:
+        # payloads lie here and there, and another core may have written them
+        prefetch(data, offset[picks[min(n + NEAR, picked - 1)]])
         i, slot = picks[n], pick_slots[n]
         wide = int(words[slot])
         if wide > 0:

@@ -1,0 +1,120 @@
+"""Many deflated streams with one call: libdeflate, called by a kernel.
+
+Called from Python for one stream after the other, threads that inflate ask for the interpreter's lock some thousand times in
+a log. They stop and wake each other for it, and that takes longer than what a second core inflates meanwhile.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import sys
+from dataclasses import dataclass
+from typing import Any
+
+import deflate
+import numpy as np
+from numpy.typing import NDArray
+
+from parsers.channels import ByteArray, IntArray
+from parsers.jit import Primitive, kernel
+
+
+@dataclass(frozen=True)
+class _Library:
+    """libdeflate's functions for zlib streams, of which `inflate` is an address."""
+
+    make: Any
+    inflate: int
+    free: Any
+
+
+@functools.cache
+def _library() -> _Library | None:
+    """Out of the package `deflate`; None where it keeps them to itself."""
+    if sys.maxsize < 1 << 32:
+        return None
+    try:
+        # both are done in no time: the interpreter's lock is kept
+        found = ctypes.PyDLL(deflate._deflate.__file__)
+        make, free = found.libdeflate_alloc_decompressor, found.libdeflate_free_decompressor
+        address = ctypes.cast(found.libdeflate_zlib_decompress, ctypes.c_void_p).value
+    except (AttributeError, OSError):
+        return None
+    make.argtypes, make.restype = (), ctypes.c_void_p
+    free.argtypes, free.restype = (ctypes.c_void_p,), None
+    return _Library(make, address, free) if address else None
+
+
+def _call() -> Any:
+    from llvmlite import ir
+    from numba.core import types
+    from numba.extending import intrinsic
+
+    whole = ir.IntType(64)
+    kind = ir.FunctionType(ir.IntType(32), [whole] * 6).as_pointer()
+
+    def call(_typing: Any, _address: Any, *_given: Any) -> Any:
+        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+            function, *rest = arguments
+            # the last: where the size of what came out would go; without, it must be all that there is room for
+            got = builder.call(builder.inttoptr(function, kind), [*rest, ir.Constant(whole, 0)])
+            return builder.zext(got, whole)
+
+        return types.int64(*[types.int64] * 6), generate
+
+    # numba wants to see every argument's name
+    def inflate(typing: Any, address: Any, state: Any, at: Any, size: Any, out: Any, room: Any) -> Any:
+        return call(typing, address, state, at, size, out, room)
+
+    return intrinsic(inflate)
+
+
+_INFLATE: Any = Primitive("libdeflate_zlib_decompress", _call)
+
+
+@kernel
+def _inflate(
+    function: int,
+    state: int,
+    source: int,
+    begins: IntArray,
+    sizes: IntArray,
+    out: int,
+    places: IntArray,
+    rooms: IntArray,
+    whole: NDArray[np.bool_],
+) -> None:
+    """function, state, source, out: addresses."""
+    for i in range(begins.size):
+        got = _INFLATE(function, state, source + begins[i], sizes[i], out + places[i], rooms[i])
+        whole[i] = got == 0
+
+
+def inflate_all(
+    source: ByteArray, begins: IntArray, sizes: IntArray, out: ByteArray, places: IntArray, rooms: IntArray
+) -> NDArray[np.bool_] | None:
+    """Inflate zlib streams into a buffer; which of them came out whole: (n,) bool.
+
+    begins, sizes: (n,) int64, where each stream is in `source`. places, rooms: (n,) int64, where each goes in `out`, and how
+    many bytes exactly it is to give; of one that is not whole anything may stand there. None where it cannot be done with
+    one call: the package `deflate` then has to be asked for every stream. Raises ValueError where a stream or its place lies
+    outside of the buffers.
+    """
+    library = _library()
+    if library is None:
+        return None
+    for at, size, buffer in ((begins, sizes, source), (places, rooms, out)):
+        if at.size and (min(at.min(), size.min()) < 0 or (at + size).max() > buffer.size):
+            raise ValueError("a stream, or its place, lies outside of its buffer")
+    whole = np.zeros(begins.size, np.bool_)
+    state = library.make()
+    if not state:
+        return None
+    try:
+        _inflate(
+            library.inflate, state, source.ctypes.data, begins, sizes, out.ctypes.data, places, rooms, whole
+        )
+    finally:
+        library.free(state)
+    return whole
