@@ -34,12 +34,14 @@ def _count(
 ) -> None:
     """The frames of each part in every piece of `step` frames, and each piece's first word; at last where the words end."""
     at = 0
-    for i in range(slot.size):
-        if i % step == 0:
-            first_word[i // step] = at
-        if part_of[slot[i]] >= 0:
-            counts[i // step, part_of[slot[i]]] += 1
-        at += slot_words[slot[i]]
+    for k in range(len(counts)):
+        first_word[k] = at
+        row = counts[k]
+        for i in range(k * step, min((k + 1) * step, slot.size)):
+            which = slot[i]
+            if part_of[which] >= 0:
+                row[part_of[which]] += 1
+            at += slot_words[which]
     first_word[first_word.size - 1] = at
 
 
@@ -69,7 +71,6 @@ def _spread(
     time_at: IntArray,
     row_at: IntArray,
     word_at: IntArray,
-    shortest: IntArray,
     out_time: IntArray,
     out_length: ByteArray,
     out_words: WordArray,
@@ -83,9 +84,10 @@ def _spread(
         if part >= 0:
             row, word = row_at[part], word_at[part]
             out_time[time_at[part]], out_length[row] = time_ns[i], length[i]
-            shortest[part] = min(shortest[part], np.int64(length[i]))
-            for k in range(width[part]):
-                out_words[word + k] = words[at + k] if k < slot_words[which] else np.uint64(0)
+            # most have one word: a loop whose end nobody can foretell costs more than all else
+            out_words[word] = words[at]
+            for k in range(1, width[part]):
+                out_words[word + k] = words[at + k]
             time_at[part] += 1
             row_at[part], word_at[part] = row + 1, word + width[part]
         at += slot_words[which]
@@ -101,31 +103,34 @@ def spread(
 ) -> list[Payloads]:
     """The payloads of each part, in the log's order.
 
-    slot_words: (slots,) words of each slot's frames. part_of: (slots,) the part of each slot, -1 for none. width: words of
-    each part's payloads, at most those of any slot in it. stamps, stamps_at: where the stamps are written to, and where each
-    part's begin in it, (parts,); without, they get memory of their own.
+    slot_words: (slots,) words of each slot's frames. part_of: (slots,) the part of each slot, -1 for none. width: words of each
+    part's payloads, one at least and at most those of any slot in it. stamps, stamps_at: where the stamps are written to,
+    and where each part's begin in it, (parts,); without, they get memory of their own. Raises ValueError where a width is
+    not as said.
     """
     kept, counts = piece.frames, piece.counts
     parts = len(width)
     widths = np.array(width, np.int64)
+    taken = part_of >= 0
+    if (widths[part_of[taken]] > slot_words[taken]).any() or min(width, default=1) < 1:
+        raise ValueError(f"payloads of {width} words out of frames that have fewer, or none")
     rows, words = np.cumsum(counts), np.cumsum(counts * widths)
     total, total_words = (int(rows[-1]), int(words[-1])) if parts else (0, 0)
     first_row, first_word = rows - counts, words - counts * widths
     slab = Slab(9 * total + 8 * total_words + 128)
     length, out = slab.empty(total, np.uint8), slab.empty(total_words, np.uint64)
-    shortest = np.full(parts, 255, np.int64)
     if stamps is None or stamps_at is None:
         stamps, stamps_at = slab.empty(total, np.int64), first_row
     _spread(
         kept.time_ns, kept.slot, kept.length, kept.words, slot_words, part_of, widths, stamps_at.copy(), first_row.copy(),
-        first_word.copy(), shortest, stamps, length, out,
+        first_word.copy(), stamps, length, out,
     )  # fmt: skip
     return [
         Payloads(
             stamps[stamps_at[k] : stamps_at[k] + counts[k]],
             length[first_row[k] : rows[k]],
             out[first_word[k] : words[k]].reshape(-1, width[k]),
-            int(shortest[k]),
+            int(length[first_row[k] : rows[k]].min(initial=255)),
         )
         for k in range(parts)
     ]
