@@ -99,9 +99,7 @@ def _whole(work: _Group) -> list[Block]:
     if not usual or ends[-1] > content.size - BEHIND:
         return []
     raw = np.frombuffer(work.raw, np.uint8)
-    whole = inflate_all(
-        raw, at - work.start + HEAD_SIZE, size - HEAD_SIZE, content, ends - rooms, rooms
-    )
+    whole = inflate_all(raw, at - work.start + HEAD_SIZE, size - HEAD_SIZE, content, ends - rooms, rooms)
     if whole is None or not whole.all():
         return []
     first, last = found[0], found[-1]
