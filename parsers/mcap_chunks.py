@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
@@ -68,6 +70,22 @@ class _Lz4Stream(Protocol):
     def decompress(self, data: memoryview, max_length: int) -> bytearray: ...
 
 
+def _number_of(file: RawIOBase) -> int | None:
+    """The system's number of an open file, where it is one of the system's and can be read at any place."""
+    try:
+        return file.fileno() if hasattr(os, "preadv") else None
+    except OSError:
+        return None
+
+
+def _filled(out: ByteArray, read: Callable[[memoryview, int], int | None]) -> int:
+    """Read until `out` is full or nothing comes any more; how many bytes came. read: into a rest, behind so many bytes."""
+    view, done = out.data, 0
+    while done < out.size and (got := read(view[done:], done)):
+        done += got
+    return done
+
+
 class McapFile:
     """A file of known size, read at given places into writable buffers; threads may share it."""
 
@@ -76,6 +94,7 @@ class McapFile:
         self._file = file
         self._lock = Lock()
         self.size = file.seek(0, 2)
+        self._number = _number_of(file)
 
     def array(self, offset: int, length: int) -> ByteArray:
         """Up to `length` bytes from `offset`, fewer at the end of the file."""
@@ -84,21 +103,18 @@ class McapFile:
 
     def fill(self, offset: int, out: ByteArray) -> int:
         """Read from `offset` until `out` is full; returns how many bytes there were."""
-        view = out.data
-        done = 0
         try:
+            if self._number is not None:
+                # with a place of its own for each read, threads need not wait for each other
+                number = self._number
+                return _filled(out, lambda rest, done: os.preadv(number, [rest], offset + done))
             with self._lock:
                 self._file.seek(offset)
-                while done < out.size:
-                    got = self._file.readinto(view[done:])
-                    if not got:
-                        break
-                    done += got
+                return _filled(out, lambda rest, _: self._file.readinto(rest))
         except OSError as error:
             raise LogError(
                 f"cannot be read ({error.strerror})", path=self.path, place=f"byte {offset}"
             ) from error
-        return done
 
     def bytes(self, offset: int, length: int) -> bytes:
         """As `array`, as bytes."""

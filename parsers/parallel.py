@@ -76,7 +76,7 @@ def _help(tasks: SimpleQueue[_Task[T, R] | None]) -> None:
 
 
 def in_order(
-    function: Callable[[T], R], items: Iterable[T], *, workers: int | None = None, ahead: int = 1
+    function: Callable[[T], R], items: Iterable[T], *, workers: int | None = None, ahead: int = 2
 ) -> Generator[R, None, None]:
     """`map` with threads: yields function(item) in the order of the items.
 
