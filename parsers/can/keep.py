@@ -19,16 +19,15 @@ from parsers.can.slots import (
     EXTENDED_MET,
     FILLED,
     FIRST_EXTENDED,
+    FULL,
     GROW,
-    PICKED,
     SLOTS,
     STATE_SIZE,
     USED,
     SlotArray,
     WordArray,
     fill_table,
-    find_slots,
-    keep_rows,
+    take_frames,
 )
 from parsers.channels import ByteArray, IntArray
 
@@ -139,30 +138,24 @@ class Keeper:
             np.ascontiguousarray(frames.offset, np.int64),
             np.ascontiguousarray(frames.data, np.uint8),
         )
-        begin, why, picks, state = 0, DONE, self._picks, self._state
-        while begin < can_id.size or why != DONE:
+        begin, why = 0, FULL
+        while why != DONE:
             table = (self._table, self._keys, self._counts, self._words)
-            begin, why = find_slots(
-                can_id, bus, begin, *table, self._known.codes, self._known.words, *picks, state
-            )
-            at = self._keep(payloads, 0)
-            while at < state[PICKED]:
+            known, picks = self._known, self._picks
+            time_ns, slot, length, words = self._room
+            begin, why = take_frames(
+                can_id, bus, *payloads, begin, *table, known.codes, known.words, *picks, time_ns, slot, length, words,
+                self._state,
+            )  # fmt: skip
+            if why == FULL:
                 yield from self.rest()
-                at = self._keep(payloads, at)
-            if why == GROW:
+            elif why == GROW:
                 self._grow()
             elif why == FIRST_EXTENDED:
                 self._state[EXTENDED_MET] = 1
-                known = self._with_extended() if self._with_extended is not None else None
-                if known is not None and self._keeping:
-                    self._known = known
-
-    def _keep(self, payloads: tuple[IntArray, ByteArray, IntArray, ByteArray], begin: int) -> int:
-        """Keep picked frames from number `begin` on; the first that there is no room for."""
-        time_ns, slot, length, words = self._room
-        return keep_rows(
-            *payloads, *self._picks, begin, self._words, time_ns, slot, length, words, self._state
-        )
+                more = self._with_extended() if self._with_extended is not None else None
+                if more is not None and self._keeping:
+                    self._known = more
 
     def rest(self) -> Iterator[Kept]:
         """The last batch, if there is anything in it."""

@@ -14,11 +14,11 @@ IdArray = NDArray[np.uint32]
 BusArray = NDArray[np.int16]
 
 # places in the state vector: slots given; frames and words kept; whether 29-bit ids were met; frames whose id has no room any
-# more (-1 as long as there is some); frames picked
-SLOTS, FILLED, USED, EXTENDED_MET, BEYOND, PICKED = range(6)
-STATE_SIZE = 6
-# why finding slots stopped
-DONE, GROW, FIRST_EXTENDED = range(3)
+# more (-1 as long as there is some); frames picked, and how many of them were kept already
+SLOTS, FILLED, USED, EXTENDED_MET, BEYOND, PICKED, KEPT = range(7)
+STATE_SIZE = 7
+# why taking frames stopped
+DONE, GROW, FIRST_EXTENDED, FULL = range(4)
 NEAR = 12
 """Frames ahead of which the payload is sent for."""
 GROUP = 1 << 40
@@ -86,7 +86,7 @@ def fill_table(table: SlotArray, keys: IntArray, slots: int) -> None:
 
 
 @kernel
-def find_slots(
+def _find_slots(
     can_id: IdArray,
     bus: BusArray,
     begin: int,
@@ -146,7 +146,7 @@ def _word(data: ByteArray, at: int) -> np.uint64:
 
 
 @kernel
-def keep_rows(
+def _keep_rows(
     time_ns: IntArray,
     length: ByteArray,
     offset: IntArray,
@@ -188,3 +188,47 @@ def keep_rows(
         n += 1
     state[FILLED], state[USED] = filled, used
     return n
+
+
+@kernel
+def take_frames(
+    can_id: IdArray,
+    bus: BusArray,
+    time_ns: IntArray,
+    length: ByteArray,
+    offset: IntArray,
+    data: ByteArray,
+    begin: int,
+    table: SlotArray,
+    keys: IntArray,
+    counts: IntArray,
+    words: IntArray,
+    codes: IntArray,
+    code_words: IntArray,
+    picks: SlotArray,
+    pick_slots: SlotArray,
+    kept_time: IntArray,
+    kept_slot: SlotArray,
+    kept_length: ByteArray,
+    kept_words: WordArray,
+    state: IntArray,
+) -> tuple[int, int]:
+    """Count the frames from `begin` on and keep those of use. Returns the first frame not counted, and why.
+
+    FULL: call again with the same frames once there is room to keep in. All in one call: threads that read ahead wait for
+    the interpreter's lock less often.
+    """
+    why = DONE
+    while True:
+        state[KEPT] = _keep_rows(
+            time_ns, length, offset, data, picks, pick_slots, int(state[KEPT]), words, kept_time, kept_slot, kept_length,
+            kept_words, state,
+        )  # fmt: skip
+        if state[KEPT] < state[PICKED]:
+            return begin, FULL
+        if why != DONE or begin >= can_id.size:
+            return begin, why
+        begin, why = _find_slots(
+            can_id, bus, begin, table, keys, counts, words, codes, code_words, picks, pick_slots, state
+        )
+        state[KEPT] = 0
