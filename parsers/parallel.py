@@ -134,3 +134,43 @@ def _first(waiting: deque[_Task[T, R]], tasks: SimpleQueue[_Task[T, R] | None]) 
     while not first.is_done() and (task := _taken(tasks)) is not None:
         task.run()
     return first.result()
+
+
+def in_advance(items: Iterable[T], *, most: int = 2) -> Generator[T, None, None]:
+    """The items, taken by a thread of their own, up to `most` of them before they are asked for.
+
+    For what can only be done in turn, beside what is done with it. An item must stay good when the next are taken. An
+    exception is raised where its item would have come. Where there is one core the items are taken as they are asked for.
+    """
+    if cores() < 2:
+        yield from items
+        return
+    taken: SimpleQueue[tuple[T] | BaseException | None] = SimpleQueue()
+    room, stopped = threading.Semaphore(most), threading.Event()
+
+    def take() -> None:
+        end: BaseException | None = None
+        try:
+            for item in items:
+                taken.put((item,))
+                room.acquire()
+                if stopped.is_set():
+                    break
+            if isinstance(items, Generator):
+                items.close()
+        except BaseException as error:  # raised where the items are asked for
+            end = error
+        taken.put(end)
+
+    taker = threading.Thread(target=take, daemon=True)
+    taker.start()
+    try:
+        while isinstance(found := taken.get(), tuple):
+            yield found[0]
+            room.release()
+        if found is not None:
+            raise found
+    finally:
+        stopped.set()
+        room.release()
+        taker.join()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from parsers.mf4.model import UNFINISHED_OFFSETS, DataGroup, Measurement
 from parsers.mf4.payload import Payload, stream_payload, window_payload
 from parsers.mf4.records import batches
 from parsers.mf4.streams import DataStream, open_stream
+from parsers.parallel import in_advance
 
 MAX_WAITING = 1 << 20
 """Frames that may wait for payloads further on in the file."""
@@ -52,9 +53,12 @@ class _DataGroupReader:
     streams: dict[int, DataStream] = field(default_factory=dict)
     readers: dict[int, FrameColumnsReader] = field(default_factory=dict)
 
-    def batches(self) -> Iterator[Batch]:
+    def stream(self) -> DataStream:
+        """The records of all groups, as bytes."""
+        return open_stream(self.file, self.data_group.data_link, self.measurement.unfinished, self.log)
+
+    def batches(self, stream: DataStream) -> Iterator[Batch]:
         """The records of all groups with frames."""
-        stream = open_stream(self.file, self.data_group.data_link, self.measurement.unfinished, self.log)
         places = {group.at for group in self.data_group.groups}
         linked = {lay.fields["DataBytes"].data_link for lay in self.layouts.values() if not lay.rejected}
         wanted, windowed = frozenset(self.layouts), frozenset(linked & places)
@@ -172,14 +176,25 @@ class Mf4Frames:
                 if not mine:
                     continue
                 reader = _DataGroupReader(file, data_group, mine, self.measurement, log, counts, Gaps(log))
-                for batch in reader.batches():
-                    for frames in reader.frames(batch):
-                        log.messages += frames.time_ns.size
-                        yield frames
-                    if counting:
-                        self.progress(min(batch.file_at, file.size), file.size)
-                reader.left_over()
+                stream = reader.stream()
+                found = self._of_group(reader, stream, counting)
+                # bytes that need not be unpacked by all cores are read beside what is done with them
+                alone = stream.plain and len(data_group.groups) == 1
+                yield from in_advance(found) if alone else found
             if counting:
                 self.progress(file.size, file.size)
         for reason, count in counts.items():
             log.reject(reason, count)
+
+    def _of_group(
+        self, reader: _DataGroupReader, stream: DataStream, counting: bool
+    ) -> Generator[CanFrames, None, None]:
+        """The frames of one data group. They stay good when the next are asked for."""
+        size = reader.file.size
+        for batch in reader.batches(stream):
+            for frames in reader.frames(batch):
+                reader.log.messages += frames.time_ns.size
+                yield frames
+            if counting:
+                self.progress(min(batch.file_at, size), size)
+        reader.left_over()

@@ -41,6 +41,11 @@ class DataStream:
     values_only: bool = False
     _kept: OrderedDict[int, ByteArray] = field(default_factory=OrderedDict)
 
+    @property
+    def plain(self) -> bool:
+        """Whether nothing of it is compressed."""
+        return all(fragment.method < 0 for fragment in self.fragments)
+
     def add(self, fragment: Fragment) -> None:
         """Append a fragment."""
         if fragment.size > 0:

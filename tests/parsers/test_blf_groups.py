@@ -66,6 +66,17 @@ def test_every_sort_of_object_whatever_is_read_together(
     assert (log.status, log.messages, dict(log.rejected)) == ("complete", len(expected), {})
 
 
+def test_containers_are_inflated_one_by_one_where_it_cannot_be_done_with_one_call(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    objects, expected = mixed_objects(500)
+    path = write_containers(tmp_path / "a.blf", b"".join(objects), 333)
+    calls = []
+    monkeypatch.setattr("parsers.blf_groups.inflate_all", lambda *given: calls.append(given))
+    assert frames_of(path)[0] == expected
+    assert calls
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 @pytest.mark.parametrize("cut", range(3, 230, 7))
 def test_payloads_that_look_like_objects_where_a_group_begins(
