@@ -66,7 +66,9 @@ class _Task(Generic[T, R]):
         self._done.acquire()
         if self._error is not None:
             raise self._error
-        return cast("R", self._result)
+        # the thread that did it holds on to the task until it gets another: not to what came of it
+        found, self._result = self._result, None
+        return cast("R", found)
 
 
 def _help(tasks: SimpleQueue[_Task[T, R] | None]) -> None:
