@@ -74,13 +74,13 @@ class WorkerProcess:
         self._said = bytearray()
         self._code: int | None = None
         self._stderr_thread: threading.Thread | None = None
+        self._process: subprocess.Popen[bytes]
         born: SimpleQueue[subprocess.Popen[bytes] | OSError] = SimpleQueue()
         self._thread = threading.Thread(target=self._live, args=(born,), daemon=True)
         self._thread.start()
         process = born.get()
         if isinstance(process, OSError):
             raise EngineError(f"a worker process cannot be started: {process}") from process
-        self._process = process
 
     def _live(self, born: SimpleQueue[subprocess.Popen[bytes] | OSError]) -> None:
         try:
@@ -88,6 +88,8 @@ class WorkerProcess:
         except OSError as error:
             born.put(error)
             return
+        # here, not by who waits for it: a process may be gone before that one is let in
+        self._process = process
         self._stderr_thread = threading.Thread(target=self._keep, args=(process.stderr,), daemon=True)
         self._stderr_thread.start()
         born.put(process)
