@@ -54,7 +54,9 @@ def _call() -> Any:
     whole = ir.IntType(64)
     kind = ir.FunctionType(ir.IntType(32), [whole] * 6).as_pointer()
 
-    def call(_typing: Any, _address: Any, *_given: Any) -> Any:
+    def inflate(
+        _typing: Any, _function: Any, _state: Any, _at: Any, _size: Any, _out: Any, _room: Any
+    ) -> Any:
         def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
             function, *rest = arguments
             # the last: where the size of what came out would go; without, it must be all that there is room for
@@ -62,10 +64,6 @@ def _call() -> Any:
             return builder.zext(got, whole)
 
         return types.int64(*[types.int64] * 6), generate
-
-    # numba wants to see every argument's name
-    def inflate(typing: Any, address: Any, state: Any, at: Any, size: Any, out: Any, room: Any) -> Any:
-        return call(typing, address, state, at, size, out, room)
 
     return intrinsic(inflate)
 
