@@ -17,7 +17,7 @@ from parsers.mcap_records import ChannelRecord, SchemaRecord
 from parsers.mcap_survey import Survey
 from parsers.protobuf_decode import ProtobufDecoder, make_protobuf_decoder
 from parsers.ros.contract import MessageDecoder
-from parsers.ros.grammar import Encoding
+from parsers.ros.fields import Encoding
 from parsers.ros.packed import UnpackingDecoder
 from parsers.ros.topics import Topic, find_decoder, group_names
 

@@ -17,7 +17,7 @@ from parsers.ros.bag1_read import ChunkReader, Lost, Wanted, jobs
 from parsers.ros.bag1_records import MAGIC, OP_BAG_HEADER, read_record
 from parsers.ros.clock import BagClock
 from parsers.ros.decoder import LayoutDecoder
-from parsers.ros.grammar import short_name
+from parsers.ros.fields import short_name
 from parsers.ros.layout import Layout
 from parsers.ros.program import make_program
 from parsers.ros.stamps import StampChooser, is_wall_clock

@@ -25,7 +25,7 @@ from parsers.ros.bag2_files import BagFile, Scratch, bag_file, bag_files, unpack
 from parsers.ros.bag2_read import DatabaseRead, count_messages
 from parsers.ros.clock import BagClock
 from parsers.ros.contract import MessageDecoder
-from parsers.ros.grammar import short_name
+from parsers.ros.fields import short_name
 from parsers.ros.stamps import StampChooser, is_wall_clock
 from parsers.ros.topics import Topic, find_decoder, group_names
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from parsers.channels import ByteArray, IntArray
 from parsers.ros.contract import Cells, Decoded, FieldInfo
-from parsers.ros.grammar import Encoding, full_name, parse_types, standard_types
+from parsers.ros.fields import Encoding, full_name
+from parsers.ros.grammar import parse_types, standard_types
 from parsers.ros.kernels import Program, Rows
 from parsers.ros.layout import Layout, compile_layout
 from parsers.ros.program import make_program, make_rows, make_shapes

@@ -1,6 +1,7 @@
 """From the definition text of a ROS message type to plain records of its fields.
 
-The grammar of .msg and .idl text is rosbags' work; here the text is cut into its types and made regular first.
+The grammar of .msg and .idl text is rosbags' work; here the text is cut into its types and made regular first, and plain
+.msg text is read without it (`plain_msg`).
 Sources: http://wiki.ros.org/msg, https://design.ros2.org/articles/legacy_interface_definition.html.
 """
 
@@ -8,18 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 from parsers.errors import LogError
-
-Encoding = Literal["ros1", "cdr"]
-Shape = Literal["scalar", "array", "sequence"]
+from parsers.ros.fields import FILLER, Encoding, FieldSpec, Shape, Types, full_name, short_name
+from parsers.ros.plain_msg import plain_fields
 
 MAX_DEFINITION = 1 << 20
 """Longest definition text that is parsed, in characters; real ones reach some 100 000."""
-
-TIME_TYPES = frozenset({"builtin_interfaces/msg/Time", "builtin_interfaces/msg/Duration"})
 
 # ROS 2 bags older than Iron hold no definitions; the types of these distributions are then taken.
 _STANDARD_STORES: dict[Encoding, tuple[str, ...]] = {
@@ -29,41 +26,7 @@ _STANDARD_STORES: dict[Encoding, tuple[str, ...]] = {
 _RULE = re.compile(r"^={20,}[ \t]*$", re.MULTILINE)
 _TITLE = re.compile(r"\A\s*(MSG|IDL):[ \t]*(\S+)[ \t]*(?:\n|\Z)")
 _PREPROCESSOR = re.compile(r"^[ \t]*#[^\n]*$", re.MULTILINE)
-_FILLER = "structure_needs_at_least_one_member"
 _WIDE_BOUND = re.compile(r"^([ \t]*wstring)<=\d+", re.MULTILINE)
-
-
-@dataclass(frozen=True)
-class FieldSpec:
-    """One field of a type. `base` is a primitive's name, `ref` another type's; one of them is empty.
-
-    size: elements of a fixed array; a sequence's upper bound (0: none) otherwise.
-    """
-
-    name: str
-    base: str
-    ref: str
-    shape: Shape
-    size: int
-
-
-Types = Mapping[str, tuple[FieldSpec, ...]]
-
-
-def full_name(name: str) -> str:
-    """Type name as rosbags has it: "pkg/msg/Type", from "pkg/Type", "pkg/msg/Type" or "pkg::msg::Type"."""
-    parts = [part for part in name.replace("::", "/").split("/") if part]
-    if len(parts) == 2:
-        parts.insert(1, "msg")
-    return "/".join(parts)
-
-
-def short_name(name: str) -> str:
-    """Type name as cogest shows it: "pkg/Type" (services and actions keep their middle part)."""
-    parts = full_name(name).split("/")
-    if len(parts) == 3 and parts[1] == "msg":
-        del parts[1]
-    return "/".join(parts)
 
 
 def _spec(name: str, desc: Any) -> FieldSpec:
@@ -86,7 +49,7 @@ def _spec(name: str, desc: Any) -> FieldSpec:
 def _records(fielddefs: Mapping[str, Any]) -> dict[str, tuple[FieldSpec, ...]]:
     # rosbags writes rosidl's filler of empty structures out, in ROS 1 too; the layout knows when it is there
     return {
-        str(name): tuple(_spec(field, desc) for field, desc in entry[1] if field != _FILLER)
+        str(name): tuple(_spec(field, desc) for field, desc in entry[1] if field != FILLER)
         for name, entry in fielddefs.items()
     }
 
@@ -128,23 +91,29 @@ def parse_types(type_name: str, text: str, encoding: Encoding, text_format: str)
     if not text.strip():
         standard = standard_types(type_name, encoding)
         return standard if standard is not None else {full_name(type_name): ()}
-    from rosbags.typesys import get_types_from_idl, get_types_from_msg
-
     idl = text_format.lower() in ("idl", "ros2idl", "omgidl")
     types: dict[str, tuple[FieldSpec, ...]] = {}
     for name, section in _sections(type_name, text):
-        try:
-            if idl:
-                parsed = get_types_from_idl(_PREPROCESSOR.sub("", section))
-            else:
-                parsed = get_types_from_msg(_WIDE_BOUND.sub(r"\1", section), full_name(name))
-            found = _records(parsed)
-        except Exception as error:  # the parser meets untrusted text: whatever it raises means the same
-            what = " ".join(str(error).split())[:80]
-            raise LogError(f"the definition of message type {name} cannot be parsed ({what})") from error
+        plain = None if idl else plain_fields(full_name(name), section)
+        found = {full_name(name): plain} if plain is not None else _by_grammar(name, section, idl)
         for key, fields in found.items():
             types.setdefault(key, fields)
     return types
+
+
+def _by_grammar(name: str, section: str, idl: bool) -> dict[str, tuple[FieldSpec, ...]]:
+    """What the full grammar finds in a section's text. Raises LogError."""
+    from rosbags.typesys import get_types_from_idl, get_types_from_msg
+
+    try:
+        if idl:
+            parsed = get_types_from_idl(_PREPROCESSOR.sub("", section))
+        else:
+            parsed = get_types_from_msg(_WIDE_BOUND.sub(r"\1", section), full_name(name))
+        return _records(parsed)
+    except Exception as error:  # the parser meets untrusted text: whatever it raises means the same
+        what = " ".join(str(error).split())[:80]
+        raise LogError(f"the definition of message type {name} cannot be parsed ({what})") from error
 
 
 def lookup(types: Types, name: str, encoding: Encoding) -> tuple[FieldSpec, ...]:

@@ -15,7 +15,8 @@ import numpy as np
 from parsers.channels import IntArray
 from parsers.errors import LogError
 from parsers.ros.contract import FieldInfo
-from parsers.ros.grammar import TIME_TYPES, Encoding, FieldSpec, Types, full_name, lookup, short_name
+from parsers.ros.fields import TIME_TYPES, Encoding, FieldSpec, Types, full_name, short_name
+from parsers.ros.grammar import lookup
 
 OP_PRIMITIVE, OP_SEQUENCE, OP_STRING, OP_WSTRING, OP_TIME, OP_LOOP, OP_END, OP_SKIP = range(8)
 OP, CODE, SIZE, COUNT, LIMIT, SLOT, JUMP = range(7)

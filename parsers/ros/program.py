@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from parsers.channels import FloatArray, IntArray
-from parsers.ros.grammar import Encoding
+from parsers.ros.fields import Encoding
 from parsers.ros.kernels import (
     CELL,
     COLUMNS,

@@ -11,7 +11,7 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.ros.contract import MessageDecoder
 from parsers.ros.decoder import LayoutDecoder, make_decoder, make_standard_decoder
-from parsers.ros.grammar import Encoding, short_name
+from parsers.ros.fields import Encoding, short_name
 from parsers.ros.stamps import StampChooser
 
 MAX_CELLS = 1 << 22

@@ -15,7 +15,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from parsers.ros.contract import Decoded, MessageDecoder
 from parsers.ros.decoder import make_decoder, make_standard_decoder
-from parsers.ros.grammar import Encoding
+from parsers.ros.fields import Encoding
 
 ROS1 = get_typestore(Stores.ROS1_NOETIC)
 ROS2 = get_typestore(Stores.ROS2_HUMBLE)

@@ -11,7 +11,7 @@ from ros_messages import run
 
 from parsers.errors import LogError
 from parsers.ros.decoder import make_decoder, make_standard_decoder
-from parsers.ros.grammar import full_name, short_name
+from parsers.ros.fields import full_name, short_name
 
 
 def test_cdr_by_hand() -> None:
