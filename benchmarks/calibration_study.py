@@ -104,9 +104,17 @@ def judge(results: Sequence[Estimate], vehicle: Vehicle) -> tuple[dict[str, Para
 
 
 def _figures(entries: Iterable[ParameterEstimate]) -> dict[str, list[object]]:
-    """Answers with figures as the records hold them: value, std, low, high, status, the prior's std."""
+    """Answers with figures as the records hold them: value, std, low, high, status, the prior's std, inner intervals."""
     return {
-        p.name: [p.value, p.std, p.low, p.high, p.status, p.prior.std if p.prior else None]
+        p.name: [
+            p.value,
+            p.std,
+            p.low,
+            p.high,
+            p.status,
+            p.prior.std if p.prior else None,
+            *map(list, p.inner),
+        ]
         for p in entries
         if p.value is not None and p.std is not None
     }

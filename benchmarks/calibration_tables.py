@@ -43,6 +43,7 @@ class Answer:
     high: float
     status: str
     prior_std: float | None
+    inner: tuple[tuple[float, float], ...] = ()
 
     @property
     def z(self) -> float:
@@ -55,9 +56,12 @@ class Answer:
         return (self.value - self.truth) / self.size
 
     def inside(self, level: float) -> bool:
-        """Whether the interval of this level holds the truth: Gaussian, but for 95 % the answer's own."""
+        """Whether the interval of this level holds the truth: the answer's own; Gaussian where it tells none."""
         if level == LEVELS[-1]:
             return self.low <= self.truth <= self.high
+        if self.inner:
+            low, high = self.inner[LEVELS.index(level)]
+            return low <= self.truth <= high
         return abs(self.z) <= NormalDist().inv_cdf(0.5 + level / 2)
 
 
@@ -66,7 +70,7 @@ def answers_of(records: Iterable[Record], method: str = VERDICT) -> list[Answer]
     found = []
     for record in records:
         for name, given in record["answers"].get(method, {}).items():
-            value, std, low, high, status, prior_std = given
+            value, std, low, high, status, prior_std, *inner = given
             truth = record["truth"].get(name)
             if truth is None or not std or not math.isfinite(std):
                 continue
@@ -74,7 +78,7 @@ def answers_of(records: Iterable[Record], method: str = VERDICT) -> list[Answer]
             found.append(
                 Answer(
                     record["plan"]["seed"], record["text"], record["plan"]["sensors"], name, truth, size, value, std,
-                    low, high, status, prior_std,
+                    low, high, status, prior_std, tuple((a, b) for a, b in inner),
                 )
             )  # fmt: skip
     return found

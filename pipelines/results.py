@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from statistics import NormalDist
 from typing import Literal
 
 import numpy as np
@@ -15,6 +16,10 @@ from pipelines.evidence import Evidence
 FloatArray = NDArray[np.float64]
 Identification = Literal["identified", "weak", "not_identifiable"]
 RunStatus = Literal["ran", "skipped", "failed"]
+Interval = tuple[float, float]
+
+INNER, OUTER = (0.5, 0.8), 0.95
+"""Shares of a parameter's probability that its central intervals hold: beside the usual 95 %, those that most answers lie in."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +37,7 @@ class ParameterEstimate:
 
     low-high: 95 % interval. reason: in words, why this status, and what was missing. prior: None where nothing was
     known. reference: the truth from the vehicle file, for error tables. sources: estimators or relations behind it.
+    inner: the 50 and the 80 % interval (`INNER`), where they are not those of a normal distribution with this spread.
     """
 
     name: str
@@ -44,6 +50,20 @@ class ParameterEstimate:
     prior: Prior | None = None
     reference: float | None = None
     sources: tuple[str, ...] = ()
+    inner: tuple[Interval, ...] = ()
+
+    def interval(self, level: float) -> Interval | None:
+        """The central interval of a level (0.95 or one of `INNER`), None without figures. Raises ValueError for others."""
+        if level not in (*INNER, OUTER):
+            raise ValueError(f"no interval of {100 * level:g} % is told")
+        if self.value is None or self.std is None or self.low is None or self.high is None:
+            return None
+        if level == OUTER:
+            return self.low, self.high
+        if self.inner:
+            return self.inner[INNER.index(level)]
+        half = NormalDist().inv_cdf(0.5 + level / 2) * self.std
+        return self.value - half, self.value + half
 
 
 @dataclass(frozen=True)

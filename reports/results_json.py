@@ -13,6 +13,7 @@ import numpy as np
 
 from parsers.drive import ImportRecord, MappedChannel
 from pipelines.results import (
+    INNER,
     Distribution,
     DriveResults,
     Estimate,
@@ -54,6 +55,7 @@ def parameter(estimate: ParameterEstimate | None) -> dict[str, Any] | None:
         "std": estimate.std,
         "low": estimate.low,
         "high": estimate.high,
+        **{f"interval_{100 * level:.0f}": estimate.interval(level) for level in INNER},
         "status": estimate.status,
         "reason": estimate.reason,
         "prior": None if prior is None else {"value": prior.value, "std": prior.std, "source": prior.source},

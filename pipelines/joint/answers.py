@@ -15,6 +15,7 @@ from pipelines.joint.posterior import Joint
 from pipelines.results import (
     FloatArray,
     Identification,
+    Interval,
     Learned,
     NextMeasurement,
     ParameterEstimate,
@@ -77,13 +78,17 @@ NEEDS: Mapping[str, str] = {
 
 @dataclass(frozen=True)
 class Told:
-    """What the posterior holds of one parameter: mean and spread with all widening, draws where it was sampled."""
+    """What the posterior holds of one parameter: mean and spread with all widening, draws where it was sampled.
+
+    inner: the intervals of `INNER`, once the doubts are in.
+    """
 
     value: float
     std: float
     low: float
     high: float
     draws: FloatArray | None
+    inner: tuple[Interval, ...] = ()
 
 
 def _needs(name: str) -> str:
@@ -198,8 +203,9 @@ def estimate_of(
     record = None if prior is None else prior_record(prior)
     who = tuple(dict.fromkeys(e.source for e in evidence))
     return ParameterEstimate(
-        name, answer.value, answer.std, answer.low, answer.high, status, reason, record, reference, who
-    )
+        name, answer.value, answer.std, answer.low, answer.high, status, reason, record, reference, who,
+        answer.inner,
+    )  # fmt: skip
 
 
 def _smooth(draws: FloatArray, grid: FloatArray) -> FloatArray:

@@ -73,6 +73,18 @@ def pitch_centres(p: Values, body: Body) -> tuple[float, float]:
     return p["pitch_center_brake"] - back * p["jack_brake"], p["pitch_center_drive"] - back * p["jack_drive"]
 
 
+def past_the_springs(p: Values) -> float:
+    """kg m of the hubs' inertia that their links take to the tyres when speed changes.
+
+    A wheel that is braked with F on a swing arm of length l, its pole e above ground, puts F e - m_u a (e - R) over l on its
+    links. `pitch_center_brake` is e times half the wheelbase over l, `hubs_past` that lever alone, so that F's part is the
+    links' and the rest, m_u (hubs_past R - pitch_center_brake), is here. A shaft's torque changes F's part (the pole stands R
+    lower for it), and not the hub's own.
+    """
+    hubs = p["unsprung_front"] + p["unsprung_rear"]
+    return hubs * (p["hubs_past"] * p["radius"] - p["pitch_center_brake"])
+
+
 LOAD_SPREAD = (0.12, 0.25)
 """m²: a load's own inertia about its own CG over its mass, in roll and in pitch: a metre wide, persons in two rows."""
 

@@ -27,7 +27,7 @@ from pipelines.joint.answers import Told
 from pipelines.joint.file_check import STATED
 from pipelines.joint.posterior import Joint
 from pipelines.joint.unknowns import AXLES, Known
-from pipelines.results import FloatArray
+from pipelines.results import INNER, OUTER, FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
 WRONG_FILE = 0.015
@@ -220,16 +220,30 @@ def doubted(answer: Told, gradient: FloatArray, doubts: Sequence[Weighed]) -> To
     shift = float(weights @ shifts)
     std = math.sqrt(float(weights @ (stds**2 + (shifts - shift) ** 2)))
     draws = answer.draws
-    low, high = _quantiles(answer, weights, shifts, stds / max(answer.std, 1e-300), (0.025, 0.975))
+    levels = np.array([*INNER, OUTER])
+    below, above = np.split(
+        _quantiles(
+            answer,
+            weights,
+            shifts,
+            stds / max(answer.std, 1e-300),
+            0.5 * np.concatenate([1 - levels, 1 + levels]),
+        ),
+        2,
+    )
+    *inner, (low, high) = zip(below.tolist(), above.tolist(), strict=True)
     if draws is not None:
         draws = answer.value + shift + std / max(answer.std, 1e-300) * (draws - answer.value)
-    return Told(answer.value + shift, std, low, high, draws)
+    return Told(answer.value + shift, std, low, high, draws, tuple(inner))
 
 
 def _quantiles(
-    answer: Told, weights: FloatArray, shifts: FloatArray, wider: FloatArray, shares: Sequence[float]
-) -> tuple[float, ...]:
-    """Quantiles of copies of the answer's distribution, each moved and stretched about its mean. weights, shifts, wider: (d,)."""
+    answer: Told, weights: FloatArray, shifts: FloatArray, wider: FloatArray, shares: FloatArray
+) -> FloatArray:
+    """(q,) quantiles of copies of the answer's distribution, each moved and stretched about its mean.
+
+    weights, shifts, wider: (d,). shares: (q,), how much lies below each.
+    """
     if answer.draws is None:
         reach = 6 * answer.std
         rising = partial(_normal_share, answer.value, answer.std)
@@ -237,16 +251,14 @@ def _quantiles(
         ordered = np.sort(answer.draws)
         reach = float(max(ordered[-1] - answer.value, answer.value - ordered[0]))
         rising = partial(np.interp, xp=ordered, fp=(np.arange(len(ordered)) + 0.5) / len(ordered))
-    found = []
-    for share in shares:
-        low = answer.value + float(np.min(shifts - reach * wider))
-        high = answer.value + float(np.max(shifts + reach * wider))
-        for _ in range(HALVINGS):
-            middle = 0.5 * (low + high)
-            below = weights @ rising(answer.value + (middle - answer.value - shifts) / wider)
-            low, high = (low, middle) if below > share else (middle, high)
-        found.append(0.5 * (low + high))
-    return tuple(found)
+    low = np.full(len(shares), answer.value + float(np.min(shifts - reach * wider)))
+    high = np.full(len(shares), answer.value + float(np.max(shifts + reach * wider)))
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        at = answer.value + (middle[:, None] - answer.value - shifts) / wider
+        more = rising(at) @ weights > shares
+        low, high = np.where(more, low, middle), np.where(more, middle, high)
+    return np.asarray(0.5 * (low + high))
 
 
 def _normal_share(mean: float, std: float, x: FloatArray) -> FloatArray:

@@ -12,12 +12,14 @@ precision can come out negative, and none is made up from the difference of two 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from pipelines.evidence import Evidence, Kind, Unknown, Values
+from pipelines.joint.body import past_the_springs
 from pipelines.joint.outputs import body_at
 from pipelines.joint.unknowns import Body
 from pipelines.results import FloatArray
@@ -76,6 +78,11 @@ def without_prior(
 def loaded_body(values: Values) -> Body:
     """The loaded vehicle; its figures are (n,) where the unknowns are."""
     return body_at(values, {})
+
+
+def hubs_past(values: Values) -> float | FloatArray:
+    """kg m of the hubs' inertia that pass the springs by (`past_the_springs`), of one vehicle or of many."""
+    return past_the_springs(cast("Mapping[str, float]", values))
 
 
 def stacked(parts: Sequence[float | FloatArray]) -> FloatArray:

@@ -183,6 +183,7 @@ def _reconciled(name: str, answers: Sequence[_Given]) -> ParameterEstimate:
         low=value - half,
         high=value + half,
         status="identified" if narrow else "weak",
+        inner=(),
         reason=f"methods disagree ({said}): the interval is widened to hold them; {lead.entry.reason}",
     )
 
@@ -208,7 +209,7 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: flo
         f"the relation of {lead.estimator} contradicts the rest: the interval is {widened:.1f} times as wide"
     )
     return replace(
-        entry, std=std, low=entry.value - half, high=entry.value + half, reason=f"{words}; {entry.reason}",
+        entry, std=std, low=entry.value - half, high=entry.value + half, inner=(), reason=f"{words}; {entry.reason}",
         status=entry.status if std <= LARGEST_ALONE * abs(entry.value) else "weak",
     )  # fmt: skip
 

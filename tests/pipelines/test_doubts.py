@@ -12,7 +12,7 @@ from pipelines.joint.answers import Told
 from pipelines.joint.doubts import BETWEEN, OFTEN_WRONG, WIDER, doubted, doubts_of, said
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.unknowns import before_the_log
-from pipelines.results import FloatArray
+from pipelines.results import INNER, FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
@@ -60,10 +60,14 @@ def test_the_mean_and_spread_are_those_of_the_mixture(seen: float) -> None:
     rises = np.cumsum(both) / both.sum()
     for bound, quantile in ((found.low, 0.025), (found.high, 0.975)):
         assert bound == pytest.approx(float(np.interp(quantile, rises, x)), abs=0.02 * found.std)
+    for interval, level in zip(found.inner, INNER, strict=True):
+        exact_ = np.interp([0.5 - level / 2, 0.5 + level / 2], rises, x)
+        assert interval == pytest.approx(tuple(exact_.tolist()), abs=0.02 * found.std)
     # the same by draws
     draws = np.random.default_rng(1).normal(middle, std, 40_000)
     drawn = doubted(replace(answer, draws=draws), gradient, [replace(doubts[0], weight=share)])
     assert (drawn.low, drawn.high) == pytest.approx((found.low, found.high), abs=0.06 * found.std)
+    assert drawn.inner[0] == pytest.approx(found.inner[0], abs=0.06 * found.std)
 
 
 def test_a_figure_that_the_log_does_not_see_keeps_its_chance_and_moves_nothing() -> None:

@@ -47,11 +47,12 @@ def test_links_take_from_the_nose_and_the_patch_adds() -> None:
     springs, _ = pitch_compliance(p)
     assert bare < 0
     assert nod(p | {"pitch_center_brake": 0.1}, "brake", None) - bare == pytest.approx(
-        0.1 * body.mass * springs
+        0.1 * body.sprung * springs
     )
     assert nod(p | {"patch_lag": 0.01}, "brake", None) < bare
     # with all of the moment in the links the tyres alone give
-    stiff = nod(p | {"pitch_center_brake": body.whole_h}, "brake", None)
+    high = {"pitch_center_brake": body.whole_h, "hubs_past": body.whole_h / p["radius"]}
+    stiff = nod(p | high, "brake", None)
     assert stiff == pytest.approx(bare + springs * body.moment)
 
 
@@ -78,7 +79,7 @@ def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArr
         links = np.where(slope < -0.05, p["pitch_center_brake"], p["pitch_center_drive"])
         load = moment * force + path * 9.80665 * theta + 4 * p["wheel_inertia"] / p["radius"] * slope
         load += v2 * p["drag_height"]
-        hubs = p["hubs_past"] * (p["unsprung_front"] + p["unsprung_rear"]) * (p["radius"] - links)
+        hubs = body.unsprung * (p["hubs_past"] * p["radius"] - p["pitch_center_brake"])
         theta = -(both * load - springs * (links * (body.mass * force + v2) + hubs * force))
     zero = np.zeros(n)
     columns = {

@@ -25,8 +25,10 @@ def test_drag_and_rolling_resistance_do_not_reach_the_brakes_links() -> None:
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {
         "pitch_center_brake": 0.2, "pitch_center_drive": 0.05, "patch_lag": 0.0, "offset_x": 0.0, "rolling_shift": 0.0,
-        "hubs_past": 0.0, "jack_brake": 0.0, "jack_drive": 0.0,
+        "jack_brake": 0.0, "jack_drive": 0.0,
     }  # fmt: skip
+    # arms whose poles stand as high as the hubs: no moment of the hubs' inertia about them
+    p["hubs_past"] = 0.2 / p["radius"]
     body, speed, f_x = body_of(p, None), 20.0, -2.0
     drag = 0.5 * 1.225 * p["drag"] * speed**2
     rolling = p["rolling"] * body.mass * G
@@ -50,18 +52,48 @@ def test_a_lagging_patch_reads_as_height() -> None:
 
 
 def test_hubs_on_swing_arms_pass_the_springs_by() -> None:
-    """With all of it past, the springs miss hub mass times what hubs stand above the links' height; tyres miss nothing."""
+    """With all of it past, the springs miss what hubs push at their own height; tyres miss nothing.
+
+    Arms to the middle of the car carry the body's own inertia at the poles' height and all of the hubs', as textbooks part it.
+    """
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {"pitch_center_brake": 0.1, "gain_pitch_suspension": 0.0}
     hubs = p["unsprung_front"] + p["unsprung_rear"]
-    for kind, missed in (("suspension", hubs * (p["radius"] - 0.1)), ("tyre", 0.0)):
+    for kind, missed in (("suspension", hubs * p["radius"]), ("tyre", 0.0)):
         terms = pitch_terms(kind, known, None)
         assert terms(p | {"hubs_past": 0.0})["fx_brake"] - terms(p | {"hubs_past": 1.0})[
             "fx_brake"
         ] == pytest.approx(missed)
     springs, _ = pitch_compliance(p)
     bare, all_past = (nod(p | {"hubs_past": past}, "brake", None) for past in (0.0, 1.0))
-    assert all_past - bare == pytest.approx(springs * hubs * (p["radius"] - 0.1))
+    assert all_past - bare == pytest.approx(springs * hubs * p["radius"])
+    body = body_of(p, None)
+    terms = pitch_terms("suspension", known, None)(p | {"hubs_past": 1.0, "patch_lag": 0.0})
+    assert terms["fx_brake"] == pytest.approx(body.sprung * (body.h - 0.1))
+
+
+@pytest.mark.parametrize("drives", [False, True])
+def test_springs_of_a_car_on_swing_arms_bear_what_free_bodies_say(drives: bool) -> None:
+    """Each hub about its arm's pole, the whole car about the road: hubs' inertia, brakes on hubs or shafts from the body."""
+    pole, arm, accel = 0.45, 1.1, 1.0
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {
+        "patch_lag": 0.0, "gain_pitch_suspension": 0.0, "jack_brake": 0.0, "jack_drive": 0.0, "wheel_inertia": 0.0
+    }  # fmt: skip
+    half, radius = p["wheelbase"] / 2, p["radius"]
+    # a shaft's torque turns the wheel about its hub, so its force has a lever of the pole's height above the hub only
+    lever = pole - radius if drives else pole
+    p |= {"pitch_center_brake": half / arm * pole, "pitch_center_drive": half / arm * (pole - radius)}
+    p |= {"hubs_past": half / arm}
+    body = body_of(p, None)
+    # front axle, rear axle: tyre force and hubs' inertia along x, and the load that tyres and springs gain (rear +)
+    force = body.mass * accel * np.array([0.6, 0.4])
+    hub = np.array([p["unsprung_front"], p["unsprung_rear"]]) * accel
+    tyre = np.array([-1.0, 1.0]) * body.moment * accel / p["wheelbase"]
+    # moment of tyre force, inertia and vertical forces about the pole is nothing: arms point at the middle of the car
+    spring = tyre - np.array([-1.0, 1.0]) * (force * lever - hub * (pole - radius)) / arm
+    found = pitch_terms("suspension", known, None)(p)["fx_drive" if drives else "fx_brake"]
+    assert found == pytest.approx(half * (spring[1] - spring[0]) / accel)
 
 
 def test_side_force_of_steered_wheels_is_no_torque_for_the_links() -> None:
@@ -74,9 +106,7 @@ def test_side_force_of_steered_wheels_is_no_torque_for_the_links() -> None:
     )
     # what else there is beside yaw² comes from the unit's place, and the links' height enters it times that lever
     lever = body.x - p["imu_x"]
-    assert high - low == pytest.approx(
-        -0.1 * held_back - 0.5 * 0.1 * lever * (body.mass - p["hubs_past"] * body.unsprung)
-    )
+    assert high - low == pytest.approx(-0.1 * held_back - 0.5 * 0.1 * lever * body.mass)
 
 
 def roll_known(**values: float) -> tuple[Known, dict[str, float]]:

@@ -12,7 +12,19 @@ from sample_results import bare, hostile, rich
 
 from reports.results_json import to_json, write_json
 
-PARAMETER = {"value", "std", "low", "high", "status", "reason", "prior", "reference", "sources"}
+PARAMETER = {
+    "value",
+    "std",
+    "low",
+    "high",
+    "interval_50",
+    "interval_80",
+    "status",
+    "reason",
+    "prior",
+    "reference",
+    "sources",
+}
 
 
 def test_the_fixed_names_are_there() -> None:

@@ -18,7 +18,7 @@ from pipelines.estimators.axle_load_gls.known import PITCH_ARM_STD, Pitch
 from pipelines.estimators.load_balance.evidence import PATCH
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
-from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
+from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
 from pipelines.models.axle_load import GRAVITY
 
 SOURCE = "axle_load_gls"
@@ -99,7 +99,7 @@ def _transfer(seen: Seen, values: Values) -> float | FloatArray:
     moment = body.mass * ((body.whole_h + patch) * (1 + gain) - links * gain)
     moment = moment + 4 * values["wheel_inertia"] / values["radius"]
     # springs do not see what the links carry
-    moment = moment - seen.data.sprung_share * body.mass * links
+    moment = moment - seen.data.sprung_share * (body.mass * links + hubs_past(values))
     if not seen.by_speed:
         moment = moment / (1 + gain)
     parts = [abs(share) / _errors_of(kind, axle, values)[0] for axle, kind, share, _ in _axles(seen)]
@@ -134,7 +134,8 @@ def _names(seen: Seen) -> tuple[str, ...]:
     beside = ("rolling", "rolling_shift", "wheel_inertia", "pitch_center_brake", "pitch_center_drive")
     force = () if seen.by_speed else ("offset_x", "askew_pitch")
     patch = (PATCH,) if _on_tyres(seen) else ()
-    return (*BODY, *beside, *force, *sensors, *patch)
+    under = () if _on_tyres(seen) else ("hubs_past",)
+    return (*BODY, *beside, *under, *force, *sensors, *patch)
 
 
 def _covariance(seen: Seen) -> FloatArray:

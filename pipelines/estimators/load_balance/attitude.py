@@ -19,9 +19,8 @@ from pipelines.estimators.load_balance.relations import (
     Terms,
     add,
     make_relation,
-    past_the_springs,
 )
-from pipelines.joint.body import body_inertias, pitch_centres
+from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
 from pipelines.joint.unknowns import AXLES, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
@@ -39,7 +38,7 @@ def nod(p: Values, mode: str, sag: float | None) -> float:
     springs, tyres = pitch_compliance(p)
     moment = body.moment + body.mass * p["patch_lag"]
     braking, driving = pitch_centres(p, body)
-    past = body.mass * (braking if mode == "brake" else driving) + past_the_springs(p, mode)
+    past = body.mass * (braking if mode == "brake" else driving) + past_the_springs(p)
     return -(springs * (moment - past) + tyres * moment)
 
 

@@ -28,7 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.joint.body import body_inertias, pitch_centres
+from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -123,12 +123,6 @@ FORCES: dict[str, Callable[[Values, Sequence[float], Terms], None]] = {
 }
 
 
-def past_the_springs(p: Values, mode: str) -> float:
-    """kg m of the hubs' inertia that their links take to the tyres in braking or driving. mode: "brake" or "drive"."""
-    hubs = p["unsprung_front"] + p["unsprung_rear"]
-    return p["hubs_past"] * hubs * (p["radius"] - p[f"pitch_center_{mode}"])
-
-
 def _place(p: Values, body: Body) -> tuple[float, float, float]:
     """The inertial unit from the sprung CG: ahead, left, above."""
     return body.x - p["imu_x"], p["imu_y"] - body.y, p["imu_h"] - body.h
@@ -210,10 +204,8 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         if not whole:
             braking, driving = pitch_centres(p, body)
             links = (braking - p["patch_lag"], driving - p["patch_lag"])
-        past = (0.0, 0.0) if whole else (past_the_springs(p, "brake"), past_the_springs(p, "drive"))
-        brake, drive = (
-            gain * (body.moment - body.mass * link - hubs) for link, hubs in zip(links, past, strict=True)
-        )
+        past = 0.0 if whole else past_the_springs(p)
+        brake, drive = (gain * (body.moment - body.mass * link - past) for link in links)
         # drag passes the tyres by, and rolling resistance is no brake's
         pressure = 0.5 * AIR * p["drag"]
         add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)

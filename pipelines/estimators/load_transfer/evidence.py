@@ -1,10 +1,10 @@
 """What the strut forces told, for the joint posterior: what they carry, and their moments a unit of acceleration.
 
     vertical  sum S = m_s g
-    pitch     sum x S = m_s (x - L/2) g,  and a m/s² along  m h - m h_links - κ (m_u R + m_s h_path) + (1 - κ) 4 I_w / R
+    pitch     sum x S = m_s (x - L/2) g,  and a m/s² along  m h - m h_links - past - κ (m_u R + m_s h_path) + (1 - κ) 4 I_w / R
     roll      sum y S = m_s y g,          and a m/s² across m_s (h_s - h_rc) + (1 - camber) (m_u R + 4 I_w / R)
 
-x from the middle of the wheelbase at rest; a m/s² from where the static loads have their middle, the body's CG: what the links
+past: the hubs' inertia that swing arms take past the springs. x from the middle of the wheelbase at rest; a m/s² from where the static loads have their middle, the body's CG: what the links
 lift of the whole body in braking (anti-dive of one axle more than the other's) has no moment there. κ: g times pitch per
 longitudinal specific force. The same relations as load_balance's by
 suspension forces, with the same unknowns, so that they are counted once. Scales and zeros of the sensors are unknowns.
@@ -26,7 +26,7 @@ from pipelines.estimators.load_transfer.batch import ACROSS, ALONG, BRAKING, STA
 from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, TYRES, Known, StrutData
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.body import pitch_centres
-from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
+from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
 
@@ -40,7 +40,9 @@ BODY = (
 SCALES = tuple(f"suspension_scale_{axle}" for axle in AXLES)
 ZEROS = tuple(f"suspension_zero_{wheel}" for wheel in CORNERS)
 ROLLING = ("rolling_shift", "rolling")
-LINKS = ("pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "wheel_inertia")  # fmt: skip
+LINKS = (
+    "pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "hubs_past", "wheel_inertia",
+)  # fmt: skip
 ROLL = ("roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear")
 PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05
 LEVEL_GAIN = 0.005
@@ -74,7 +76,7 @@ def pitch_moments(values: Values) -> tuple[float | FloatArray, float | FloatArra
     body, gain = loaded_body(values), values[GAIN]
     spin = 4 * values["wheel_inertia"] / values["radius"]
     under = body.unsprung * values["radius"] + body.sprung * values["pitch_path"]
-    free = body.moment + body.mass * values[PATCH] - gain * under + (1 - gain) * spin
+    free = body.moment + body.mass * values[PATCH] - hubs_past(values) - gain * under + (1 - gain) * spin
     braking, driving = pitch_centres(cast("Mapping[str, float]", values), body)
     return free - body.mass * braking, free - body.mass * driving
 

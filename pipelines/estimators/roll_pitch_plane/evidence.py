@@ -18,7 +18,7 @@ from pipelines.estimators.roll_pitch_plane.data import Planes
 from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_CENTER, ROLL_RADPS
 from pipelines.evidence import Evidence, FloatArray, Kind, Values
-from pipelines.joint.from_parameters import evidence_of, loaded_body, without_prior
+from pipelines.joint.from_parameters import evidence_of, hubs_past, loaded_body, without_prior
 from pipelines.joint.outputs import inertias_of
 from pipelines.models.roll import GRAVITY
 
@@ -97,7 +97,7 @@ def pitch_evidence(fit: LinearFit, planes: Planes, mass: float, errors: SensorEr
         body = loaded_body(values)
         links = 0.5 * (values["pitch_center_brake"] + values["pitch_center_drive"])
         spin = 4 * values["wheel_inertia"] / values["radius"]
-        moment = body.moment - body.mass * links + spin
+        moment = body.moment - body.mass * links - hubs_past(values) + spin
         above, ahead = values["imu_h"] - body.h, body.x - values["imu_x"]
         hubs = (body.unsprung * values["radius"] + spin) * (body.h - values["radius"])
         # the vertical accelerometer reads pitch where it sits ahead of the CG
@@ -109,6 +109,7 @@ def pitch_evidence(fit: LinearFit, planes: Planes, mass: float, errors: SensorEr
         "pitch_inertia",
         "pitch_center_brake",
         "pitch_center_drive",
+        "hubs_past",
         "wheel_inertia",
         "imu_h",
         "imu_x",
