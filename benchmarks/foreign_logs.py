@@ -173,25 +173,29 @@ PLAIN = ("mass_kg", "wheelbase_m", "cg_to_front_axle_m", "track_", "spring_rate_
 MINIMAL = ("mass_kg", "wheelbase_m", "track_", "roll_stiffness_nmprad", "brake_gain_nmppa")
 
 
-def _gradient(rows: Array) -> float:
-    """Roll against the road in degrees for a g of sensed lateral acceleration, quick motion taken out."""
+def _gradient(rows: Array, level: bool) -> float:
+    """Roll against the road in degrees for a g of sensed lateral acceleration, quick motion taken out.
+
+    level: the rows hold it without what an accelerometer would sense of the body's lean.
+    """
     moving = rows[:, fp.V] > 4
     roll = (rows[:, fp.ROLL] - rows[:, fp.BANK])[moving]
     because = rows[moving][:, [fp.FY, fp.P, fp.DP]]
+    because[:, 0] += G * np.sin(roll) * level
     if np.ptp(because[:, 0]) < 2:
         return float("nan")
     return float(np.degrees(np.linalg.lstsq(because, roll, rcond=None)[0][0]) * G)
 
 
-def truth_of(full: Car, axis: float, rows: Array) -> dict[str, float]:
-    """The loaded car."""
+def truth_of(full: Car, axis: float, rows: Array, *, level: bool = False) -> dict[str, float]:
+    """The loaded car. level: see `_gradient`."""
     height = full.axis * axis
     found = {
         "mass_kg": full.mass, "cg_height_m": full.height, "cg_to_front_axle_m": full.x, "cg_lateral_offset_m": full.y,
         "sprung_mass_kg": full.sprung, "sprung_cg_height_m": full.sprung_height,
         "roll_arm_m": full.sprung_height - height,
         "roll_stiffness_nmprad": full.roll_stiffness, "roll_inertia_kgm2": full.inertia[0],
-        "pitch_inertia_kgm2": full.inertia[1], "roll_gradient_degpg": _gradient(rows),
+        "pitch_inertia_kgm2": full.inertia[1], "roll_gradient_degpg": _gradient(rows, level),
         "corner_mass_fl_kg": float(full.resting[0] / G + full.unsprung[0] / 2),
         "corner_mass_rr_kg": float(full.resting[3] / G + full.unsprung[1] / 2),
     }  # fmt: skip

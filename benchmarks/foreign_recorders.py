@@ -190,5 +190,5 @@ def make_stranger(case: Case) -> Log:
     if rec.sae:
         columns |= {k: -v for k, v in columns.items() if k.startswith(SAE_TURNED)}
     figures = known_figures(car, choices, rng, 0.0 if case.exact else 1.0)
-    truth = truth_of(full, choices.axis, rows)
+    truth = truth_of(full, choices.axis, rows, level=case.style == "algebra, level")
     return Log(pl.DataFrame(columns), _file(case, figures, mount, truth, car.body, plain), truth)

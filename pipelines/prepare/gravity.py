@@ -123,8 +123,11 @@ def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:
         return {}
     turning, change = smooth(speed * yaw), grid.rate(smooth(speed))
     moving = speed > LEAST_MPS
+    # the sideslip lags behind the steering: its change v_y' has a part in step with the yaw rate's second derivative, which in
+    # steady weaving is in step with the lean as well, and then the log does not tell gravity's share
+    turn = grid.rate(smooth(yaw))
     sums = {
-        "accel_y": ("roll", turning, 1.0, np.column_stack([grid.rate(turning), grid.rate(smooth(yaw))])),
+        "accel_y": ("roll", turning, 1.0, np.column_stack([grid.rate(turning), turn, grid.rate(turn)])),
         "accel_x": ("pitch", change, -1.0, np.column_stack([smooth(yaw) ** 2, grid.rate(change)])),
     }
     found = {}

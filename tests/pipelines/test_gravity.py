@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,11 +18,11 @@ CAR = Vehicle(quantities={"track_front_m": Quantity(TRACK, 0.01, "vehicle file")
 
 
 def _drive(*, sideways: float, along: float, springs: bool = False, scale: float = 1.0) -> Drive:
-    """Two minutes of weaving and changing speed; sideways, along: share of gravity in the accelerations."""
+    """Two minutes of bends, weaving and changing speed; sideways, along: share of gravity in the accelerations."""
     rng = np.random.default_rng(3)
     t = np.arange(int(120 * HZ)) / HZ
     speed = 15 + 4 * np.sin(0.9 * t)
-    yaw = 0.25 * np.sin(1.3 * t) * np.sin(0.11 * t)
+    yaw = 0.15 * np.sin(0.3 * t) + 0.12 * np.sin(1.3 * t) * np.sin(0.11 * t)
     lateral, forward = speed * yaw, np.gradient(speed) * HZ
     roll, pitch = np.radians(5) * lateral / 9.80665, -np.radians(4) * forward / 9.80665
     columns = {
@@ -69,6 +70,24 @@ def test_without_fix_it_is_only_said() -> None:
 def test_a_reading_with_gravity_is_left_alone_whatever_its_scale(scale: float) -> None:
     drive = _drive(sideways=1.0, along=1.0, scale=scale)
     assert with_gravity(drive, CAR) is drive
+
+
+def test_sideslip_that_lags_in_weaving_is_not_taken_for_missing_gravity() -> None:
+    """At one rhythm v_y' is in step with the lean: its lag makes up for gravity's share, and nothing tells them apart."""
+    whole = _drive(sideways=1.0, along=1.0)
+    t = whole.signals["speed"].time_ns * 1e-9
+    yaw, tilt = 0.2 * np.sin(2.5 * t), np.radians(5) / 9.80665
+    lateral = 15.0 * yaw + 0.18 * np.gradient(np.gradient(yaw, t), t)
+    columns = {"speed": np.full(len(t), 15.0), "yaw_rate": yaw, "roll": tilt * lateral}
+    columns["accel_y"] = lateral + 9.80665 * np.sin(columns["roll"])
+    noise = np.random.default_rng(4).normal(0, 0.02, len(t))
+    signals = {
+        n: replace(s, values=columns[n] + noise * (n == "accel_y"))
+        for n, s in whole.signals.items()
+        if n in columns
+    }
+    found = shares(replace(whole, signals=signals), CAR)
+    assert "accel_y" not in found or not found["accel_y"][0].missing
 
 
 def test_too_little_lean_or_too_short_a_drive_says_nothing() -> None:
