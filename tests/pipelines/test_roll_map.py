@@ -214,6 +214,27 @@ def test_roll_that_does_not_follow_is_said(slalom: tuple[plant.Car, plant.Drive]
     assert all(p.status == "not_identifiable" for p in found.parameters.values())
 
 
+def test_a_road_that_banks_into_its_bends_is_not_taken_for_a_wrong_channel() -> None:
+    """The bank outweighs the slow part of the lean; what is quick still follows, and says that the channel is right."""
+    car, rng = plant.Car(), np.random.default_rng(3)
+    t = np.arange(0, 240, 1 / plant.RATE)
+    bends, quick = (
+        1.3 * np.sin(2 * np.pi * t / 40) * np.sin(2 * np.pi * t / 170),
+        0.35 * np.sin(2 * np.pi * 0.3 * t),
+    )
+    drive = plant.record(plant.simulate(car, bends + quick), car, plant.Sensors(), rng)
+    stamps = drive.signals["roll"].time_ns * 1e-9
+    bank = np.interp(stamps, t, -0.04 * bends) + 0.01 * np.sin(2 * np.pi * stamps / 23)
+    turned = {"roll": bank, "accel_y": plant.G * bank}
+    banked = {n: replace(s, values=s.values + turned.get(n, 0.0)) for n, s in drive.signals.items()}
+    found = analyse(
+        plant.without(replace(drive, signals=banked), "suspension"),
+        plant.vehicle_of(car, plant.Knowledge(), rng),
+    )
+    assert found.parameters["roll_gradient_degpg"].status == "not_identifiable"
+    assert "the road's bank turns the roll angle" in found.reason
+
+
 def test_a_wrong_unit_is_said(slalom: tuple[plant.Car, plant.Drive]) -> None:
     _, drive = slalom
     accel = drive.signals["accel_y"]

@@ -177,7 +177,7 @@ class RollMap:
 
         data, fit = fit_best(data, whole, Asked(known, edges))
         if fit.explained < LEAST_EXPLAINED:
-            return self._nothing(prepared, before, vehicle, spread, data, not_following(fit))
+            return self._nothing(prepared, before, vehicle, spread, data, not_following(data, fit, spread))
         if fit.values["a"] < LEAST_STIFFNESS:
             return self._nothing(prepared, before, vehicle, spread, data, like_tilting_ground(fit))
         return self._explain(prepared, data, fit, roll, ranked, vehicle, before, rng)

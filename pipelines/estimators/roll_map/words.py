@@ -32,13 +32,44 @@ def said_of_drive(prepared: Prepared, data: RollData | None, spread: float) -> s
     return f"the lateral acceleration hardly changes (spread {spread:.2f} m/s²): drive a slalom or lane changes at 0.3 g or more"
 
 
-def not_following(fit: RollFit) -> str:
-    """Why a roll signal that does not follow the lateral acceleration tells nothing."""
+BANKED_ROAD, AGREES = 0.5, 0.3
+"""The bank's spread over the lean's from which a road explains an angle that does not follow the acceleration, and the
+correlation of quick changes from which the channel itself is right."""
+
+
+def _quick_agreement(data: RollData) -> float:
+    """Correlation of what angle and lateral acceleration change by in a second, in which roads seldom bank."""
+    apart = max(1, round(1 / data.step_s))
+    lean, push = (
+        np.concatenate(
+            [x[i:j][apart:] - x[i:j][:-apart] for i, j in zip(data.starts, data.stops, strict=True)]
+        )
+        for x in (data.whole_roll, data.accel)
+    )
+    good = np.isfinite(lean) & np.isfinite(push)
+    size = float(np.linalg.norm(lean[good]) * np.linalg.norm(push[good]))
+    return float(lean[good] @ push[good]) / max(size, 1e-12)
+
+
+def not_following(data: RollData, fit: RollFit, spread: float) -> str:
+    """Why a roll signal that does not follow the lateral acceleration (spread: m/s²) tells nothing."""
     share = max(0.0, 100 * fit.explained)
+    lean, bank = DEGREES * spread / fit.values["a"], DEGREES * math.exp(fit.values.get("log_bank", -math.inf))
+    if _of_a_car(fit) and bank > BANKED_ROAD * lean and _quick_agreement(data) > AGREES:
+        return (
+            f"the road's bank turns the roll angle by {bank:.1f} deg, the lean in bends by some {lean:.1f} deg: together they do not "
+            f"follow the lateral acceleration ({share:.0f} % of the angle does). It takes level ground, quicker or harder "
+            f"steering, or suspension deflections, which the road does not turn"
+        )
     return (
         f"the roll signal does not follow the lateral acceleration ({share:.0f} % of it does): check its channel, sign "
         f"and mounting"
     )
+
+
+def _of_a_car(fit: RollFit) -> bool:
+    """Whether the roll gradient is one that road vehicles have: 1.5 to 20 deg/g."""
+    return 1.5 < GRAVITY * DEGREES / max(fit.values["a"], 1e-9) < 20
 
 
 def like_tilting_ground(fit: RollFit) -> str:
@@ -113,7 +144,7 @@ def conflicts(data: RollData, fit: RollFit) -> tuple[str, ...]:
     if not fit.converged:
         found.append("The fit did not settle; read its figures with care.")
     gradient = GRAVITY * DEGREES / fit.values["a"]
-    if not 1.5 < gradient < 20:
+    if not _of_a_car(fit):
         found.append(f"A roll gradient of {gradient:.1f} deg/g is not a road vehicle's: check the units.")
     if fit.values["a"] > 900 or fit.values["a"] < 10.5:
         found.append("The fit ran into its bounds: the roll channel may have the wrong sign or unit.")
