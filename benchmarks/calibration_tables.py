@@ -51,6 +51,17 @@ class Answer:
         return (self.value - self.truth) / self.std
 
     @property
+    def score(self) -> float:
+        """|z| of a normal distribution at whose level the answer's own interval just holds the truth."""
+        if not self.inner:
+            return abs(self.z)
+        bounds = [self.value, *(i[self.truth > self.value] for i in (*self.inner, (self.low, self.high)))]
+        away = np.maximum.accumulate(np.abs(np.array(bounds) - self.value))
+        scores = [0.0, *(NormalDist().inv_cdf(0.5 + level / 2) for level in LEVELS)]
+        far = abs(self.truth - self.value)
+        return float(np.interp(far, away, scores)) if far < away[-1] else scores[-1] * far / float(away[-1])
+
+    @property
     def error(self) -> float:
         """Error over its size."""
         return (self.value - self.truth) / self.size
@@ -264,7 +275,7 @@ def save_reliability(answers: Sequence[Answer], path: Path, least: int = 40) -> 
 
     levels = np.arange(0.05, 1.0, 0.05)
     bounds = np.array([NormalDist().inv_cdf(0.5 + level / 2) for level in levels])
-    groups = {name: np.abs([a.z for a in group]) for name, group in by_name(answers).items()}
+    groups = {name: np.array([a.score for a in group]) for name, group in by_name(answers).items()}
     with styled():
         figure = new_figure(4.2, 3.8)
         axes = figure.subplots()

@@ -92,6 +92,24 @@ def test_a_method_with_twice_the_error_loses() -> None:
     assert narrower(records(1.0)) == ([], 1200)
 
 
+def test_answers_are_judged_by_the_intervals_that_they_tell() -> None:
+    """Half as wide inside as their spread says: 50 % of the truths lie in a 0.34 spread."""
+    some = records(1.0)
+    for record in some:
+        entry = record["answers"]["verdict"]["mass_kg"]
+        value, std = entry[0], entry[1]
+        record["answers"]["verdict"]["mass_kg"] = [
+            *entry, [value - 0.337 * std, value + 0.337 * std], [value - 0.64 * std, value + 0.64 * std],
+        ]  # fmt: skip
+    answers = [a for a in answers_of(some) if a.name == "mass_kg"]
+    plain = [a for a in answers_of(records(1.0)) if a.name == "mass_kg"]
+    near = [abs(a.z) < 0.337 for a in plain]
+    assert [a.inside(0.5) for a in answers] == near
+    assert [a.score < 0.6745 for a in answers] == near
+    assert [a.score < 1.95996 for a in answers] == [a.inside(0.95) for a in answers]
+    assert max(abs(a.score - abs(a.z)) for a in plain) == 0
+
+
 def test_the_diagram_is_a_small_picture(tmp_path: Path) -> None:
     save_reliability(answers_of(records(1.0)), tmp_path / "reliability.png")
     assert (tmp_path / "reliability.png").read_bytes()[:4] == b"\x89PNG"
