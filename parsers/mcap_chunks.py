@@ -9,15 +9,14 @@ from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
 from threading import Lock
-from typing import Protocol, cast
 
 import deflate
-import lz4.frame
 import numpy as np
 import zstandard
 
 from parsers.channels import ByteArray
 from parsers.errors import LogError
+from parsers.lz4_frames import FrameUnpacker, Lz4Error
 from parsers.mcap_records import (
     CHUNK,
     RECORD_HEAD,
@@ -64,10 +63,6 @@ class LooseSpan:
 
 
 Span = ChunkSpan | LooseSpan
-
-
-class _Lz4Stream(Protocol):
-    def decompress(self, data: memoryview, max_length: int) -> bytearray: ...
 
 
 def _number_of(file: RawIOBase) -> int | None:
@@ -124,13 +119,14 @@ class McapFile:
 class Scratch:
     """Memory of one thread that chunk after chunk is read and unpacked into: fresh memory costs more than the work.
 
-    records: the unpacked records of some chunks behind one another, the first `used` bytes count. zstd: as above, for the state of the decompression.
+    records: the unpacked records of some chunks behind one another, the first `used` bytes count. zstd, lz4: as above, for the state of the decompression.
     """
 
     def __init__(self) -> None:
         self.used = 0
         self.records: ByteArray = np.empty(0, dtype=np.uint8)
         self.zstd = zstandard.ZstdDecompressor()
+        self.lz4 = FrameUnpacker()
         self._packed: ByteArray = np.empty(0, dtype=np.uint8)
 
     def packed(self, size: int) -> ByteArray:
@@ -163,14 +159,11 @@ def _unpack_zstd(zstd: zstandard.ZstdDecompressor, packed: ByteArray, out: ByteA
     return done
 
 
-def _unpack_lz4(packed: ByteArray, out: ByteArray) -> int:
-    stream = cast("_Lz4Stream", lz4.frame.LZ4FrameDecompressor(return_bytearray=True))
+def _unpack_lz4(frames: FrameUnpacker, packed: ByteArray, out: ByteArray) -> int:
     try:
-        unpacked = stream.decompress(packed.data, max_length=out.size)
-    except (RuntimeError, EOFError) as error:
-        raise DamagedError("it cannot be unpacked (lz4 finds an error)") from error
-    out[: len(unpacked)] = np.frombuffer(unpacked, dtype=np.uint8)
-    return len(unpacked)
+        return frames.unpack(packed, out)
+    except Lz4Error as error:
+        raise DamagedError(f"it cannot be unpacked ({error})") from error
 
 
 def read_chunk_head(file: McapFile, offset: int) -> tuple[ChunkHead, int]:
@@ -230,7 +223,7 @@ def _fetch(file: McapFile, offset: int, head: ChunkHead, scratch: Scratch) -> tu
     if head.compression == "zstd":
         return _unpack_zstd(scratch.zstd, packed, room), packed.size == head.records_length
     if head.compression == "lz4":
-        return _unpack_lz4(packed, room), packed.size == head.records_length
+        return _unpack_lz4(scratch.lz4, packed, room), packed.size == head.records_length
     raise DamagedError(f"its compression {head.compression[:20]!r} is not known (expected zstd, lz4 or none)")
 
 

@@ -10,8 +10,10 @@ from typing import BinaryIO
 import numpy as np
 
 from parsers.channels import ByteArray, IntArray
+from parsers.lz4_frames import Lz4Error
 from parsers.ros.bag1_kernels import walk_records
 from parsers.ros.bag1_records import Connection, Record, is_chunk, parse_connection, parse_fields, read_record
+from parsers.ros.memory import Scratch
 
 MAX_CHUNK = 1 << 30
 """Largest uncompressed chunk that is believed, in bytes; recorders make them of less than 1 MB."""
@@ -87,29 +89,31 @@ class Walk:
         return found
 
 
-def unpack(raw: memoryview | bytes, data: ChunkData, whole: bool) -> ByteArray:
+def unpack(raw: memoryview | bytes, data: ChunkData, whole: bool, scratch: Scratch) -> ByteArray:
     """Uncompress a chunk's data; at most one byte more than declared. Raises ChunkError where they are damaged.
 
-    That one byte makes the decompressors go on to the end, where they compare their checksums.
+    That one byte makes the decompressors go on to the end, where they compare their checksums. The bytes are good as long as
+    the scratch is not used for another chunk.
     """
     kind, size = data.compression, data.declared
     if kind == "none":
         return np.frombuffer(raw, dtype=np.uint8)
-    unpacked = b""
+    unpacked: ByteArray = np.empty(0, dtype=np.uint8)
     try:
         if kind == "bz2":
-            unpacked = bz2.BZ2Decompressor().decompress(raw, max_length=size + 1)
+            made = bz2.BZ2Decompressor().decompress(raw, max_length=size + 1)
+            unpacked = np.frombuffer(made, dtype=np.uint8)
         else:
-            import lz4.frame
-
-            context = lz4.frame.create_decompression_context()
-            unpacked, _, _ = lz4.frame.decompress_chunk(context, raw, max_length=size + 1)
-    except (OSError, ValueError, EOFError, RuntimeError, MemoryError) as error:
+            room = scratch.room(size + 1)
+            unpacked = room[: scratch.frames.unpack(raw, room)]
+    except (OSError, ValueError, EOFError, MemoryError, Lz4Error) as error:
         if whole:
             raise ChunkError(f"its {kind} data are damaged ({error})") from error
-    if len(unpacked) > size or (whole and size and not unpacked):
+    if len(unpacked) > size or (whole and size and not len(unpacked)):
         raise ChunkError(f"its {kind} data are damaged")
-    return np.frombuffer(unpacked, dtype=np.uint8)
+    # not to be written, as bytes are not, so that the kernels need to be compiled only once
+    unpacked.flags.writeable = False
+    return unpacked
 
 
 def chunk_data(file: BinaryIO, ref: ChunkRef, file_size: int) -> ChunkData:
@@ -133,7 +137,7 @@ def load_chunk(file: BinaryIO, ref: ChunkRef, file_size: int) -> Walk:
     """Read, uncompress and walk one chunk. Raises ChunkError where nothing of it can be used."""
     where = chunk_data(file, ref, file_size)
     file.seek(where.at)
-    return walk_data(unpack(file.read(where.available), where, ref.whole), where.declared)
+    return walk_data(unpack(file.read(where.available), where, ref.whole, Scratch()), where.declared)
 
 
 def walk_data(data: ByteArray, declared: int = 0, *, bare: bool = False) -> Walk:

@@ -212,7 +212,7 @@ class ChunkReader:
         """Decode one chunk; whether all of it could be used. Raises ChunkError."""
         where = chunk_data(file, ref, self.size)
         if where.compression != "none":
-            data = unpack(job.window(file, where.at, where.available), where, ref.whole)
+            data = unpack(job.window(file, where.at, where.available), where, ref.whole, job.scratch)
             return job.decode(data) == where.declared
         return _windows(file, where, job, self._first_window(ref, where))
 

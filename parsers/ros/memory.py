@@ -7,15 +7,27 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.allocator import Slabs
-from parsers.channels import FloatArray, IntArray
+from parsers.channels import ByteArray, FloatArray, IntArray
+from parsers.lz4_frames import FrameUnpacker
 
 
 @dataclass
 class Scratch:
-    """What one thread needs while it reads: bytes of the file, and where in them the messages are (2, rows)."""
+    """What one thread needs while it reads: bytes of the file, and where in them the messages are (2, rows).
+
+    unpacked: of a compressed chunk; good until the next is asked for.
+    """
 
     raw: bytearray = field(default_factory=bytearray)
     places: IntArray = field(default_factory=lambda: np.empty((2, 0), dtype=np.int64))
+    unpacked: ByteArray = field(default_factory=lambda: np.empty(0, dtype=np.uint8))
+    frames: FrameUnpacker = field(default_factory=FrameUnpacker)
+
+    def room(self, size: int) -> ByteArray:
+        """`size` bytes for an unpacked chunk; the one before is gone."""
+        if self.unpacked.size < size:
+            self.unpacked = np.empty(size + size // 4, dtype=np.uint8)
+        return self.unpacked[:size]
 
 
 @dataclass
