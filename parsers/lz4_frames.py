@@ -1,7 +1,7 @@
 """LZ4 frames unpacked into memory that is there: liblz4, called out of the package `lz4`.
 
-The package's own functions unpack into memory of theirs and copy it to an object while they hold the interpreter's lock: a third
-of the time that an lz4 bag takes, in which no other thread gets on.
+The package's own functions unpack into memory of theirs and copy it to an object while they hold the interpreter's lock: a tenth
+of the time that an lz4 bag takes on one core, a sixth on two.
 Source: https://github.com/lz4/lz4/blob/dev/lib/lz4frame.h.
 """
 

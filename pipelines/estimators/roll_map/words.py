@@ -54,7 +54,10 @@ def _quick_agreement(data: RollData) -> float:
 def not_following(data: RollData, fit: RollFit, spread: float) -> str:
     """Why a roll signal that does not follow the lateral acceleration (spread: m/s²) tells nothing."""
     share = max(0.0, 100 * fit.explained)
-    lean, bank = DEGREES * spread / fit.values["a"], DEGREES * math.exp(fit.values.get("log_bank", -math.inf))
+    lean, bank = (
+        DEGREES * spread / max(fit.values["a"], 1e-9),
+        DEGREES * math.exp(fit.values.get("log_bank", -math.inf)),
+    )
     if _of_a_car(fit) and bank > BANKED_ROAD * lean and _quick_agreement(data) > AGREES:
         return (
             f"the road's bank turns the roll angle by {bank:.1f} deg, the lean in bends by some {lean:.1f} deg: together they do not "
