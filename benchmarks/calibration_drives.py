@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.vehicle_data import measured
+from benchmarks.wrong_figures import drawn_wrong, with_wrong
 from parsers.drive import Drive
 from parsers.errors import SettingsError
 from pipelines.simulation.loads import Load
@@ -29,18 +30,25 @@ from pipelines.simulation.sensors.units import SensorGroup, SensorLog
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
 
 DRIVER_KG = 75.0
-MOST_LOAD_SHARE = 0.17
-"""Of the empty vehicle's mass, beside the driver: about what a registration allows."""
+PERSONS_KG = 225.0
+"""DRIVER_KG alone; PERSONS_KG: three beside the driver."""
+
+PAYLOAD = {"Pickup": 0.40, "Van": 0.45}
+CAR_PAYLOAD = 0.27
+"""Of the empty vehicle's mass, beside the driver, by body: about what a registration allows."""
 
 LOADS: dict[str, tuple[float, float, float]] = {
-    "none": (0.10, 0.0, 0.0),
-    "driver": (0.20, 0.0, 0.0),
-    "roof": (0.20, 25.0, 150.0),
-    "rear": (0.20, 40.0, 350.0),
-    "side": (0.12, 40.0, 200.0),
-    "seats": (0.18, 60.0, 350.0),
+    "none": (0.08, 0.0, 0.0),
+    "driver": (0.17, 0.0, 0.0),
+    "roof": (0.15, 25.0, 150.0),
+    "rear": (0.17, 40.0, 500.0),
+    "side": (0.11, 40.0, 300.0),
+    "seats": (0.15, 60.0, 350.0),
+    "full": (0.10, 200.0, 700.0),
+    "tail": (0.07, 40.0, 150.0),
 }
-"""Place -> chance, least and greatest mass in kg beside the driver ("none": nobody, as a test robot drives)."""
+"""Place -> chance, least and greatest mass in kg beside the driver ("none": nobody, as a test robot drives; "full": people on
+all seats, then luggage above the rear axle and a fifth of it on the roof; "tail": on the tow bar or against the tailgate)."""
 
 ROADS = {"public_road": 0.22, "rural": 0.12, "urban": 0.12, "hills": 0.09, "handling_track": 0.08}
 TESTS = {
@@ -57,7 +65,7 @@ SENSORS = {
 
 @dataclass(frozen=True)
 class Plan:
-    """One drive before it is driven. mirrored: loads and driver on the right instead of the left. told: whether the vehicle file gives the height about which the links pitch the body.
+    """One drive before it is driven. mirrored: loads and driver on the right instead of the left. told: whether the vehicle file gives the height about which the links pitch the body. wrong: a kind of figures (`benchmarks.wrong_figures`) that is off by several of its stated spreads.
 
     error_scale: of the sensors; sheet_errors: of the vehicle file; both 1 = as large as their kind's.
     """
@@ -77,11 +85,13 @@ class Plan:
     outlier_share: float = 0.0
     told: bool = True
     mirrored: bool = False
+    wrong: str = ""
 
     @property
     def key(self) -> str:
-        """Names its file: a hash of all that decides the drive."""
-        return hashlib.sha256(json.dumps(asdict(self), sort_keys=True).encode()).hexdigest()[:16]
+        """Names its file: a hash of all that decides the drive (what is wrong in the vehicle file does not)."""
+        figures = {name: value for name, value in asdict(self).items() if name != "wrong"}
+        return hashlib.sha256(json.dumps(figures, sort_keys=True).encode()).hexdigest()[:16]
 
     @property
     def text(self) -> str:
@@ -107,7 +117,7 @@ class Kept:
 
         mass_std: the empty mass drawn anew with this relative spread instead of the data sheet's.
         """
-        file = parse_vehicle(self.sheet, Path("vehicle.toml"))
+        file = with_wrong(parse_vehicle(self.sheet, Path("vehicle.toml")), self.plan.wrong, self.plan.seed)
         if data == "measured":
             rng = np.random.default_rng([self.plan.seed, 23])
             file = measured(file, plan_vehicle(self.plan), rng, self.plan.sheet_errors)
@@ -142,6 +152,7 @@ def random_plan(seed: int, sensors: str | None = None) -> Plan:
         outlier_share=1e-4 if lossy else 0.0,
         told=bool(rng.random() < 0.5),
         mirrored=bool(rng.random() < 0.5),
+        wrong=drawn_wrong(seed),
     )  # fmt: skip
 
 
@@ -173,11 +184,23 @@ def plan_loads(plan: Plan, vehicle: PlantVehicle) -> tuple[Load, ...]:
 
 def _left_loads(plan: Plan, vehicle: PlantVehicle) -> tuple[Load, ...]:
     driver = PLACES["seats"][1](vehicle, DRIVER_KG)
-    kilos = min(plan.load_kg, MOST_LOAD_SHARE * vehicle.mass_kg)
+    kilos = min(plan.load_kg, PAYLOAD.get(vehicle.body, CAR_PAYLOAD) * vehicle.mass_kg)
     if plan.load == "driver" or kilos < 1:
         return tuple(driver)
     if plan.load == "seats":
         return tuple(PLACES["seats"][1](vehicle, DRIVER_KG + kilos))
+    if plan.load == "full":
+        people = min(kilos, PERSONS_KG)
+        roof = 0.2 * (kilos - people)
+        shares = {"seats": DRIVER_KG + people, "rear": kilos - people - roof, "roof": roof}
+        return tuple(
+            load for place, part in shares.items() if part > 1 for load in PLACES[place][1](vehicle, part)
+        )
+    if plan.load == "tail":
+        return (
+            *driver,
+            Load(kilos, 1.2 * vehicle.wheelbase_m, 0.0, vehicle.wheel_radius_rear_m + 0.3, 0.3, 0.8, 0.5),
+        )
     return (*driver, *PLACES[plan.load][1](vehicle, kilos))
 
 

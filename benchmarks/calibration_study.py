@@ -224,6 +224,19 @@ def summary(records: Sequence[Record], title: str, medians: bool) -> str:
     for status in ("identified", "weak"):
         chosen = [a for a in answers if a.status == status]
         parts += [f"### Called {status}: {len(chosen)} answers", coverage_table(chosen)]
+    wrong = Counter(r["plan"]["wrong"] for r in ran if r["plan"].get("wrong"))
+    if wrong:
+        # the levels are meant over what the verdict takes for possible, wrong files among it
+        parts[2:2] = [
+            "- One kind of figures of the vehicle file is wrong by several of its spreads in "
+            f"{wrong.total()} drives: {', '.join(f'{title} {count}' for title, count in wrong.most_common())}."
+        ]
+        right = answers_of(r for r in ran if not r["plan"].get("wrong"))
+        chosen = [a for a in right if a.status == "identified"]
+        parts += [
+            f"### Called identified where the file is right: {len(chosen)} answers",
+            coverage_table(chosen),
+        ]
     learned_of = [a for a in answers if a.status != "not_identifiable"]
     parts += ["### By sensor set, identified and weak", sensors_table(learned_of)]
     parts += [f"### Identified and beyond {FAR:g} standard deviations", far_table(ran)]

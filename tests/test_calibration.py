@@ -7,7 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.calibration_drives import Plan, kept_drive, median_plan, plan_loads, plan_vehicle, random_plan
+from benchmarks.calibration_drives import (
+    CAR_PAYLOAD,
+    DRIVER_KG,
+    LOADS,
+    PAYLOAD,
+    Plan,
+    kept_drive,
+    median_plan,
+    plan_loads,
+    plan_vehicle,
+    random_plan,
+)
 from benchmarks.calibration_tables import (
     Record,
     answers_of,
@@ -18,6 +29,10 @@ from benchmarks.calibration_tables import (
     narrower,
     save_reliability,
 )
+from benchmarks.wrong_figures import drawn_wrong, with_wrong
+from pipelines.joint.doubts import OFTEN_WRONG, WIDER
+from pipelines.joint.file_check import STATED
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 TRUTH = {"cg_height_m": 0.65, "mass_kg": 1800.0, "cg_lateral_offset_m": 0.01}
 SIZES = {"cg_lateral_offset_m": 1.6}
@@ -138,7 +153,7 @@ def test_plans_repeat_and_loads_lie_on_either_side() -> None:
     plans = [random_plan(seed) for seed in range(300)]
     assert plans == [random_plan(seed) for seed in range(300)]
     assert {p.sensors for p in plans} == {"deflection", "production", "ins", "axle_load", "struts", "imu"}
-    assert {p.load for p in plans} == {"none", "driver", "roof", "rear", "side", "seats"}
+    assert {p.load for p in plans} == {"none", "driver", "roof", "rear", "side", "seats", "full", "tail"}
     assert all(1 <= p.minutes <= 12 for p in plans)
     left, right = (
         Plan(1, "weave", "ins", "side", 120.0, 2.0),
@@ -150,3 +165,40 @@ def test_plans_repeat_and_loads_lie_on_either_side() -> None:
     ]
     assert plan_loads(Plan(1, "weave", "ins", "none", 0.0, 2.0), vehicle) == ()
     assert median_plan(4, "ins").minutes == 10.0
+
+
+def test_loads_weigh_what_was_planned_and_no_more_than_a_vehicle_may_carry() -> None:
+    for seed in range(40):
+        for load in LOADS:
+            plan = Plan(seed, "weave", "ins", load, 300.0, 2.0)
+            vehicle = plan_vehicle(plan)
+            most = PAYLOAD.get(vehicle.body, CAR_PAYLOAD) * vehicle.mass_kg
+            carried = 0.0 if load in ("none", "driver") else min(300.0, most)
+            driver = 0.0 if load == "none" else DRIVER_KG
+            loads = plan_loads(plan, vehicle)
+            assert sum(part.mass_kg for part in loads) == pytest.approx(driver + carried, abs=2.0)
+
+
+def test_a_wrong_figure_is_off_by_as_much_as_is_doubted_and_the_drive_stays_the_same() -> None:
+    seeds = range(3000)
+    titles = [drawn_wrong(seed) for seed in seeds]
+    assert set(titles) == {"", *STATED}
+    assert titles.count("stated mass") / len(seeds) == pytest.approx(OFTEN_WRONG["stated mass"], abs=0.012)
+    file = Vehicle(quantities={key: Quantity(100.0, 1.0, "test") for keys in STATED.values() for key in keys})
+    for title, keys in STATED.items():
+        made = [with_wrong(file, title, seed) for seed in range(400)]
+        for key, stated in file.quantities.items():
+            off = np.array([m.quantities[key].value - stated.value for m in made])
+            assert all(m.quantities[key].std == stated.std for m in made)
+            # with what a file is off by anyhow, WIDER spreads
+            assert np.hypot(off.std(), 1.0) == pytest.approx(WIDER if key in keys else 1.0, rel=0.15)
+    pairs = np.array(
+        [
+            [m.quantities[key].value for key in STATED["stated spring rates"]]
+            for m in (with_wrong(file, "stated spring rates", seed) for seed in range(400))
+        ]
+    )
+    assert np.mean(pairs[:, 0] == pairs[:, 1]) == pytest.approx(0.5, abs=0.1)
+    assert with_wrong(Vehicle(), "stated mass", 1).quantities == {}
+    plain = Plan(1, "weave", "ins", "none", 0.0, 2.0)
+    assert plain.key == Plan(1, "weave", "ins", "none", 0.0, 2.0, wrong="stated mass").key
