@@ -12,7 +12,6 @@ from pipelines.joint.unknowns import AXLES
 from pipelines.results import FloatArray
 
 Values = Mapping[str, FloatArray]
-EMPTY = {"sag": 0.0}
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ def _damper(axle: str) -> Figure:
 
 
 def _stiffness(values: Values) -> FloatArray:
-    return roll_stiffness_of(values, EMPTY)
+    return roll_stiffness_of(values, empty=True)
 
 
 def _damping(values: Values) -> FloatArray:
@@ -50,7 +49,7 @@ def _damping(values: Values) -> FloatArray:
     return np.asarray(parts[0] + parts[1])
 
 
-ROLL = tuple(f"{part}_{axle}" for part in ("spring", "square", "cube", "bar", "track") for axle in AXLES)
+ROLL = tuple(f"{part}_{axle}" for part in ("spring", "bar", "track") for axle in AXLES)
 
 FIGURES: tuple[Figure, ...] = (
     _plain("empty_mass_kg", "mass, empty", "kg", "empty_mass"),

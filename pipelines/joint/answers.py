@@ -107,21 +107,24 @@ def digits_of(name: str) -> int:
 
 
 def told(
-    name: str,
     value: float,
     gradient: FloatArray,
     joint: Joint,
     checks: Sequence[Check],
     factor: float,
     draws: FloatArray | None,
+    rough: float,
 ) -> Told:
-    """The parameter's mean and interval: Laplace's, or of draws (n,); widened for contradictions."""
+    """The parameter's mean and interval: Laplace's, or of draws (n,); widened for contradictions.
+
+    rough: factor on the draws' spread, for what a sampler comes out too narrow by.
+    """
     more = held(joint, checks, gradient)
     if draws is None:
         std = math.sqrt(factor**2 * float(gradient @ joint.covariance @ gradient) + more)
         return Told(value, std, value - 1.96 * std, value + 1.96 * std, None)
     mean, own = float(np.mean(draws)), float(np.std(draws))
-    wide = math.sqrt((SAMPLED * factor) ** 2 + more / max(own, 1e-300) ** 2)
+    wide = math.sqrt((rough * factor) ** 2 + more / max(own, 1e-300) ** 2)
     spread = mean + wide * (draws - mean)
     low, high = (float(q) for q in np.quantile(spread, (0.025, 0.975)))
     return Told(mean, wide * own, low, high, spread)

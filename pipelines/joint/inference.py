@@ -10,7 +10,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import estimate_of, learned_of, listed, told
+from pipelines.joint.answers import SAMPLED, estimate_of, learned_of, listed, told
+from pipelines.joint.bends import bent
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
 from pipelines.joint.doubts import doubted, doubts_of, said
@@ -135,11 +136,16 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     factor = _inflation(joint)
     doubts = doubts_of(joint, vehicle)
     draws, method = _draws(joint, modes, gradients, rng)
-    columns = None if draws is None else outputs_of(values_at(joint.known, draws), joint.given)
     priors = prior_spreads(known, stated, rng) if known.mass else {}
+    if draws is None:
+        columns = bent(joint, middle, gradients, rng)
+    else:
+        found = outputs_of(values_at(joint.known, draws), joint.given)
+        columns = {name: np.broadcast_to(column, len(draws)) for name, column in found.items()}
+    rough = 1.0 if draws is None else SAMPLED
     answers = {
         name: doubted(
-            told(name, value, gradients[name], joint, checks, factor, _of(columns, name, draws)),
+            told(value, gradients[name], joint, checks, factor, columns.get(name), rough),
             gradients[name],
             doubts,
         )
@@ -172,10 +178,6 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
 def _laplace(joint: Joint, gradient: FloatArray) -> float:
     """A parameter's spread by the curvature at the mode, before anything widens it."""
     return math.sqrt(max(float(gradient @ joint.covariance @ gradient), 1e-300))
-
-
-def _of(columns: Mapping[str, FloatArray] | None, name: str, draws: FloatArray | None) -> FloatArray | None:
-    return None if columns is None or draws is None else np.broadcast_to(columns[name], len(draws))
 
 
 def _with_conflicts(

@@ -64,6 +64,12 @@ def links(book: Book) -> None:
     vehicle = book.vehicle
     for axle in AXLES:
         book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", 0.09, 0.06)
+    # under load wheels stand further apart by what roll centres at a constant height make of it; those that sink make less
+    book.put("track_grows", 0.8, 0.4)
+    # wheels that go sideways with their travel take the weight on them along, against the springs (`laden.side_moment`): all of
+    # it where travel is the wheel's own (1), less than none where an axle's springs sit above its roll centre, none in a model of
+    # a body that turns about an axis
+    book.put("side_path", 0.6, 0.5)
     stated = vehicle.get("pitch_center_height_m")
     mean, std = PITCH_CENTER if stated is None else (stated.value, stated.std)
     source = "the vehicle file is silent: usual for road vehicles" if stated is None else stated.source

@@ -58,14 +58,14 @@ def _deflections(v: Mapping[str, FloatArray]) -> list[FloatArray]:
     carried = body.sprung - (v["empty_mass"] - v["unsprung_front"] - v["unsprung_rear"])
     return [
         np.asarray((body.moment - body.mass * v["pitch_center_brake"]) / pitch),
-        np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v, {})),
+        np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v)),
         np.asarray(9.81 * carried / (2 * (v["spring_front"] + v["spring_rear"]))),
     ]
 
 
 def _roll(v: Mapping[str, FloatArray]) -> list[FloatArray]:
     body = body_at(v, {})
-    return [np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v, {}))]
+    return [np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v))]
 
 
 def _moment(v: Mapping[str, FloatArray]) -> list[FloatArray]:

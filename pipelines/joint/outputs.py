@@ -8,9 +8,9 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Values
-from pipelines.joint.body import TYRE_SHARE, Body, body_inertias, body_of, pitch_centres
+from pipelines.joint.body import Body, body_inertias, body_of, pitch_centres
+from pipelines.joint.laden import leans, rate_under_load
 from pipelines.joint.unknowns import AXLES, CORNERS
-from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 
 
@@ -31,20 +31,15 @@ def roll_axis_of(values: Values, body: Body) -> FloatArray:
     return np.asarray((1 - share) * values["roll_center_front"] + share * values["roll_center_rear"])
 
 
-def roll_stiffness_of(values: Values, given: Mapping[str, float]) -> FloatArray:
-    """Of the suspension, body against axles, N·m/rad: springs and bars, at the height at which the loaded body stands."""
-    rates = 2 * (np.asarray(values["spring_front"]) + values["spring_rear"])
-    down = GRAVITY * np.asarray(values["load"]) / rates
-    if "sag" in given:
-        down = np.asarray(given["sag"] / TYRE_SHARE)
+def roll_stiffness_of(values: Values, *, empty: bool = False) -> FloatArray:
+    """Of the suspension, body against axles, N·m/rad: springs and bars, at the height at which the loaded body stands.
+
+    empty: at that of the empty one, as data sheets have it.
+    """
     parts = []
     for axle in AXLES:
-        rate = (
-            values[f"spring_{axle}"]
-            + 2 * values[f"square_{axle}"] * down
-            + 3 * values[f"cube_{axle}"] * down**2
-        )
-        parts.append(0.5 * np.asarray(rate) * values[f"track_{axle}"] ** 2 + values[f"bar_{axle}"])
+        rate = np.asarray(values[f"spring_{axle}"] if empty else rate_under_load(values, axle))
+        parts.append(0.5 * rate * values[f"track_{axle}"] ** 2 + values[f"bar_{axle}"])
     return np.asarray(parts[0] + parts[1])
 
 
@@ -78,16 +73,32 @@ def pitch_inertia_of(values: Values, body: Body) -> FloatArray:
     return np.asarray(inertias_of(values)[1] + hubs + np.asarray(body.sprung) * away)
 
 
-def _corners(values: Values, body: Body) -> dict[str, FloatArray]:
-    """Mass over each wheel, level and at rest.
+def at_rest(values: Values, body: Body) -> tuple[FloatArray, FloatArray]:
+    """The whole vehicle's CG behind the front axle and left of the middle as it stands, m.
+
+    `body_of` puts a load on the body, in the body's own axes, in which the relations' levers and accelerations are. Under the
+    load the body leans back and to one side, about the height at which it pitches over its wheels and about its roll axis: its
+    CG moves on, in a car with its boot full by 20 mm.
+    """
+    axis = roll_axis_of(values, body)
+    back, left = leans(values, body, axis, roll_stiffness_of(values))
+    share = np.asarray(body.sprung) / body.mass
+    return (
+        np.asarray(body.whole_x + share * (body.h - values["pitch_path"]) * back),
+        np.asarray(body.whole_y + share * (body.h - axis) * left),
+    )
+
+
+def _corners(values: Values, body: Body, place: tuple[FloatArray, FloatArray]) -> dict[str, FloatArray]:
+    """Mass over each wheel, on level ground and at rest. place: of the CG, `at_rest`.
 
     The lateral moment is shared by the axles as the masses are; what one diagonal carries more is an unknown that no
     balance sees.
     """
-    rear = np.asarray(body.mass * body.whole_x / values["wheelbase"])
+    rear = np.asarray(body.mass * place[0] / values["wheelbase"])
     found = {}
     for axle, load in zip(AXLES, (body.mass - rear, rear), strict=True):
-        moved = load * body.whole_y / values[f"track_{axle}"]
+        moved = load * place[1] / values[f"track_{axle}"]
         for side, sign in (("l", 1.0), ("r", -1.0)):
             diagonal = sign if axle == "front" else -sign
             found[f"{axle[0]}{side}"] = np.asarray(
@@ -99,21 +110,22 @@ def _corners(values: Values, body: Body) -> dict[str, FloatArray]:
 def outputs_of(values: Values, given: Mapping[str, float]) -> dict[str, FloatArray]:
     """Every parameter of the joint posterior, () or (n,) as the values are."""
     body = body_at(values, given)
+    place = at_rest(values, body)
     found = {
         "mass_kg": body.mass,
         "sprung_mass_kg": body.sprung,
-        "cg_to_front_axle_m": body.whole_x,
-        "cg_lateral_offset_m": body.whole_y,
+        "cg_to_front_axle_m": place[0],
+        "cg_lateral_offset_m": place[1],
         "cg_height_m": body.whole_h,
         "sprung_cg_height_m": body.h,
         "roll_arm_m": body.h - roll_axis_of(values, body),
-        "roll_stiffness_nmprad": roll_stiffness_of(values, given),
+        "roll_stiffness_nmprad": roll_stiffness_of(values),
         "roll_damping_nmsprad": roll_damping_of(values) * values["damping_factor"],
         "roll_inertia_kgm2": roll_inertia_of(values, body) * values["inertia_factor"],
         "roll_center_height_m": roll_axis_of(values, body),
         "pitch_arm_m": np.asarray(body.h) - pitch_centres(cast("Mapping[str, float]", values), body)[0],
         "pitch_inertia_kgm2": pitch_inertia_of(values, body),
         "drag_area_m2": values["drag"],
-        **_corners(values, body),
+        **_corners(values, body, place),
     }
     return {name: np.asarray(value, dtype=np.float64) for name, value in found.items()}

@@ -11,15 +11,14 @@ from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
 DEPENDS = tuple(f"{part}_{axle}" for part in ("spring", "bar", "track") for axle in AXLES)
-EMPTY = {"sag": 0.0}
-"""A data sheet's stiffness is that of the empty vehicle as it stands."""
 
 
 def _roll_stiffness(values: Values) -> FloatArray:
+    # a data sheet's stiffness is that of the empty vehicle as it stands
     return (
-        np.atleast_2d(roll_stiffness_of(values, EMPTY))
+        np.atleast_2d(roll_stiffness_of(values, empty=True))
         if np.ndim(values["bar_front"])
-        else np.array([roll_stiffness_of(values, EMPTY)])
+        else np.array([roll_stiffness_of(values, empty=True)])
     )
 
 

@@ -33,6 +33,15 @@ ZERO_M = 0.001
 STUCK = 0.018
 """Dry friction that holds a wheel at rest, over its load (spread): a car's springs stick by 1 to 3 % of it, either way."""
 
+SLIDING = {False: (0.018, 0.014), True: (0.03, 0.02)}
+"""Dry friction of a moving wheel over its load, mean and spread: by whether leaf springs or a live axle carry it."""
+
+YIELDING = (0.5, 0.3)
+"""Share of dry friction that gives by some 4 mm before it slides, the rest by less than one."""
+
+LIVE_REAR = frozenset(("Pickup", "Van", "Truck"))
+"""Bodies whose rear axle is live or on leaf springs, as a rule."""
+
 ASKEW = 0.014
 """rad about each axis that an inertial unit sits askew: brackets and boards are held to 2 degrees."""
 
@@ -165,7 +174,11 @@ def _suspension(book: Book, kilos: float) -> bool:
         # dampers hold rebound more than bump; a knee takes some of both
         book.put(f"bump_{axle}", 0.75 * mean, spread * mean)
         book.put(f"rebound_{axle}", 1.2 * mean, spread * mean)
-        book.put(f"friction_{axle}", 60.0, 50.0)
+        live = axle == "rear" and vehicle.body in LIVE_REAR
+        share, spread = SLIDING[live]
+        book.put(f"friction_{axle}", share * GRAVITY * corner, spread * GRAVITY * corner)
+    # how much of it turns round within millimetres only
+    book.put("yielding", *YIELDING)
     stuck = STUCK * GRAVITY * corner
     for wheel in CORNERS:
         rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
@@ -237,7 +250,7 @@ def _sensors(book: Book) -> None:
             *(["attitude"] if relation == "pitch" else []),
         ):
             book.put(f"late_{relation}_{kind}", 0.0, 0.05)
-            book.put(f"gain_{relation}_{kind}", 0.0, 0.01 if relation == "roll" else 0.007)
+            book.put(f"gain_{relation}_{kind}", 0.0, 0.007)
 
 
 def _long(book: Book, kilos: float) -> None:

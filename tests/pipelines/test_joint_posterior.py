@@ -196,5 +196,5 @@ def test_a_stated_roll_stiffness_binds_what_makes_it_up() -> None:
     bound, free = (prior_spreads(known, s, _rng())["roll_stiffness_nmprad"] for s in (stated, ()))
     # what the springs' curve makes of an unknown load comes on top of what is stated of the empty vehicle
     assert bound.mean == pytest.approx(124e3, rel=0.03)
-    assert 2e3 < bound.std < 4e3
+    assert 2e3 < bound.std < 5e3
     assert free.std > 3 * bound.std

@@ -97,10 +97,13 @@ def test_body_and_corner_loads_close() -> None:
     told = outputs_of(p, {"sag": car.sag})
     corners = np.array([float(told[f"corner_mass_{w}_kg"]) for w in CORNERS])
     assert corners.sum() == pytest.approx(body.mass)
-    assert corners[2:].sum() * car.wheelbase == pytest.approx(body.mass * body.whole_x)
+    # at rest the body leans under its load, and its CG with it (`test_laden`)
+    place = float(told["cg_to_front_axle_m"]), float(told["cg_lateral_offset_m"])
+    assert corners[2:].sum() * car.wheelbase == pytest.approx(body.mass * place[0])
     assert (corners[0] - corners[1] + corners[2] - corners[3]) * car.track / 2 == pytest.approx(
-        body.mass * body.whole_y
+        body.mass * place[1]
     )
+    assert place == pytest.approx((body.whole_x, body.whole_y), abs=0.02)
 
 
 def linear_relation(rng: np.random.Generator, truth: float) -> Relation:

@@ -116,7 +116,7 @@ def roll_known(**values: float) -> tuple[Known, dict[str, float]]:
 
 def test_a_car_that_turns_in_rolls_by_its_product_of_inertia_and_by_its_axles_roll_centres() -> None:
     """By hand: F_front = (b m f_y + I_z r') / L, each axle's links carry up to their roll centre, and I_xz r' on top."""
-    known, p = roll_known(roll_center_front=0.05, roll_center_rear=0.15, product=0.0)
+    known, p = roll_known(roll_center_front=0.05, roll_center_rear=0.15, product=0.0, track_grows=0.0)
     terms = roll_terms("suspension", known, None)
     body, yaw_inertia = body_of(p, None), YAW_OVER_PITCH * p["pitch_inertia"]
     # what the unit's place adds is the same for any split and product

@@ -25,8 +25,8 @@ from pipelines.estimators.base_excitation.batch_whole import (
 from pipelines.estimators.base_excitation.data import RideData, axle_of
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
+from pipelines.joint.laden import rate_under_load
 from pipelines.joint.unknowns import AXLES
-from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.vehicle import Vehicle
 
 SOURCE = "base_excitation_batch"
@@ -46,15 +46,6 @@ class CornerSeen:
     mass: float
     std: float
     spring_npm: float
-
-
-def rate_under_load(values: Values, axle: str) -> float | FloatArray:
-    """A wheel's spring rate where the load has it rest, N/m."""
-    behind = values["load_x"] / values["wheelbase"]
-    part = 1 - behind if axle == "front" else behind
-    rate = values[f"spring_{axle}"]
-    pressed = 0.5 * GRAVITY * values["load"] * part / rate
-    return rate + 2 * values[f"square_{axle}"] * pressed + 3 * values[f"cube_{axle}"] * pressed**2
 
 
 def _masses(values: Values) -> list[float | FloatArray]:

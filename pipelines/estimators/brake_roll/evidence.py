@@ -12,7 +12,7 @@ import math
 
 import numpy as np
 
-from pipelines.estimators.base_excitation.evidence import SPRINGS, rate_under_load
+from pipelines.estimators.base_excitation.evidence import SPRINGS
 from pipelines.estimators.brake_roll.answers import (
     GRADIENT_DOUBT,
     HEIGHT_ERROR,
@@ -29,7 +29,8 @@ from pipelines.estimators.brake_roll.slip import SlipFit
 from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import Told, direct, evidence_of, loaded_body, without_prior
-from pipelines.joint.unknowns import AXLES
+from pipelines.joint.laden import axis_lever, roll_springs
+from pipelines.joint.outputs import roll_stiffness_of
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -126,15 +127,16 @@ def roll_gain(values: Values) -> float | FloatArray:
     """Roll against the road per sensed lateral acceleration, rad per m/s²: suspension and tyres in series."""
     body = loaded_body(values)
     share = body.x / values["wheelbase"]
-    axis = (1 - share) * values["roll_center_front"] + share * values["roll_center_rear"]
-    stiffness = sum(
-        0.5 * rate_under_load(values, a) * values[f"track_{a}"] ** 2 + values[f"bar_{a}"] for a in AXLES
-    )
+    axis = axis_lever(values, share)
+    stiffness = roll_springs(values, body, roll_stiffness_of(values))
     tyres = 0.5 * values["tyre_rate"] * (values["track_front"] ** 2 + values["track_rear"] ** 2)
     lean = 1 - values["camber"]
     spin = 4 * values["wheel_inertia"] / values["radius"]
     hubs = lean * (body.unsprung * values["radius"] + spin)
-    return (body.sprung * (body.h - axis) + hubs) / stiffness + (body.moment + spin) / tyres
+    gain: float | FloatArray = (body.sprung * (body.h - axis) + hubs) / stiffness + (
+        body.moment + spin
+    ) / tyres
+    return gain
 
 
 def _banked(fit: LateralFit, data: BrakeRollData) -> Unknown:
@@ -154,7 +156,7 @@ def _cornering(fit: LateralFit, data: BrakeRollData) -> Evidence:
         return [roll_gain(values) * (1 - values[BANK])]
 
     names = (
-        *BODY, *SPRINGS, "track_front", "track_rear", "bar_front", "bar_rear", "roll_center_front", "roll_center_rear",
+        *BODY, *SPRINGS, "track_front", "track_rear", "bar_front", "bar_rear", "roll_center_front", "roll_center_rear", "track_grows", "side_path",
         "camber", "wheel_inertia", "tyre_rate",
     )  # fmt: skip
     return evidence_of(

@@ -78,7 +78,8 @@ def attitude_terms(sag: float | None) -> Coefficients:
         uneven = 0.5 * (behind / p["spring_front"] - ahead / p["spring_rear"]) / p["wheelbase"] ** 2
         add(terms, "quick_fz", -uneven * body.sprung)
         rub = sum(p[f"friction_{a}"] / p[f"spring_{a}"] for a in AXLES) / p["wheelbase"]
-        add(terms, "tip_stick", p["rub"] * rub)
+        add(terms, "tip_stick", p["rub"] * rub * (1 - p["yielding"]))
+        add(terms, "tip_yield", p["rub"] * rub * p["yielding"])
         return terms
 
     return coefficients

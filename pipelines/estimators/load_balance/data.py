@@ -21,8 +21,9 @@ from pipelines.results import FloatArray
 
 AIR = 1.225
 BLOCK_S = 12.0
-STICK_M = 0.001
-"""Travel within which dry friction turns round."""
+STICK_M, YIELD_M = 0.0007, 0.004
+"""Travel within which dry friction turns round, of seals and joints and of what gives before it slides (bushings, leaves of springs,
+tops of dampers): real friction has some of each."""
 
 SOFTER = 7.0
 """How much more a body leans than on its tyres alone, where no deflection tells it."""
@@ -84,7 +85,7 @@ def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
 
 
 def _corner_columns(prepared: Prepared, smooth: Smoother) -> dict[str, FloatArray]:
-    """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, friction."""
+    """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, both kinds of friction."""
     found: dict[str, FloatArray] = {}
     calm = Smoother(prepared, STICK_HZ)
     for wheel in CORNERS:
@@ -93,6 +94,7 @@ def _corner_columns(prepared: Prepared, smooth: Smoother) -> dict[str, FloatArra
         parts = {
             "d": d, "d2": d * d, "d3": d**3, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
             "stick": friction_state(calm.whole(d), prepared, STICK_M),
+            "yield": friction_state(calm.whole(d), prepared, YIELD_M),
         }  # fmt: skip
         for name, column in parts.items():
             found[f"{name}_{wheel}"] = smooth(column)

@@ -18,8 +18,8 @@ SLOWEST_HZ = 0.1
 SLOW_MPS, STRAIGHT_RADPS = 8.0, 0.08
 """Speed and yaw rate from which an instrument counts less: more road passes, and the pitch gyro sees banked turning."""
 
-STICK_RAD = 0.0008
-"""Pitch within which the axles' dry friction turns round: about a millimetre at each."""
+STICK_RAD, YIELD_RAD = 0.0006, 0.0032
+"""Pitch within which the axles' dry friction turns round: `STICK_M` and `YIELD_M` at each."""
 
 
 def _quick(column: FloatArray, rate_hz: float, breaks: FloatArray) -> FloatArray:
@@ -64,8 +64,10 @@ def nodding_columns(
         return _quick(column, rate, breaks)
 
     calm = Smoother(prepared, STICK_HZ)
-    rub = friction_state(calm.whole(tip), prepared, STICK_RAD)
-    made = {"tip": quick(smooth(tip)), "dtip": quick(smooth(tip, 1)), "tip_stick": quick(smooth(rub))}
+    nodded = calm.whole(tip)
+    made = {"tip": quick(smooth(tip)), "dtip": quick(smooth(tip, 1))}
+    for name, limit in (("tip_stick", STICK_RAD), ("tip_yield", YIELD_RAD)):
+        made[name] = quick(smooth(friction_state(nodded, prepared, limit)))
     for name in ("fx_brake", "fx_drive", "dfx", "vdot", "v2", "v2_on", "on_rolling", "pitch_acc"):
         made[f"quick_{name}"] = quick(found[name])
     made["quick_fz"] = quick(found["fz"]) if "fz" in found else np.zeros(len(breaks))

@@ -5,10 +5,12 @@ Sprung body, in body axes (specific force f, so that grade and bank drop out), S
     vertical  sum S = m_s f_z - jacking
     pitch     a S_f - b S_r = -(m (h - h_links) - past) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
               - m_s j_bend f_y²
-    roll      sum y S = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w (1 - camber) v r / R + I_xx p' + y_s m_s f_z
-              + ((h_rcf - h_rcr) I_zz / L - I_xz) r'
+    roll      sum y S + sum W h_rc lean = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w (1 - camber) v r / R + I_xx p'
+              + y_s m_s f_z + ((h_rcf - h_rcr) I_zz / L - I_xz) r'
 
 The longitudinal balance is in `along`.
+
+y: half the track, widened by a load (`laden`); W h_rc lean: the weight that the feet's sideways paths carry aside.
 
 Tyre forces or axle loads in S's place see the whole vehicle: no links, no roll centre. m, h: whole vehicle. past: the part of
 the hubs' inertia that their links take past the springs (`past_the_springs`). j_bend: what links lift in bends, more at the axle
@@ -29,6 +31,7 @@ from numpy.typing import NDArray
 
 from pipelines.estimators.load_balance.data import AIR, Columns
 from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
+from pipelines.joint.laden import axis_lever, side_moment, widened
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -94,10 +97,23 @@ def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
         add(terms, f"d3_{wheel}", arm * p[f"cube_{axle}"])
         add(terms, f"bump_{wheel}", arm * p[f"bump_{axle}"])
         add(terms, f"rebound_{wheel}", arm * p[f"rebound_{axle}"])
-        add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"])
+        add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"] * (1 - p["yielding"]))
+        add(terms, f"yield_{wheel}", arm * p[f"friction_{axle}"] * p["yielding"])
         cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
         add(terms, "one", arm * (_empty_corner(p, axle) + cross + p[f"zero_{wheel}"]))
         add(terms, "rest", arm * p[f"stuck_{wheel}"])
+
+
+def _by_side_path(p: Values, body: Body, kind: str, terms: Terms) -> None:
+    """Adds what the wheels' sideways paths make of the weight on them (`side_moment`); by forces the roll is theirs over the stiffness."""
+    for wheel in CORNERS:
+        axle, side = _axle(wheel), 1.0 if wheel[1] == "l" else -1.0
+        eased = side * side_moment(p, body, axle) / p[f"track_{axle}"]
+        if kind == "deflection":
+            add(terms, f"d_{wheel}", eased * p[f"scale_{wheel}"])
+        else:
+            rate = p[f"spring_{axle}"] + 2 * p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
+            add(terms, f"{kind}_{wheel}", eased / rate)
 
 
 def _by_sensor(kind: str) -> Callable[[Values, Sequence[float], Terms], None]:
@@ -238,7 +254,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
     whole = kind == "tyre"
 
     def levers(p: Values) -> list[float]:
-        front, rear = p["track_front"] / 2, p["track_rear"] / 2
+        front, rear = (p[f"track_{axle}"] / 2 * widened(p, axle) for axle in AXLES)
         return [front, -front, rear, -rear]
 
     nominal = _stiffness(kind, first, levers(first), bars=True)
@@ -248,7 +264,9 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         lever, terms = levers(p), Terms()
         FORCES[kind](p, lever, terms)
         share = body.whole_x / p["wheelbase"]
-        axis = (1 - share) * p["roll_center_front"] + share * p["roll_center_rear"]
+        axis = axis_lever(p, share)
+        if not whole:
+            _by_side_path(p, body, kind, terms)
         gain = 1 + p[f"gain_roll_{kind}"]
         # the hubs' couples go into the springs as far as the wheels lean with the body; the tyres see all of them
         lean = 1.0 if whole else 1 - p["camber"]

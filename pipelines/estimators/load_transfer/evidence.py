@@ -27,6 +27,8 @@ from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, T
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.body import pitch_centres
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
+from pipelines.joint.laden import axis_lever, roll_springs
+from pipelines.joint.outputs import roll_stiffness_of
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
 
@@ -43,7 +45,10 @@ ROLLING = ("rolling_shift", "rolling")
 LINKS = (
     "pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "hubs_past", "wheel_inertia",
 )  # fmt: skip
-ROLL = ("roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear")
+ROLL = (
+    "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows",
+    "bar_front", "bar_rear", "square_front", "square_rear", "cube_front", "cube_rear", "side_path",
+)  # fmt: skip
 PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05
 LEVEL_GAIN = 0.005
 ASKEW: Mapping[str, tuple[str, str, float]] = {
@@ -85,9 +90,12 @@ def roll_moment(values: Values) -> float | FloatArray:
     """Moment of the struts about the roll axis a m/s² of lateral specific force, kg m."""
     body = loaded_body(values)
     share = body.x / values["wheelbase"]
-    axis = (1 - share) * values["roll_center_front"] + share * values["roll_center_rear"]
     spin = 4 * values["wheel_inertia"] / values["radius"]
-    return body.sprung * (body.h - axis) + (1 - values["camber"]) * (body.unsprung * values["radius"] + spin)
+    hubs = (1 - values["camber"]) * (body.unsprung * values["radius"] + spin)
+    whole = body.sprung * (body.h - axis_lever(values, share)) + hubs
+    springs = roll_stiffness_of(values)
+    told: float | FloatArray = whole * springs / roll_springs(values, body, springs)
+    return told
 
 
 def _lean(data: StrutData) -> Unknown:

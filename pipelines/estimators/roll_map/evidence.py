@@ -16,10 +16,10 @@ import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
 from pipelines.evidence import Evidence, Values
+from pipelines.joint.laden import axis_lever, roll_springs
 from pipelines.joint.outputs import (
     body_at,
     inertias_of,
-    roll_axis_of,
     roll_damping_of,
     roll_stiffness_of,
 )
@@ -34,15 +34,16 @@ DEPENDS = (
     "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear",
     "bar_front", "bar_rear", "bump_front", "bump_rear", "rebound_front", "rebound_rear", "roll_center_front",
-    "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate",
+    "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "side_path",
 )  # fmt: skip
 
 
 def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
     """a, b, c and the rate gain of the vehicles."""
     body = body_at(values, {})
-    axis = roll_axis_of(values, body)
-    stiffness, damping = roll_stiffness_of(values, {}), roll_damping_of(values)
+    stiffness = np.asarray(roll_springs(values, body, roll_stiffness_of(values)))
+    damping = roll_damping_of(values)
+    axis = np.asarray(axis_lever(values, np.asarray(body.whole_x) / values["wheelbase"]))
     own = body.sprung * (body.h - axis)
     hub = body.unsprung * np.asarray(values["radius"])
     ground = body.sprung * axis + hub

@@ -1,0 +1,87 @@
+"""What a load makes of a vehicle beside its mass: springs that stand shorter, a body that leans at rest, wheels further apart.
+
+The unknowns describe the empty vehicle and a load in its own axes. All functions take numbers or arrays by name, SI, and give
+the like.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from pipelines.joint.body import Body
+from pipelines.models.roll import GRAVITY
+
+AXLES = ("front", "rear")
+Values = Mapping[str, Any]
+Number = Any
+
+
+def _on_wheel(p: Values, axle: str) -> Number:
+    """The load's share on a wheel, N."""
+    behind = p["load_x"] / p["wheelbase"]
+    return 0.5 * GRAVITY * p["load"] * (1 - behind if axle == "front" else behind)
+
+
+def pressed(p: Values, axle: str) -> Number:
+    """How much shorter the load makes a spring, at the wheel, m."""
+    return _on_wheel(p, axle) / p[f"spring_{axle}"]
+
+
+def rate_under_load(p: Values, axle: str) -> Number:
+    """A wheel's spring rate where the load has it rest, N/m."""
+    d = pressed(p, axle)
+    return p[f"spring_{axle}"] + 2 * p[f"square_{axle}"] * d + 3 * p[f"cube_{axle}"] * d**2
+
+
+def widened(p: Values, axle: str) -> Number:
+    """The track under load over that of the empty vehicle.
+
+    A wheel whose roll centre is h_rc above ground goes out by h_rc / (t/2) of its travel (that is what makes it the roll centre).
+    """
+    half = 0.5 * p[f"track_{axle}"]
+    return 1 + p["track_grows"] * p[f"roll_center_{axle}"] * pressed(p, axle) / half**2
+
+
+def axis_lever(p: Values, share: Number) -> Number:
+    """Height at which the links of both axles carry the side force under load, m. share: of it at the rear."""
+    front, rear = (p[f"roll_center_{axle}"] * widened(p, axle) for axle in AXLES)
+    return (1 - share) * front + share * rear
+
+
+def mean_widening(p: Values) -> Number:
+    """`widened` of both axles, as their springs and bars hold the body."""
+    parts = [0.5 * p[f"spring_{a}"] * p[f"track_{a}"] ** 2 + p[f"bar_{a}"] for a in AXLES]
+    front, rear = (part * widened(p, axle) for part, axle in zip(parts, AXLES, strict=True))
+    return (front + rear) / (parts[0] + parts[1])
+
+
+def side_moment(p: Values, body: Body, axle: str) -> Number:
+    """N m a rad of roll against the axle by which the weight on its wheels eases what the springs have to hold.
+
+    With a wheel's travel d its foot goes out by h_rc / (t/2) d, on the outside as it does on the inside the other way: in the body's
+    axes both feet move by h_rc times the roll, and the axle's share W of the body's weight with them.
+    """
+    behind = body.x / p["wheelbase"]
+    weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)
+    return p["side_path"] * weight * p[f"roll_center_{axle}"]
+
+
+def roll_springs(p: Values, body: Body, springs: Number) -> Number:
+    """N m a rad that hold the body against its axles: the suspension's roll stiffness on tracks that a load widens, and `side_moment`."""
+    return springs * mean_widening(p) + side_moment(p, body, "front") + side_moment(p, body, "rear")
+
+
+def leans(p: Values, body: Body, axis: Number, springs: Number) -> tuple[Number, Number]:
+    """rad by which the load has the body lean at rest: back, and to the left.
+
+    axis: height of the roll axis, m. springs: roll stiffness of the suspension, N m/rad.
+    """
+    down = [pressed(p, axle) + _on_wheel(p, axle) / p["tyre_rate"] for axle in AXLES]
+    width = 0.5 * (p["track_front"] + p["track_rear"])
+    tyres = p["tyre_rate"] * width**2
+    stiffness = springs * tyres / (springs + tyres) - GRAVITY * body.sprung * (body.h - axis)
+    left = GRAVITY * p["load"] * p["load_y"] / np.maximum(stiffness, 0.3 * springs)
+    return (down[1] - down[0]) / p["wheelbase"], left

@@ -1,0 +1,132 @@
+"""What a load does to springs, tracks and the body's lean, against the plant's own equilibrium, whose geometry is another."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from benchmarks.vehicle_data import upright
+from pipelines.joint.body import body_of
+from pipelines.joint.laden import (
+    axis_lever,
+    leans,
+    mean_widening,
+    pressed,
+    rate_under_load,
+    side_moment,
+    widened,
+)
+from pipelines.joint.outputs import at_rest, roll_stiffness_of
+from pipelines.models.roll import GRAVITY
+from pipelines.simulation.loads import Load, loaded, truth
+from pipelines.simulation.plant import layout as at
+from pipelines.simulation.plant.random_vehicle import random_vehicle
+from pipelines.simulation.plant.static import posture, rotation, spring_forces
+from pipelines.simulation.plant.vehicle import PlantVehicle
+
+
+def plain(seed: int) -> PlantVehicle:
+    """A random vehicle whose springs neither stiffen nor meet their stops."""
+    made = random_vehicle(np.random.default_rng(seed))
+    return replace(made, spring_stiffening_pm2=0.0, bump_clearance_m=1.0, rebound_clearance_m=1.0)
+
+
+def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
+    """The plant's figures as unknowns. Its feet are points of the body: it pitches about the road."""
+    empty = truth(plant, ())
+    values: dict[str, Any] = {
+        "empty_mass": empty["mass_kg"], "empty_x": empty["cg_to_front_axle_m"], "empty_y": empty["cg_lateral_offset_m"],
+        "empty_h": empty["cg_height_m"], "wheelbase": plant.wheelbase_m, "radius": plant.wheel_radius_front_m,
+        "tyre_rate": 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm),
+        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0,
+    }  # fmt: skip
+    for axle in ("front", "rear"):
+        values |= {
+            f"spring_{axle}": getattr(plant, f"spring_rate_{axle}_npm"), f"square_{axle}": 0.0, f"cube_{axle}": 0.0,
+            f"track_{axle}": getattr(plant, f"track_{axle}_m"),
+            f"bar_{axle}": getattr(plant, f"anti_roll_stiffness_{axle}_nmprad"),
+            f"roll_center_{axle}": getattr(plant, f"roll_center_height_{axle}_m"),
+            f"unsprung_{axle}": 2 * getattr(plant, f"unsprung_mass_{axle}_kg"),
+        }  # fmt: skip
+    if load is not None:
+        values |= {
+            "load": load.mass_kg, "load_x": load.behind_front_axle_m, "load_y": load.left_m, "load_h": load.above_ground_m,
+        }  # fmt: skip
+    return values
+
+
+def test_known_answers() -> None:
+    p = {
+        "load": 400.0, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "spring_front": 25e3, "square_rear": 0.0,
+        "cube_rear": 25e3 * 8, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
+        "track_grows": 1.0, "bar_front": 0.0, "bar_rear": 0.0,
+    }  # fmt: skip
+    d = 200 * GRAVITY / 25e3
+    assert pressed(p, "rear") == pytest.approx(d)
+    assert pressed(p, "front") == 0
+    assert rate_under_load(p, "rear") == pytest.approx(25e3 * (1 + 24 * d**2))
+    assert widened(p, "rear") == pytest.approx(1 + 0.2 * d / 0.75**2)
+    assert mean_widening(p) == pytest.approx(1 + 0.1 * d / 0.75**2)
+    assert axis_lever(p, 0.5) == pytest.approx(0.05 + 0.1 * widened(p, "rear"))
+    assert axis_lever(p | {"load": 0.0}, 0.25) == pytest.approx(0.125)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_the_cg_stands_where_the_plants_equilibrium_has_it(seed: int) -> None:
+    plant = plain(seed)
+    load = Load(0.2 * plant.mass_kg, 0.95 * plant.wheelbase_m, 0.3, 0.8)
+    p = values_of(plant, load)
+    body = body_of(p, None)
+    true, rest = truth(plant, [load]), posture(loaded(plant, [load]))
+    x, y = at_rest(p, body)
+    shift = true["cg_to_front_axle_m"] - body.whole_x, true["cg_lateral_offset_m"] - body.whole_y
+    # without the lean a full boot's place would be off by 1 cm or more, a load to one side by several mm
+    assert shift[0] > 0.008
+    assert shift[1] > 0.003
+    assert x - true["cg_to_front_axle_m"] == pytest.approx(0, abs=0.25 * shift[0])
+    assert y - true["cg_lateral_offset_m"] == pytest.approx(0, abs=0.35 * shift[1])
+    back, left = leans(p, body, true["roll_center_height_m"], roll_stiffness_of(p))
+    assert back == pytest.approx(-rest.coordinates[2], rel=0.12)
+    assert left == pytest.approx(-rest.coordinates[1], rel=0.2)
+
+
+def held(plant: PlantVehicle, carried: list[Load], side_path: float, track_grows: float) -> float:
+    """The springs' moment in a bend of 3 m/s², with what the feet's paths ease, over what the roll balance expects of it."""
+    full = loaded(plant, carried)
+    pack, wheels = at.pack(full)
+    rest, turn = posture(full).coordinates, posture(full, 3.0).coordinates
+    # what a CG beside the middle has them carry at rest is no roll moment
+    force = spring_forces(turn[3:], pack, wheels) - spring_forces(rest[3:], pack, wheels)
+    lateral = float((rotation(float(turn[1]), float(turn[2])).T @ [0.0, 3.0, GRAVITY])[1])
+    p = values_of(plant, carried[0] if carried else None)
+    p |= {"side_path": side_path, "track_grows": track_grows}
+    body, true, moment = body_of(p, None), truth(plant, carried), 0.0
+    for axle, first in (("front", 0), ("rear", 2)):
+        moment += 0.5 * p[f"track_{axle}"] * widened(p, axle) * float(force[first] - force[first + 1])
+        lean = float(turn[3 + first] - turn[4 + first]) / p[f"track_{axle}"]
+        moment += side_moment(p, body, axle) * lean
+    share = true["cg_to_front_axle_m"] / plant.wheelbase_m
+    arm = true["sprung_mass_kg"] * (true["sprung_cg_height_m"] - axis_lever(p, share))
+    spin = 2 * (plant.wheel_inertia_front_kgm2 + plant.wheel_inertia_rear_kgm2) / plant.wheel_radius_front_m
+    lean = 1 - upright(plant)
+    hubs = lean * (p["unsprung_front"] + p["unsprung_rear"]) * plant.wheel_radius_front_m
+    return abs(moment) / ((arm + hubs) * abs(lateral) + lean * spin * 3.0) - 1
+
+
+def test_the_roll_balance_is_the_plants_with_a_load_and_without() -> None:
+    found = []
+    for seed in range(12):
+        plant = plain(seed)
+        load = Load(0.25 * plant.mass_kg, 0.95 * plant.wheelbase_m, 0.0, 0.8)
+        whole = held(plant, [], 1.0, 1.0), held(plant, [load], 1.0, 1.0)
+        found.append((*whole, held(plant, [], 0.0, 0.0), held(plant, [load], 0.0, 0.0)))
+        assert np.abs(whole) == pytest.approx(0, abs=0.014)
+    empty, laden, plain_empty, plain_laden = np.array(found).mean(axis=0)
+    assert empty == pytest.approx(0, abs=0.003)
+    assert laden == pytest.approx(0, abs=0.006)
+    # a body that merely turns about an axis between the roll centres would lean 1 to 3 % more than this
+    assert plain_empty < -0.01
+    assert plain_laden < -0.025
