@@ -17,6 +17,7 @@ from pipelines.models.roll import GRAVITY
 AXLES = ("front", "rear")
 Values = Mapping[str, Any]
 Number = Any
+TRAVEL_M = (-0.1, 0.25)
 
 
 def _on_wheel(p: Values, axle: str) -> Number:
@@ -26,8 +27,11 @@ def _on_wheel(p: Values, axle: str) -> Number:
 
 
 def pressed(p: Values, axle: str) -> Number:
-    """How much shorter the load makes a spring, at the wheel, m."""
-    return _on_wheel(p, axle) / p[f"spring_{axle}"]
+    """How much shorter the load makes a spring, at the wheel, m: no more than a suspension has travel.
+
+    Where rates are hardly known some vehicles of a search have next to none, and would sink without end.
+    """
+    return np.clip(_on_wheel(p, axle) / p[f"spring_{axle}"], *TRAVEL_M)
 
 
 def rate_under_load(p: Values, axle: str) -> Number:

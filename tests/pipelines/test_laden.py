@@ -74,6 +74,11 @@ def test_known_answers() -> None:
     assert axis_lever(p | {"load": 0.0}, 0.25) == pytest.approx(0.125)
 
 
+def test_springs_of_next_to_no_rate_sink_no_further_than_they_can() -> None:
+    p = {"load": 400.0, "load_x": 2.0, "wheelbase": 2.6, "spring_rear": np.array([1e-9, -50.0, 1e9])}
+    assert pressed(p, "rear") == pytest.approx([0.25, -0.1, 0.0], abs=1e-5)
+
+
 @pytest.mark.parametrize("seed", range(6))
 def test_the_cg_stands_where_the_plants_equilibrium_has_it(seed: int) -> None:
     plant = plain(seed)

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from pipelines.estimators.load_transfer.evidence import BODY, SCALES, mean_scale, roll_moment
+from pipelines.estimators.load_transfer.evidence import BODY, ROLL, SCALES, mean_scale, roll_moment
 from pipelines.estimators.roll_pitch_plane.answers import SensorErrors
 from pipelines.estimators.roll_pitch_plane.balances import Wheels
 from pipelines.estimators.roll_pitch_plane.data import Planes
@@ -82,9 +82,7 @@ def roll_evidence(
         hubs = body.unsprung * values["radius"] * lean * (arm - lean * values["radius"])
         return (inertias_of(values)[0] - moment * above - hubs - left) / mean_scale(values)
 
-    names = (
-        *INERTIA, "roll_inertia", "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "imu_h",
-    )  # fmt: skip
+    names = (*INERTIA, "roll_inertia", *ROLL, "imu_h")
     made = _of(fit, "roll_acc", mass, errors, (doubt, feet), "roll", "roll_plane", inertia, names)
     return () if made is None else (made,)
 
