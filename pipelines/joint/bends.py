@@ -19,8 +19,7 @@ PAIRS = 2000
 """Draws, each with its mirror image about the mode: what is even in them (a product) is not in error by what is odd."""
 
 BENT = 0.02
-"""Share of a parameter's variance that bends must make for its interval to be that of draws, or of its spread squared that
-they must move its mean by."""
+"""Share of a parameter's variance from which on its second order counts: what that adds, or the square of what it moves the mean by."""
 
 
 def bent(

@@ -18,6 +18,7 @@ AXLES = ("front", "rear")
 Values = Mapping[str, Any]
 Number = Any
 TRAVEL_M = (-0.1, 0.25)
+"""How far a load may press a spring, or lift it."""
 
 
 def _on_wheel(p: Values, axle: str) -> Number:
@@ -65,8 +66,8 @@ def mean_widening(p: Values) -> Number:
 def side_moment(p: Values, body: Body, axle: str) -> Number:
     """N m a rad of roll against the axle by which the weight on its wheels eases what the springs have to hold.
 
-    With a wheel's travel d its foot goes out by h_rc / (t/2) d, on the outside as it does on the inside the other way: in the body's
-    axes both feet move by h_rc times the roll, and the axle's share W of the body's weight with them.
+    With a wheel's travel d its foot goes out by h_rc / (t/2) d. In roll one wheel goes up and the other down, so that in the body's
+    axes both feet move the same way, by h_rc times the roll, and the axle's share of the body's weight with them.
     """
     behind = body.x / p["wheelbase"]
     weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)

@@ -11,7 +11,8 @@ import numpy as np
 
 from pipelines.estimators.load_balance.attitude import nod
 from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.estimators.load_balance.relations import Coefficients, Relation, Terms, add, make_relation
+from pipelines.estimators.load_balance.forces import Terms, add
+from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
 from pipelines.joint.unknowns import Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 

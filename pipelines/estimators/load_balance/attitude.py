@@ -13,13 +13,8 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.estimators.load_balance.relations import (
-    Coefficients,
-    Relation,
-    Terms,
-    add,
-    make_relation,
-)
+from pipelines.estimators.load_balance.forces import Terms, add
+from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
 from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
 from pipelines.joint.unknowns import AXLES, Known, Values, body_of
 from pipelines.models.roll import GRAVITY

@@ -30,14 +30,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.estimators.load_balance.data import AIR, Columns
+from pipelines.estimators.load_balance.forces import FORCES, Terms, add, by_side_path, stiffness_of
 from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
-from pipelines.joint.laden import axis_lever, side_moment, widened
-from pipelines.joint.unknowns import AXLES, CORNERS, Body, Known, Values, body_of
+from pipelines.joint.laden import axis_lever, widened
+from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 
 IntArray = NDArray[np.int64]
-Terms = dict[str, float]
 YAW_OVER_PITCH = 1.08
 """Yaw inertia of a car over its pitch inertia, give or take a twentieth."""
 
@@ -66,77 +66,6 @@ class Relation:
         """(k,) coefficients of the columns; (k, n) where the values are (n,) of many vehicles."""
         terms = self.coefficients(p)
         return np.array(np.broadcast_arrays(*(terms[name] for name in self.columns)))
-
-
-def add(terms: Terms, name: str, value: float) -> None:
-    """Add to a coefficient."""
-    terms[name] = terms.get(name, 0.0) + value
-
-
-def _axle(wheel: str) -> str:
-    return "front" if wheel[0] == "f" else "rear"
-
-
-def _empty_corner(p: Values, axle: str) -> float:
-    """The suspension's force at a wheel of the empty vehicle at rest, N."""
-    share = p["empty_x"] / p["wheelbase"]
-    part = 1 - share if axle == "front" else share
-    return 0.5 * GRAVITY * (p["empty_mass"] * part - p[f"unsprung_{axle}"])
-
-
-def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
-    """Adds lever * S of the four wheels, S from the deflections."""
-    for i, wheel in enumerate(CORNERS):
-        axle, arm = _axle(wheel), lever[i]
-        side = 1.0 if wheel[1] == "l" else -1.0
-        bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
-        other = wheel[0] + ("r" if wheel[1] == "l" else "l")
-        add(terms, f"d_{wheel}", arm * p[f"scale_{wheel}"] * (p[f"spring_{axle}"] + bar))
-        add(terms, f"d_{other}", -arm * p[f"scale_{other}"] * bar)
-        add(terms, f"d2_{wheel}", arm * p[f"square_{axle}"])
-        add(terms, f"d3_{wheel}", arm * p[f"cube_{axle}"])
-        add(terms, f"bump_{wheel}", arm * p[f"bump_{axle}"])
-        add(terms, f"rebound_{wheel}", arm * p[f"rebound_{axle}"])
-        add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"] * (1 - p["yielding"]))
-        add(terms, f"yield_{wheel}", arm * p[f"friction_{axle}"] * p["yielding"])
-        cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
-        add(terms, "one", arm * (_empty_corner(p, axle) + cross + p[f"zero_{wheel}"]))
-        add(terms, "rest", arm * p[f"stuck_{wheel}"])
-
-
-def _by_side_path(p: Values, body: Body, kind: str, terms: Terms) -> None:
-    """Adds what the wheels' sideways paths make of the weight on them (`side_moment`); by forces the roll is theirs over the stiffness."""
-    for wheel in CORNERS:
-        axle, side = _axle(wheel), 1.0 if wheel[1] == "l" else -1.0
-        eased = side * side_moment(p, body, axle) / p[f"track_{axle}"]
-        if kind == "deflection":
-            add(terms, f"d_{wheel}", eased * p[f"scale_{wheel}"])
-        else:
-            rate = p[f"spring_{axle}"] + 2 * p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
-            add(terms, f"{kind}_{wheel}", eased / rate)
-
-
-def _by_sensor(kind: str) -> Callable[[Values, Sequence[float], Terms], None]:
-    def add_all(p: Values, lever: Sequence[float], terms: Terms) -> None:
-        for i, wheel in enumerate(CORNERS):
-            add(terms, f"{kind}_{wheel}", lever[i] * p[f"{kind}_scale_{_axle(wheel)}"])
-            add(terms, "one", lever[i] * p[f"{kind}_zero_{wheel}"])
-
-    return add_all
-
-
-def _by_axle(p: Values, lever: Sequence[float], terms: Terms) -> None:
-    for axle, arm in zip(AXLES, (lever[0], lever[2]), strict=True):
-        add(terms, f"axle_{axle}", arm * p[f"axle_scale_{axle}"])
-        add(terms, "one", 2 * arm * p[f"axle_zero_{axle[0]}l"])
-
-
-FORCES: dict[str, Callable[[Values, Sequence[float], Terms], None]] = {
-    "deflection": _by_deflection,
-    "suspension": _by_sensor("suspension"),
-    "tyre": _by_sensor("tyre"),
-    "axle": _by_axle,
-}
 
 
 def _place(p: Values, body: Body) -> tuple[float, float, float]:
@@ -187,18 +116,6 @@ def _scaled(terms: Terms, by: float) -> Terms:
     return {name: value / by for name, value in terms.items()}
 
 
-def _stiffness(kind: str, p: Values, lever: Sequence[float], bars: bool) -> float:
-    """What the forces of a balance scale with."""
-    if kind != "deflection":
-        return 0.5 * (p[f"{kind}_scale_front"] + p[f"{kind}_scale_rear"])
-    total = 0.0
-    for i, wheel in enumerate(CORNERS):
-        axle = _axle(wheel)
-        bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
-        total += lever[i] ** 2 * p[f"scale_{wheel}"] * (p[f"spring_{axle}"] + (2 * bar if bars else 0.0))
-    return total
-
-
 def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
     """The pitch balance."""
     first = known.at(np.zeros(len(known.names)))
@@ -208,7 +125,7 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         a = body.whole_x if whole else body.x
         return [a, a, a - p["wheelbase"], a - p["wheelbase"]]
 
-    nominal = _stiffness(kind, first, levers(first, body_of(first, sag)), bars=False)
+    nominal = stiffness_of(kind, first, levers(first, body_of(first, sag)), bars=False)
 
     def coefficients(p: Values) -> Terms:
         body = body_of(p, sag)
@@ -243,7 +160,7 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
             add(terms, "one", p["pitch_bias"])
             add(terms, "rest", p["pitch_wound"])
         add(terms, "move", p["rolling_shift"] * body.mass * GRAVITY * p["rolling"] * p["radius"])
-        return _scaled(terms, _stiffness(kind, p, lever, bars=False) / nominal)
+        return _scaled(terms, stiffness_of(kind, p, lever, bars=False) / nominal)
 
     return coefficients
 
@@ -257,7 +174,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         front, rear = (p[f"track_{axle}"] / 2 * widened(p, axle) for axle in AXLES)
         return [front, -front, rear, -rear]
 
-    nominal = _stiffness(kind, first, levers(first), bars=True)
+    nominal = stiffness_of(kind, first, levers(first), bars=True)
 
     def coefficients(p: Values) -> Terms:
         body = body_of(p, sag)
@@ -266,7 +183,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         share = body.whole_x / p["wheelbase"]
         axis = axis_lever(p, share)
         if not whole:
-            _by_side_path(p, body, kind, terms)
+            by_side_path(p, body, kind, terms)
         gain = 1 + p[f"gain_roll_{kind}"]
         # the hubs' couples go into the springs as far as the wheels lean with the body; the tyres see all of them
         lean = 1.0 if whole else 1 - p["camber"]
@@ -288,7 +205,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
         mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
         add(terms, "fz", -mass * left)
-        return _scaled(terms, _stiffness(kind, p, lever, bars=True) / nominal)
+        return _scaled(terms, stiffness_of(kind, p, lever, bars=True) / nominal)
 
     return coefficients
 
@@ -298,7 +215,7 @@ def vertical_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
     first = known.at(np.zeros(len(known.names)))
     whole = kind in ("tyre", "axle")
     lever = [1.0] * 4
-    nominal = _stiffness(kind, first, lever, bars=False)
+    nominal = stiffness_of(kind, first, lever, bars=False)
 
     def coefficients(p: Values) -> Terms:
         body, terms = body_of(p, sag), Terms()
@@ -313,7 +230,7 @@ def vertical_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
             add(terms, "fx_drive", body.sprung * p["jack_drive"])
             add(terms, "fy2", body.sprung * p["jack_side"])
         add(terms, "v2", 0.5 * AIR * (p["lift_front"] + p["lift_rear"]))
-        return _scaled(terms, _stiffness(kind, p, lever, bars=False) / nominal)
+        return _scaled(terms, stiffness_of(kind, p, lever, bars=False) / nominal)
 
     return coefficients
 

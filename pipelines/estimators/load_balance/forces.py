@@ -1,0 +1,94 @@
+"""The suspension's vertical forces at the wheels, by each carrier that shows them: their terms in a balance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from pipelines.joint.laden import side_moment
+from pipelines.joint.unknowns import AXLES, CORNERS, Body, Values
+from pipelines.models.roll import GRAVITY
+
+Terms = dict[str, float]
+
+
+def add(terms: Terms, name: str, value: float) -> None:
+    """Add to a coefficient."""
+    terms[name] = terms.get(name, 0.0) + value
+
+
+def _axle(wheel: str) -> str:
+    return "front" if wheel[0] == "f" else "rear"
+
+
+def _empty_corner(p: Values, axle: str) -> float:
+    """The suspension's force at a wheel of the empty vehicle at rest, N."""
+    share = p["empty_x"] / p["wheelbase"]
+    part = 1 - share if axle == "front" else share
+    return 0.5 * GRAVITY * (p["empty_mass"] * part - p[f"unsprung_{axle}"])
+
+
+def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
+    """Adds lever * S of the four wheels, S from the deflections."""
+    for i, wheel in enumerate(CORNERS):
+        axle, arm = _axle(wheel), lever[i]
+        side = 1.0 if wheel[1] == "l" else -1.0
+        bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
+        other = wheel[0] + ("r" if wheel[1] == "l" else "l")
+        add(terms, f"d_{wheel}", arm * p[f"scale_{wheel}"] * (p[f"spring_{axle}"] + bar))
+        add(terms, f"d_{other}", -arm * p[f"scale_{other}"] * bar)
+        add(terms, f"d2_{wheel}", arm * p[f"square_{axle}"])
+        add(terms, f"d3_{wheel}", arm * p[f"cube_{axle}"])
+        add(terms, f"bump_{wheel}", arm * p[f"bump_{axle}"])
+        add(terms, f"rebound_{wheel}", arm * p[f"rebound_{axle}"])
+        add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"] * (1 - p["yielding"]))
+        add(terms, f"yield_{wheel}", arm * p[f"friction_{axle}"] * p["yielding"])
+        cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
+        add(terms, "one", arm * (_empty_corner(p, axle) + cross + p[f"zero_{wheel}"]))
+        add(terms, "rest", arm * p[f"stuck_{wheel}"])
+
+
+def by_side_path(p: Values, body: Body, kind: str, terms: Terms) -> None:
+    """Adds what the wheels' sideways paths make of the weight on them (`side_moment`); by forces the roll is theirs over the stiffness."""
+    for wheel in CORNERS:
+        axle, side = _axle(wheel), 1.0 if wheel[1] == "l" else -1.0
+        eased = side * side_moment(p, body, axle) / p[f"track_{axle}"]
+        if kind == "deflection":
+            add(terms, f"d_{wheel}", eased * p[f"scale_{wheel}"])
+        else:
+            rate = p[f"spring_{axle}"] + 2 * p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
+            add(terms, f"{kind}_{wheel}", eased / rate)
+
+
+def _by_sensor(kind: str) -> Callable[[Values, Sequence[float], Terms], None]:
+    def add_all(p: Values, lever: Sequence[float], terms: Terms) -> None:
+        for i, wheel in enumerate(CORNERS):
+            add(terms, f"{kind}_{wheel}", lever[i] * p[f"{kind}_scale_{_axle(wheel)}"])
+            add(terms, "one", lever[i] * p[f"{kind}_zero_{wheel}"])
+
+    return add_all
+
+
+def _by_axle(p: Values, lever: Sequence[float], terms: Terms) -> None:
+    for axle, arm in zip(AXLES, (lever[0], lever[2]), strict=True):
+        add(terms, f"axle_{axle}", arm * p[f"axle_scale_{axle}"])
+        add(terms, "one", 2 * arm * p[f"axle_zero_{axle[0]}l"])
+
+
+FORCES: dict[str, Callable[[Values, Sequence[float], Terms], None]] = {
+    "deflection": _by_deflection,
+    "suspension": _by_sensor("suspension"),
+    "tyre": _by_sensor("tyre"),
+    "axle": _by_axle,
+}
+
+
+def stiffness_of(kind: str, p: Values, lever: Sequence[float], bars: bool) -> float:
+    """What the forces of a balance scale with."""
+    if kind != "deflection":
+        return 0.5 * (p[f"{kind}_scale_front"] + p[f"{kind}_scale_rear"])
+    total = 0.0
+    for i, wheel in enumerate(CORNERS):
+        axle = _axle(wheel)
+        bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
+        total += lever[i] ** 2 * p[f"scale_{wheel}"] * (p[f"spring_{axle}"] + (2 * bar if bars else 0.0))
+    return total
