@@ -54,7 +54,7 @@ REST = Belongs(
     0.2, "dry friction that holds at rest: mostly the way in which loads come on, in part new at every stop"
 )
 WOUND = Belongs(1.0, "what brakes that hold wind up in the links is another thing at every stop")
-ROAD = Belongs(1.0, "of the road that was driven")
+ROAD = Belongs(1.0, "of the road that was driven, and of that day's air")
 DRIFT = Belongs(0.4, "zero errors: a part is the sensor's, a part drifts with temperature")
 TYRE = Belongs(0.0, "tyre pressure and temperature change", scatter=0.03)
 OIL = Belongs(0.0, "dampers and dry friction change with temperature", scatter=0.08)
@@ -71,7 +71,7 @@ UNKNOWN = Belongs(0.5, "nobody says whether it is the vehicle's or the drive's: 
 RULES: Mapping[str, Belongs] = {
     "wheelbase": BUILT, "track": BUILT, "wheel_inertia": BUILT, "empty": BUILT, "unsprung": BUILT, "cross": BUILT,
     "spring": BUILT, "bar": BUILT, "square": BUILT, "cube": BUILT, "roll_center": BUILT, "pitch_center": BUILT,
-    "camber": BUILT, "hubs_past": BUILT, "jack": BUILT, "roll_inertia": BUILT, "pitch_inertia": BUILT, "drag_height": BUILT, "lift": BUILT,
+    "camber": BUILT, "drive_front": BUILT, "hubs_past": BUILT, "jack": BUILT, "roll_inertia": BUILT, "pitch_inertia": BUILT, "drag_height": BUILT, "lift": BUILT,
     "product": BUILT, "bush": BUILT, "yielding": BUILT, "side_path": BUILT,
     "rub": MODEL, "pitch_path": MODEL, "patch_lag": MODEL, "swing": MODEL, "inertia_factor": MODEL,
     "damping_factor": MODEL, "corner_drag": MODEL, "rolling_shift": MODEL, "torque_arm": MODEL,
@@ -79,7 +79,7 @@ RULES: Mapping[str, Belongs] = {
     "imu": PLACED, "askew": PLACED, "scale": MOUNTED, "suspension_scale": MOUNTED, "tyre_scale": MOUNTED,
     "axle_scale": MOUNTED, "drive_scale": ENGINE, "brake_scale": ENGINE,
     "late": DELAY, "gain": DELAY,
-    "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "banked_bends": ROAD,
+    "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "banked_bends": ROAD, "air": ROAD,
     "offset": DRIFT, "zero": DRIFT, "suspension_zero": DRIFT, "tyre_zero": DRIFT, "axle_zero": DRIFT,
     "brake_zero": DRIFT, "pitch_bias": DRIFT,
     "tyre_rate": TYRE, "radius": WHEEL, "bump": OIL, "rebound": OIL, "friction": OIL, "drag": AIR, "rolling": ROLLING,

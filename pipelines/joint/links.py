@@ -19,8 +19,7 @@ def drive_jacking(book: Book) -> tuple[float, float]:
     Links that carry `pitch_center_drive` of pitch moment at one axle do it by lifting the body there: over that axle's distance
     from the CG. A driven rigid axle's lift is a quarter of the driving force. With both axles driven it is unsure which lifts.
     """
-    stated = book.vehicle.get("drive_front_share")
-    front, front_std = (0.5, 0.5) if stated is None else (stated.value, stated.std)
+    front, front_std = book.rows["drive_front"]
     ahead = book.rows["empty_x"][0]
     behind = book.rows["wheelbase"][0] - ahead
     height, std = book.rows["pitch_center_drive"]
@@ -89,10 +88,12 @@ def links(book: Book) -> None:
     # (inertia of the hubs, gyroscopes) then go into the springs in that part
     camber = vehicle.get("camber_compensation")
     if camber is None:
-        book.put("camber", 0.7, 0.25)
+        book.put("camber", 0.65, 0.25)
     else:
         # a rig's figure is that about rest: it changes with travel and steering
         book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)
+    share = vehicle.get("drive_front_share")
+    book.put("drive_front", *((0.5, 0.5) if share is None else (share.value, share.std)))
     radius = book.rows["radius"][0]
     # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
     # model without gravity's part in pitching: the CG's height

@@ -122,7 +122,8 @@ def _load(book: Book, kilos: float) -> None:
     else:
         book.put("load", stated.value, stated.std, "load, kg", stated.source)
     where = "seats, boot, roof: anywhere in or on the vehicle"
-    book.put("load_x", 0.5 * length, 0.35 * length, "load behind the front axle, m", where)
+    # people sit on the front half and before the rear axle, luggage lies above it or behind
+    book.put("load_x", 0.6 * length, 0.35 * length, "load behind the front axle, m", where)
     book.put("load_y", 0.0, 0.16 * track, "load left of the middle, m", where)
     if height is None:
         book.put("load_h", 1.45 * h, 0.65 * h, "load above ground, m", where)
@@ -250,13 +251,15 @@ def _sensors(book: Book) -> None:
             *(["attitude"] if relation == "pitch" else []),
         ):
             book.put(f"late_{relation}_{kind}", 0.0, 0.05)
-            book.put(f"gain_{relation}_{kind}", 0.0, 0.007)
+            book.put(f"gain_{relation}_{kind}", 0.0, 0.005)
 
 
 def _long(book: Book, kilos: float) -> None:
     """Drag, rolling, torque scales, lift."""
     vehicle = book.vehicle
     book.quantity("drag", "drag_area_m2", 0.75, 0.2)
+    # 0 to 40 °C and up to some hundred metres above the sea
+    book.put("air", 1.0, 0.04)
     book.put("drag_height", 0.7, 0.25)
     for axle in AXLES:
         book.put(f"lift_{axle}", 0.0, 0.06)

@@ -31,7 +31,15 @@ def driven() -> tuple[Car, dict[str, FloatArray]]:
 
 def test_compliance_equals_the_hand_calculation() -> None:
     """A couple on two axles of springs: each gives force over rate, and their difference over the wheelbase is the angle."""
-    p = {"spring_front": 30e3, "spring_rear": 20e3, "tyre_rate": 200e3, "wheelbase": 2.5}
+    p = {
+        "spring_front": 30e3,
+        "spring_rear": 20e3,
+        "tyre_rate": 200e3,
+        "wheelbase": 2.5,
+        "load": 0.0,
+        "load_x": 1.0,
+    }
+    p |= {f"{kind}_{axle}": 0.0 for kind in ("square", "cube") for axle in ("front", "rear")}
     moment = 5000.0
     force = moment / 2.5
     springs, tyres = pitch_compliance(p)
@@ -56,6 +64,24 @@ def test_links_take_from_the_nose_and_the_patch_adds() -> None:
     assert stiff == pytest.approx(bare + springs * body.moment)
 
 
+def test_a_driven_rear_axle_lifts_the_body_there_and_leaves_the_front_springs_alone() -> None:
+    """Free bodies: whatever the links carry at the rear, the front axle's load changes by moment over wheelbase."""
+    file = vehicle_file(Car(), None)
+    known = before_the_log(file)
+    p = known.at(np.zeros(len(known.names))) | {
+        "load": 0.0, "hubs_past": 0.0, "pitch_center_brake": 0.0, "pitch_center_drive": 0.2, "patch_lag": 0.0,
+        "spring_front": 25e3, "spring_rear": 45e3,
+    }  # fmt: skip
+    body = body_of(p, None)
+    length = p["wheelbase"]
+    lift = body.mass * 0.2 / (length - body.x)
+    p["jack_drive"] = lift / body.sprung
+    front, rear = -body.moment / length, body.moment / length - lift
+    _, tyres = pitch_compliance(p)
+    hand = (front / (2 * 25e3) - rear / (2 * 45e3)) / length - tyres * body.moment
+    assert nod(p, "drive", None) == pytest.approx(hand)
+
+
 def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArray]:
     """A quasi-static car of a given whole height on a hilly road, as prepared signals would be: pitch = nod * a_x - grade."""
     n = round(seconds * RATE)
@@ -70,7 +96,7 @@ def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArr
     both = springs + tyres
     path = (p["unsprung_front"] + p["unsprung_rear"]) * p["radius"] + body.sprung * p["pitch_path"]
     moment = body.mass * (height + p["patch_lag"])
-    v2 = 0.5 * 1.225 * p["drag"] * speed**2
+    v2 = 0.5 * 1.204 * p["air"] * p["drag"] * speed**2
     force = np.zeros(n)
     theta = np.zeros(n)
     for _ in range(30):
@@ -104,7 +130,7 @@ def test_the_relation_vanishes_for_the_right_height_and_for_no_other() -> None:
     assert np.abs(theta).max() < 0.03
     p = known.at(np.zeros(len(known.names))) | {
         "bump_front": 0.0, "rebound_front": 0.0, "bump_rear": 0.0, "rebound_rear": 0.0, "rub": 0.0, "pitch_inertia": 0.0,
-        "rolling": 0.0,
+        "rolling": 0.0, "jack_brake": 0.0, "jack_drive": 0.0,
     }  # fmt: skip
     z = relation.instruments[:, relation.instrument_names.index("slope_off")]
     scale = p["empty_mass"] / (p["empty_mass"] + p["load"])

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from plant_balance import Car, vehicle_file
 
-from pipelines.estimators.load_balance.along import pads_relation
+from pipelines.estimators.load_balance.along import along_terms, pads_relation, rolling_radius
 from pipelines.estimators.load_balance.attitude import nod, pitch_compliance
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Relation, pitch_terms, roll_terms
 from pipelines.estimators.load_balance.solve import solve
+from pipelines.joint.laden import leans_back
 from pipelines.joint.unknowns import Known, before_the_log, body_of
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
@@ -30,12 +31,18 @@ def test_drag_and_rolling_resistance_do_not_reach_the_brakes_links() -> None:
     # arms whose poles stand as high as the hubs: no moment of the hubs' inertia about them
     p["hubs_past"] = 0.2 / p["radius"]
     body, speed, f_x = body_of(p, None), 20.0, -2.0
-    drag = 0.5 * 1.225 * p["drag"] * speed**2
+    drag = 0.5 * 1.204 * p["air"] * p["drag"] * speed**2
     rolling = p["rolling"] * body.mass * G
     brakes = -(body.mass * f_x + drag + rolling)
     terms = pitch_terms("suspension", known, None)(p)
     row = {"fx_brake": f_x, "v2": speed**2, "v2_on": speed**2, "on_rolling": 1.0}
-    lift = 0.5 * 1.225 * speed**2 * (body.x * p["lift_front"] + (body.x - p["wheelbase"]) * p["lift_rear"])
+    lift = (
+        0.5
+        * 1.204
+        * p["air"]
+        * speed**2
+        * (body.x * p["lift_front"] + (body.x - p["wheelbase"]) * p["lift_rear"])
+    )
     found = sum(terms[name] * value for name, value in row.items()) - lift
     carried = 0.2 * brakes + 0.05 * rolling
     assert found == pytest.approx(body.moment * f_x + drag * p["drag_height"] + carried)
@@ -209,3 +216,44 @@ def test_rows_that_are_weighted_for_being_quiet_are_as_sure_as_they_are() -> Non
     honest = np.sqrt(np.sum((wx * np.where(quiet, 0.1, 1.0)) ** 2)) / float(wx @ x)
     assert std == pytest.approx(honest, rel=0.35)
     assert fit.values()["radius"] == pytest.approx(0.33, abs=4 * honest)
+
+
+@pytest.mark.parametrize(("front", "accel"), [(0.65, -3.0), (1.0, 2.0), (0.0, 2.0)])
+def test_torque_becomes_force_on_tyres_that_stand_as_the_load_and_the_pedals_have_them(
+    front: float, accel: float
+) -> None:
+    """Wheel by wheel: a third of each tyre's squash off its free radius, where the sheet has the four's mean when empty."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {"load": 300.0, "load_x": 2.4}
+    body, length = body_of(p, None), p["wheelbase"]
+    free = p["radius"] + G * p["empty_mass"] / 4 / (3 * p["tyre_rate"])
+    load = np.array([length - body.whole_x, body.whole_x]) / length * body.mass * G / 2
+    load += np.array([-1.0, 1.0]) * body.moment * accel / (2 * length)
+    by_axle = free - load / (3 * p["tyre_rate"])
+    radius, grows = rolling_radius(p, body, front)
+    assert radius + grows * accel == pytest.approx(front * by_axle[0] + (1 - front) * by_axle[1])
+
+
+def test_torque_balance_holds_for_a_car_that_rolls_on_those_tyres() -> None:
+    """Brake and drive torques made from the forces by hand, the nose as the load lifts it: nothing is left over."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {
+        "load": 300.0, "load_x": 2.4, "drive_front": 1.0, "wheel_inertia": 0.0, "corner_drag": 0.0, "gain_long": 0.0,
+        "late_long": 0.0, "askew_pitch": 0.0, "offset_x": 0.0, "air": 0.97,
+    }  # fmt: skip
+    body, speed = body_of(p, None), 25.0
+    terms = along_terms(None, True, True, False, 1.0, True, True)(p)
+    still = 0.5 * 1.204 * 0.97 * p["drag"] * speed**2 + p["rolling"] * body.mass * G
+    nose = leans_back(p)
+    assert nose > 0.005
+    for mode, name, front, force in (("brake", "on", 0.65, -5000.0), ("drive", "off", 1.0, 4000.0)):
+        accel = (force - still) / body.mass
+        # along the body's own x: its nose dives by what springs and tyres give, from where the load has it stand
+        felt = (accel + G * nose) / (1 + G * nod(p, mode, None))
+        radius, grows = rolling_radius(p, body, front)
+        torque = abs(force) * (radius + grows * felt)
+        row = {mode: torque, f"fx_{mode}": felt, f"fx2_{mode}": felt**2, name: 1.0, f"v2_{name}": speed**2}
+        left = sum(terms[column] * value for column, value in row.items())
+        assert left == pytest.approx(0.0, abs=0.004 * torque)
+        doubled = left + terms[f"fx_{mode}"] * 0.05 * felt
+        assert abs(doubled) > 0.03 * torque

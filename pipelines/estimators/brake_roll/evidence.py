@@ -28,6 +28,7 @@ from pipelines.estimators.brake_roll.rows import window_mean
 from pipelines.estimators.brake_roll.slip import SlipFit
 from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
+from pipelines.joint.body import even_factor
 from pipelines.joint.from_parameters import Told, direct, evidence_of, loaded_body, without_prior
 from pipelines.joint.laden import axis_lever, roll_springs
 from pipelines.joint.outputs import roll_stiffness_of
@@ -107,11 +108,11 @@ def _longitudinal(
     def parameters(values: Values) -> list[float | FloatArray]:
         body = loaded_body(values)
         arm = used / (values["radius"] * values[ARM])
-        brake = values["brake_gain"] / nominal if gained else values["brake_scale"]
+        brake = even_factor(values["brake_gain"] / nominal if gained else values["brake_scale"])
         return [
             body.mass,
             brake * arm - 1,
-            values["drive_scale"] * arm - 1,
+            even_factor(values["drive_scale"]) * arm - 1,
             values["drag"],
             values["rolling"],
         ]

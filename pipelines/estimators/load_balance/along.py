@@ -2,6 +2,8 @@
 
     s_d T_d - s_b T_b = R (m (f_x + g pitch) + D + f_r m g) + 4 I_w v'/R
 
+R is that of the wheels that brake, or drive: tyres roll on a third less than their squash, and loads move with f_x.
+
 Grade drops out, as specific force and tyre forces both are along the road; the torques' scales stay unknowns.
 """
 
@@ -10,11 +12,28 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.estimators.load_balance.attitude import nod
-from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.estimators.load_balance.forces import Terms, add
+from pipelines.estimators.load_balance.data import Columns
+from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
-from pipelines.joint.unknowns import Known, Values, body_of
+from pipelines.joint.body import even_factor
+from pipelines.joint.laden import leans_back
+from pipelines.joint.unknowns import Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
+
+BRAKED_FRONT = 0.65
+"""Share of the front axle in braking: about its share of the load meanwhile."""
+
+
+def rolling_radius(p: Values, body: Body, front: float) -> tuple[float, float]:
+    """Of the wheels that brake or drive: m, and by how much it grows per m/s² of f_x. front: the front axle's share.
+
+    `radius` is the mean of all four under the empty vehicle.
+    """
+    third = 1 / (3 * p["tyre_rate"])
+    share = body.whole_x / p["wheelbase"]
+    carried = 0.5 * body.mass * GRAVITY * (front * (1 - share) + (1 - front) * share)
+    radius = p["radius"] + third * (0.25 * p["empty_mass"] * GRAVITY - carried)
+    return radius, third * (2 * front - 1) * body.moment / (2 * p["wheelbase"])
 
 
 def along_terms(
@@ -30,24 +49,28 @@ def along_terms(
         body, terms = body_of(p, sag), Terms()
         # where pitch is guessed, its motion on the road is missing: simulated cars came out 2-5 % too light
         grip = 1 + p["gain_long"] * (1.5 if guessed and springs else 3.0 if guessed else 1.0)
-        scale = {"brake": p["brake_scale"], "drive": p["drive_scale"]}
+        scale = {kind: even_factor(p[f"{kind}_scale"]) for kind in ("brake", "drive")}
         if by_pressure:
-            scale["brake"] = p["brake_gain"] / gain
+            scale["brake"] = even_factor(p["brake_gain"] / gain)
         if brake:
             add(terms, "brake", -1.0)
         if drive:
             add(terms, "drive", 1.0)
-        radius = p["radius"]
-        for mode, name in (("brake", "on"), ("drive", "off")):
+        for mode, name, front in (("brake", "on", BRAKED_FRONT), ("drive", "off", p["drive_front"])):
+            radius, grows = rolling_radius(p, body, front)
             mass = grip * radius * body.mass / scale[mode]
+            add(terms, f"fx2_{mode}", -grip * grows * body.mass / scale[mode])
             if guessed and springs:
                 add(terms, f"fx_{mode}", -mass * (1 + (0.5 + 0.5 * p["tilt"]) * GRAVITY * nod(p, mode, sag)))
             else:
                 add(terms, f"fx_{mode}", -mass)
                 add(terms, f"fx_tilt_{mode}", -mass * (p["tilt"] if guessed else 1.0))
             add(terms, f"fz_{name}", -mass * p["askew_pitch"])
-            add(terms, name, -mass * (p["offset_x"] + GRAVITY * p["rolling"]))
-            add(terms, f"v2_{name}", -radius * 0.5 * AIR * p["drag"] / scale[mode])
+            # a nose that a load lifts reads a share of gravity, as an offset would; deflections have it in their tilt
+            lean = leans_back(p) if guessed and springs else 0.0
+            add(terms, name, -mass * (p["offset_x"] + GRAVITY * (p["rolling"] - lean)))
+            add(terms, f"v2_{name}", -radius * air_pressure(p) * p["drag"] / scale[mode])
+        radius = p["radius"]
         mean = scale["drive"] if drive else scale["brake"]
         add(terms, "vdot", -4 * p["wheel_inertia"] / radius / mean)
         add(terms, "fy2", -radius * p["corner_drag"])
@@ -64,8 +87,8 @@ def pads_terms(gain: float) -> Coefficients:
 
     def coefficients(p: Values) -> Terms:
         return {
-            "brake": p["brake_scale"],
-            "pushed": -p["brake_gain"] / gain * (1 + p["pads"]),
+            "brake": even_factor(p["brake_scale"]),
+            "pushed": -even_factor(p["brake_gain"] / gain) * (1 + p["pads"]),
             "one": p["brake_zero"],
         }
 
@@ -98,6 +121,8 @@ def along_relation(data: Columns, known: Known) -> Relation | None:
         "off": off,
         "fx_tilt_drive": c["fx_tilt"] - c["fx_tilt_brake"],
         "v2_off": c["v2"] - c["v2_on"],
+        "fx2_brake": c["fx_brake"] ** 2,
+        "fx2_drive": c["fx_drive"] ** 2,
     }
     if "fz" in c:
         extra |= {"fz_on": c["fz"] * on, "fz_off": c["fz"] * off}

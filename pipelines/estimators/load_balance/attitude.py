@@ -12,19 +12,27 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.estimators.load_balance.forces import Terms, add
+from pipelines.estimators.load_balance.data import Columns
+from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
 from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
-from pipelines.joint.unknowns import AXLES, Known, Values, body_of
+from pipelines.joint.laden import rate_under_load
+from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
 
 def pitch_compliance(p: Values) -> tuple[float, float]:
-    """rad per N·m about the pitch axis: of the springs, and of the tyres in series."""
+    """rad per N·m about the pitch axis: of the springs where the load has them rest, and of the tyres in series."""
     square = p["wheelbase"] * p["wheelbase"]
-    springs = 0.5 * (1 / p["spring_front"] + 1 / p["spring_rear"]) / square
+    springs = 0.5 * (1 / rate_under_load(p, "front") + 1 / rate_under_load(p, "rear")) / square
     return springs, 1 / p["tyre_rate"] / square
+
+
+def tipped(p: Values, body: Body) -> float:
+    """rad of nose-down pitch for each N that presses the body down at its CG: axles give way by their own rates."""
+    ahead, behind = body.x, p["wheelbase"] - body.x
+    given: float = behind / rate_under_load(p, "front") - ahead / rate_under_load(p, "rear")
+    return 0.5 * given / p["wheelbase"] ** 2
 
 
 def nod(p: Values, mode: str, sag: float | None) -> float:
@@ -34,7 +42,9 @@ def nod(p: Values, mode: str, sag: float | None) -> float:
     moment = body.moment + body.mass * p["patch_lag"]
     braking, driving = pitch_centres(p, body)
     past = body.mass * (braking if mode == "brake" else driving) + past_the_springs(p)
-    return -(springs * (moment - past) + tyres * moment)
+    # links carry a moment by lifting the body at one axle: what that takes off the axles' springs is not even
+    lifted = tipped(p, body) * body.sprung * p[f"jack_{mode}"]
+    return -(springs * (moment - past) + tyres * moment) - lifted
 
 
 def _damping_s(p: Values) -> float:
@@ -61,7 +71,7 @@ def attitude_terms(sag: float | None) -> Coefficients:
             add(terms, f"quick_fx_{mode}", -gain * nod(p, mode, sag))
         add(terms, "quick_dfx", lag * tyres * body.moment - p["late_pitch_attitude"] * both * body.moment)
         add(terms, "quick_vdot", both * 4 * p["wheel_inertia"] / p["radius"])
-        pressure = 0.5 * AIR * p["drag"]
+        pressure = air_pressure(p) * p["drag"]
         braking, driving = pitch_centres(p, body)
         add(terms, "quick_v2", pressure * (both * p["drag_height"] - springs * driving))
         # drag passes the tyres by, and rolling resistance is no brake's
@@ -69,9 +79,7 @@ def attitude_terms(sag: float | None) -> Coefficients:
         add(terms, "quick_v2_on", -apart * pressure)
         add(terms, "quick_on_rolling", -apart * p["rolling"] * body.mass * GRAVITY)
         add(terms, "quick_pitch_acc", both * body_inertias(p)[1])
-        ahead, behind = body.x, p["wheelbase"] - body.x
-        uneven = 0.5 * (behind / p["spring_front"] - ahead / p["spring_rear"]) / p["wheelbase"] ** 2
-        add(terms, "quick_fz", -uneven * body.sprung)
+        add(terms, "quick_fz", -tipped(p, body) * body.sprung)
         rub = sum(p[f"friction_{a}"] / p[f"spring_{a}"] for a in AXLES) / p["wheelbase"]
         add(terms, "tip_stick", p["rub"] * rub * (1 - p["yielding"]))
         add(terms, "tip_yield", p["rub"] * rub * p["yielding"])

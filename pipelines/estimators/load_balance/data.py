@@ -19,7 +19,6 @@ from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
 
-AIR = 1.225
 BLOCK_S = 12.0
 STICK_M, YIELD_M = 0.0007, 0.004
 """Travel within which dry friction turns round, of seals and joints and of what gives before it slides (bushings, leaves of springs,

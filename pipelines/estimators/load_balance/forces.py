@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from pipelines.joint.laden import side_moment
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Values
+from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.roll import GRAVITY
 
 Terms = dict[str, float]
@@ -14,6 +15,11 @@ Terms = dict[str, float]
 def add(terms: Terms, name: str, value: float) -> None:
     """Add to a coefficient."""
     terms[name] = terms.get(name, 0.0) + value
+
+
+def air_pressure(p: Values) -> float:
+    """Of the air at 1 m/s, Pa."""
+    return 0.5 * AIR_DENSITY * p["air"]
 
 
 def _axle(wheel: str) -> str:

@@ -29,8 +29,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.estimators.load_balance.data import AIR, Columns
-from pipelines.estimators.load_balance.forces import FORCES, Terms, add, by_side_path, stiffness_of
+from pipelines.estimators.load_balance.data import Columns
+from pipelines.estimators.load_balance.forces import (
+    FORCES,
+    Terms,
+    add,
+    air_pressure,
+    by_side_path,
+    stiffness_of,
+)
 from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
 from pipelines.joint.laden import axis_lever, widened
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
@@ -140,7 +147,7 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         past = 0.0 if whole else past_the_springs(p)
         brake, drive = (gain * (body.moment - body.mass * link - past) for link in links)
         # drag passes the tyres by, and rolling resistance is no brake's
-        pressure = 0.5 * AIR * p["drag"]
+        pressure = air_pressure(p) * p["drag"]
         add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
         add(terms, "v2_on", -(links[0] - links[1]) * pressure)
         mean = 0.5 * (brake + drive)
@@ -150,7 +157,9 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
         add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
         lift = lever[0] * p["lift_front"] + lever[2] * p["lift_rear"]
-        add(terms, "v2", pressure * (p["drag_height"] - links[1]) + 0.5 * AIR * (0.0 if whole else lift))
+        add(
+            terms, "v2", pressure * (p["drag_height"] - links[1]) + air_pressure(p) * (0.0 if whole else lift)
+        )
         add(terms, "pitch_acc", body_inertias(p)[1] * (1 + p["swing_pitch"]))
         add(terms, "yaw2", p["product"])
         # the steered wheels' side force holds the car back (see `along`): it is in f_x, but no torque that links would carry
@@ -229,7 +238,7 @@ def vertical_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
             add(terms, "fx_brake", body.sprung * p["jack_brake"])
             add(terms, "fx_drive", body.sprung * p["jack_drive"])
             add(terms, "fy2", body.sprung * p["jack_side"])
-        add(terms, "v2", 0.5 * AIR * (p["lift_front"] + p["lift_rear"]))
+        add(terms, "v2", air_pressure(p) * (p["lift_front"] + p["lift_rear"]))
         return _scaled(terms, stiffness_of(kind, p, lever, bars=False) / nominal)
 
     return coefficients

@@ -26,7 +26,6 @@ GIVEN: tuple[str, ...] = (
     "mass_kg", "sprung_mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", *MASSES, "roll_arm_m", "pitch_arm_m",
     "drag_area_m2",
 )  # fmt: skip
-AIR = 1.225
 
 USUAL_ARM = 0.55
 """m, what an arm is taken for where only the effect of a small offset hangs on it."""

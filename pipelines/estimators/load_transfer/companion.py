@@ -10,7 +10,6 @@ from parsers.drive import Drive
 from parsers.signals import WHEELS
 from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.load_transfer.answers import (
-    AIR,
     GIVEN,
     USUAL_ARM,
     Errors,
@@ -37,6 +36,7 @@ from pipelines.estimators.load_transfer.data import (
 from pipelines.estimators.load_transfer.evidence import evidence
 from pipelines.estimators.load_transfer.figures import force_traces, mass_tracks
 from pipelines.models.axle_load import patch_shift
+from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Estimate, FloatArray, ParameterEstimate
@@ -217,8 +217,8 @@ def drag_area(found: BatchFit, sprung: float, known: Known) -> tuple[float, floa
     moment, spread = found.combine(lever, DRAG)
     arm, _ = found.combine(lever, ALONG)
     arm = max(arm / sprung, 0.1)
-    area = moment / (0.5 * AIR * arm)
-    return area, math.hypot(spread / (0.5 * AIR * arm), 0.25 * area, LIFT_M2)
+    area = moment / (0.5 * AIR_DENSITY * arm)
+    return area, math.hypot(spread / (0.5 * AIR_DENSITY * arm), 0.25 * area, LIFT_M2)
 
 
 def _figures(found: BatchFit, data: StrutData) -> dict[str, float]:

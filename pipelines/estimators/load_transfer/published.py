@@ -11,7 +11,6 @@ from parsers.drive import Drive
 from parsers.signals import WHEELS
 from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.load_transfer.answers import (
-    AIR,
     GIVEN,
     USUAL_ARM,
     Errors,
@@ -31,6 +30,7 @@ from pipelines.estimators.load_transfer.data import Known, StrutData, collect, k
 from pipelines.estimators.load_transfer.figures import force_traces
 from pipelines.estimators.load_transfer.filtering import ADDED, NAMES, FilterRun, FilterSettings, run_filter
 from pipelines.estimators.load_transfer.kernels import HFLTM, LTM, MLTM
+from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.load_transfer import Motion, Size, position
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
@@ -261,7 +261,7 @@ class _Published:
             why = "the HFLTM leaves drag to its quick arms"
         else:
             why = (
-                f"the filter ends at {2 * float(run.track[-1, -1]) / AIR:.2f} m², but in h_p C V² every offset and grade passes for "
+                f"the filter ends at {2 * float(run.track[-1, -1]) / AIR_DENSITY:.2f} m², but in h_p C V² every offset and grade passes for "
                 "drag: load_transfer_batch sets them free"
             )
         answers["drag_area_m2"] = unknown("drag_area_m2", why, vehicle)
