@@ -79,19 +79,14 @@ def roll_springs(p: Values, body: Body, springs: Number) -> Number:
     return springs * mean_widening(p) + side_moment(p, body, "front") + side_moment(p, body, "rear")
 
 
-def leans_back(p: Values) -> Number:
-    """rad by which the load has the nose stand higher at rest, on springs and tyres."""
-    down = [pressed(p, axle) + _on_wheel(p, axle) / p["tyre_rate"] for axle in AXLES]
-    return (down[1] - down[0]) / p["wheelbase"]
-
-
 def leans(p: Values, body: Body, axis: Number, springs: Number) -> tuple[Number, Number]:
     """rad by which the load has the body lean at rest: back, and to the left.
 
     axis: height of the roll axis, m. springs: roll stiffness of the suspension, N m/rad.
     """
+    down = [pressed(p, axle) + _on_wheel(p, axle) / p["tyre_rate"] for axle in AXLES]
     width = 0.5 * (p["track_front"] + p["track_rear"])
     tyres = p["tyre_rate"] * width**2
     stiffness = springs * tyres / (springs + tyres) - GRAVITY * body.sprung * (body.h - axis)
     left = GRAVITY * p["load"] * p["load_y"] / np.maximum(stiffness, 0.3 * springs)
-    return leans_back(p), left
+    return (down[1] - down[0]) / p["wheelbase"], left

@@ -13,7 +13,6 @@ from pipelines.estimators.load_balance.attitude import nod, pitch_compliance
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Relation, pitch_terms, roll_terms
 from pipelines.estimators.load_balance.solve import solve
-from pipelines.joint.laden import leans_back
 from pipelines.joint.unknowns import Known, before_the_log, body_of
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
@@ -235,7 +234,7 @@ def test_torque_becomes_force_on_tyres_that_stand_as_the_load_and_the_pedals_hav
 
 
 def test_torque_balance_holds_for_a_car_that_rolls_on_those_tyres() -> None:
-    """Brake and drive torques made from the forces by hand, the nose as the load lifts it: nothing is left over."""
+    """Brake and drive torques made from the forces by hand: nothing is left over."""
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {
         "load": 300.0, "load_x": 2.4, "drive_front": 1.0, "wheel_inertia": 0.0, "corner_drag": 0.0, "gain_long": 0.0,
@@ -244,12 +243,10 @@ def test_torque_balance_holds_for_a_car_that_rolls_on_those_tyres() -> None:
     body, speed = body_of(p, None), 25.0
     terms = along_terms(None, True, True, False, 1.0, True, True)(p)
     still = 0.5 * 1.204 * 0.97 * p["drag"] * speed**2 + p["rolling"] * body.mass * G
-    nose = leans_back(p)
-    assert nose > 0.005
     for mode, name, front, force in (("brake", "on", 0.65, -5000.0), ("drive", "off", 1.0, 4000.0)):
         accel = (force - still) / body.mass
-        # along the body's own x: its nose dives by what springs and tyres give, from where the load has it stand
-        felt = (accel + G * nose) / (1 + G * nod(p, mode, None))
+        # along the body's own x: its nose dives by what springs and tyres give
+        felt = accel / (1 + G * nod(p, mode, None))
         radius, grows = rolling_radius(p, body, front)
         torque = abs(force) * (radius + grows * felt)
         row = {mode: torque, f"fx_{mode}": felt, f"fx2_{mode}": felt**2, name: 1.0, f"v2_{name}": speed**2}

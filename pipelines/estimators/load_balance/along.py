@@ -16,7 +16,6 @@ from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
 from pipelines.joint.body import even_factor
-from pipelines.joint.laden import leans_back
 from pipelines.joint.unknowns import Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
@@ -66,9 +65,8 @@ def along_terms(
                 add(terms, f"fx_{mode}", -mass)
                 add(terms, f"fx_tilt_{mode}", -mass * (p["tilt"] if guessed else 1.0))
             add(terms, f"fz_{name}", -mass * p["askew_pitch"])
-            # a nose that a load lifts reads a share of gravity, as an offset would; deflections have it in their tilt
-            lean = leans_back(p) if guessed and springs else 0.0
-            add(terms, name, -mass * (p["offset_x"] + GRAVITY * (p["rolling"] - lean)))
+            # what a nose that a load lifts reads of gravity is in the offset, here as in every relation that shares it
+            add(terms, name, -mass * (p["offset_x"] + GRAVITY * p["rolling"]))
             add(terms, f"v2_{name}", -radius * air_pressure(p) * p["drag"] / scale[mode])
         radius = p["radius"]
         mean = scale["drive"] if drive else scale["brake"]
