@@ -16,7 +16,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.channels import FloatArray, IntArray
-from parsers.timebase import MAX_RUNS, Run, clock_settings, usable_runs
+from parsers.timebase import (
+    MAX_RUNS,
+    PAUSE_NS,
+    Run,
+    clock_settings,
+    pause_limit,
+    pauses,
+    stretches_left_out,
+    usable_runs,
+)
 
 BLOCK_ROWS = 1 << 16
 _ITEM = 8
@@ -58,7 +67,10 @@ class Spool:
 
 @dataclass
 class _RunState:
-    """What is known of the rows between two settings of the clock. late: rows behind the one before them."""
+    """What is known of the rows between two settings of the clock or pauses. late: rows behind the one before them.
+
+    pause_ns: the step ahead before it; 0 where the clock was set, and for the first one.
+    """
 
     start: int
     first: int
@@ -66,6 +78,7 @@ class _RunState:
     low: int
     high: int
     late: int = 0
+    pause_ns: int = 0
 
 
 class GroupWriter:
@@ -77,8 +90,8 @@ class GroupWriter:
         self.pending_bytes = 0
         self._rows = 0
         self._runs: list[_RunState] = []
-        self._latest = 0
-        self._jumps = 0
+        self._settings = 0
+        self._pause_ns = PAUSE_NS
         # a block: its first and last stamp, rows, place in the file and run
         self._index = tuple(array("q") for _ in range(5))
 
@@ -90,25 +103,31 @@ class GroupWriter:
         if self._runs:
             stamps = np.concatenate([[self._runs[-1].last], time_ns])
         before = len(stamps) - len(time_ns)
-        settings = clock_settings(stamps, self._latest if before else None) + 1 - before
-        self._jumps += len(settings)
-        if self._jumps >= MAX_RUNS:
+        step = np.diff(stamps)
+        settings = clock_settings(step) + 1 - before
+        ahead = pauses(step, self._pause_ns)
+        self._settings += len(settings)
+        if self._settings >= MAX_RUNS:
             # these stamps are shuffled: all rows are one run in the end, and need not be kept apart any more
-            settings = settings[:0]
-        begins = {int(row) for row in settings} | (set() if self._runs else {0})
+            settings = ahead = settings[:0]
+        elif len(ahead):
+            held = np.array([run.pause_ns for run in self._runs], dtype=np.int64)
+            self._pause_ns = pause_limit(np.concatenate([held, step[ahead]]), self._pause_ns)
+            ahead = pauses(step, self._pause_ns)
+        after = {int(row) + 1 - before: int(step[row]) for row in ahead}
+        begins = {int(row) for row in settings} | set(after) | (set() if self._runs else {0})
         edges = sorted(begins | {0, len(time_ns)})
         for start, stop in pairwise(edges):
             if start in begins:
-                self._begin_run(int(time_ns[start]))
+                self._begin_run(int(time_ns[start]), after.get(start, 0))
             self._count(time_ns[start:stop])
             part = {name: values[start:stop] for name, values in columns.items()}
             self._pending.append((time_ns[start:stop], part))
-        self._latest = max(self._latest, int(time_ns.max())) if before else int(time_ns.max())
         self.pending_bytes += time_ns.nbytes * (1 + len(self._columns))
 
-    def _begin_run(self, stamp: int) -> None:
+    def _begin_run(self, stamp: int, pause_ns: int) -> None:
         self.flush()
-        self._runs.append(_RunState(self._rows, stamp, stamp, stamp, stamp))
+        self._runs.append(_RunState(self._rows, stamp, stamp, stamp, stamp, pause_ns=pause_ns))
 
     def _count(self, time_ns: IntArray) -> None:
         run = self._runs[-1]
@@ -146,25 +165,37 @@ class GroupWriter:
         """What was taken, ready to be read. Nothing can be added after it."""
         self.flush()
         low, high, rows, place, of = (np.array(held, dtype=np.int64) for held in self._index)
-        states = self._runs
-        if self._jumps >= MAX_RUNS:
-            kept = list(range(len(states)))
-            jumps = 0
-        else:
-            stops = [*(state.start for state in states[1:]), self._rows]
-            each = zip(states, stops, strict=True)
-            runs = [Run(state.start, stop, state.low, state.high) for state, stop in each]
-            starts = {run.start for run in usable_runs(runs)}
-            kept = [number for number, state in enumerate(states) if state.start in starts]
-            jumps = len(states) - len(kept)
-        late = sum(states[number].late for number in kept)
-        late += sum(states[b].first < states[a].last for a, b in pairwise(kept))
-        usable = np.isin(of, kept)
-        index = BlockIndex(low[usable], high[usable], rows[usable], place[usable])
-        total = sum(
-            (states[n + 1].start if n + 1 < len(states) else self._rows) - states[n].start for n in kept
-        )
+        usable, late, jumps = self._judged()
+        kept = np.flatnonzero(usable)
+        starts = np.array([*(state.start for state in self._runs), self._rows])
+        total = int((starts[kept + 1] - starts[kept]).sum())
+        chosen = usable[of] if len(of) else np.zeros(0, dtype=np.bool_)
+        index = BlockIndex(low[chosen], high[chosen], rows[chosen], place[chosen])
         return GroupRows(self._spool, self._columns, index, total, late, jumps, self._rows - total)
+
+    def _judged(self) -> tuple[NDArray[np.bool_], int, int]:
+        """Which of the runs stay, (runs,), how many of their rows are late, and how many stretches do not stay."""
+        states = self._runs
+        shuffled = self._settings >= MAX_RUNS
+        # a step that is usual by now was no pause: its run goes on with the one before
+        whole = np.array(
+            [n > 0 and 0 < s.pause_ns <= self._pause_ns for n, s in enumerate(states)], dtype=bool
+        )
+        if shuffled or not self._settings:
+            whole[1:] = True
+        first = np.flatnonzero(~whole)
+        parts = [states[a:b] for a, b in pairwise([*first.tolist(), len(states)])]
+        stops = [*(states[n].start for n in first[1:]), self._rows]
+        runs = [
+            Run(part[0].start, stop, min(state.low for state in part), max(state.high for state in part))
+            for part, stop in zip(parts, stops, strict=True)
+        ]
+        kept = usable_runs(runs)
+        starts = {run.start for run in kept}
+        usable = np.repeat([run.start in starts for run in runs], [len(part) for part in parts])
+        stay = [state for state, used in zip(states, usable, strict=True) if used]
+        late = sum(state.late for state in stay) + sum(b.first < a.last for a, b in pairwise(stay))
+        return usable, late, stretches_left_out(runs, kept)
 
 
 def _in_order(time_ns: IntArray) -> slice | IntArray:

@@ -6,7 +6,7 @@ Importers deliver rows in the log's order; here they become strictly increasing,
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import astuple, dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,7 +23,16 @@ JUMP_BACK_NS = NS
 JUMP_AHEAD_NS = 12 * 3600 * NS
 """A step ahead of more than this inside one recording is a clock that was set, not a pause."""
 
+PAUSE_NS = NS
+"""Where a clock was set, a step ahead of more than this may be its return: the rows on both sides are judged apart."""
+
+BESIDE_NS = 60 * NS
+"""A stretch out of the log's order belongs to the same clock if it lies no farther than this from the rest."""
+
 MAX_RUNS = 256
+"""A clock that was set this often was not: these stamps are shuffled, and sorting is all that can be done."""
+
+MAX_PAUSES = 256
 
 LATEST_NS = 2**62 - 1
 """No clock of a vehicle shows more (the year 2116); the difference of two such stamps always fits an int64."""
@@ -41,7 +50,7 @@ class Ordered:
     """Rows in order. rows: (n,) indices into the given rows. time_ns: (n,) strictly increasing.
 
     out_of_order, duplicates: how many rows were late, or shared a stamp with another (the last one stays).
-    jumps: how often the clock was set. lost: rows that a set clock made unusable. untouched: the rows were in order.
+    jumps: stretches that are not used since the clock was set or the stamps are wrong. lost: the rows in them. untouched: the rows were in order.
     """
 
     rows: NDArray[np.intp]
@@ -55,7 +64,7 @@ class Ordered:
 
 @dataclass(frozen=True)
 class Run:
-    """Rows [start, stop) between two settings of the clock, and the stamps that they reach."""
+    """Rows [start, stop) in which the clock was not set, and the stamps that they reach."""
 
     start: int
     stop: int
@@ -63,54 +72,89 @@ class Run:
     high: int
 
 
-def clock_settings(time_ns: IntArray, latest: int | None = None) -> IntArray:
-    """The steps at which the clock was set: numbers of the rows before them. latest: the latest stamp of earlier rows."""
-    step = np.diff(time_ns)
+def clock_settings(step: IntArray) -> IntArray:
+    """The steps at which the clock was set, as numbers of the rows before them. step: (n - 1,) from row to row."""
     if len(step) == 0 or (int(step.min()) >= -JUMP_BACK_NS and int(step.max()) <= JUMP_AHEAD_NS):
         return np.zeros(0, dtype=np.int64)
-    reached = np.maximum.accumulate(time_ns)[:-1]
-    if latest is not None:
-        reached = np.maximum(reached, latest)
-    # after a step back every later row is behind the old maximum: only the row where the step happens counts
-    back = (time_ns[1:] < reached - JUMP_BACK_NS) & (step < -JUMP_BACK_NS)
-    return np.flatnonzero(back | (step > JUMP_AHEAD_NS))
+    return np.flatnonzero((step < -JUMP_BACK_NS) | (step > JUMP_AHEAD_NS))
 
 
-def _runs(time_ns: IntArray) -> list[Run]:
-    """Rows between settings of the clock; one run of all rows where there are more than MAX_RUNS."""
-    edges = np.concatenate([[0], clock_settings(time_ns) + 1])
-    if len(edges) > MAX_RUNS:
-        # nobody sets a clock that often: these stamps are shuffled, and sorting is all that can be done
-        edges = edges[:1]
+def pauses(step: IntArray, limit_ns: int) -> IntArray:
+    """Steps ahead of more than `limit_ns` that are no setting of the clock, as numbers of the rows before them."""
+    if len(step) == 0 or int(step.max()) <= limit_ns:
+        return np.zeros(0, dtype=np.int64)
+    return np.flatnonzero((step > limit_ns) & (step <= JUMP_AHEAD_NS))
+
+
+def pause_limit(ahead: IntArray, limit_ns: int = PAUSE_NS) -> int:
+    """`limit_ns`, doubled until no more than MAX_PAUSES steps exceed it: the usual steps of a slow channel are no pauses."""
+    while int(np.count_nonzero(ahead > limit_ns)) > MAX_PAUSES:
+        limit_ns *= 2
+    return limit_ns
+
+
+def _runs(time_ns: IntArray, step: IntArray) -> list[Run]:
+    """Rows between settings of the clock and pauses; one run of all rows where the clock was never set, or too often."""
+    settings = clock_settings(step)
+    edges = np.zeros(1, dtype=np.int64)
+    if 0 < len(settings) < MAX_RUNS:
+        ahead = step[pauses(step, PAUSE_NS)]
+        edges = np.sort(np.concatenate([edges, settings + 1, pauses(step, pause_limit(ahead)) + 1]))
     low, high = np.minimum.reduceat(time_ns, edges), np.maximum.reduceat(time_ns, edges)
     stops = [*edges[1:].tolist(), len(time_ns)]
     columns = zip(edges.tolist(), stops, low.tolist(), high.tolist(), strict=True)
     return [Run(*each) for each in columns]
 
 
-def _overlap(kept: list[Run], run: Run) -> bool:
-    """Whether a run covers time that is covered already, by more than a late message would."""
-    return any(min(run.high, other.high) - max(run.low, other.low) > JUMP_BACK_NS for other in kept)
+def _fits(run: Run, kept: IntArray) -> bool:
+    """Whether a run can stay beside those that do. kept: (4, k), a run's four numbers a column.
 
-
-def _far(kept: list[Run], run: Run) -> bool:
-    """Whether a run lies more than JUMP_AHEAD away from all that is kept: another clock."""
-    return all(run.low - other.high > JUMP_AHEAD_NS or other.low - run.high > JUMP_AHEAD_NS for other in kept)
+    It covers no time of theirs, late messages apart, and is by the same clock: within JUMP_AHEAD_NS of them, and where the
+    log's order is not that of time (a file's chunks out of order) no farther from them than it is long. A single row that
+    was stamped wrongly is not by the same clock, nor is a stretch that was recorded after the clock was set back an hour.
+    """
+    start, _, low, high = kept
+    apart = int(np.maximum(run.low - high, low - run.high).min())
+    in_order = np.where(start < run.start, run.low >= high - JUMP_BACK_NS, low >= run.high - JUMP_BACK_NS)
+    length = run.high - run.low
+    late, near = JUMP_BACK_NS, JUMP_AHEAD_NS
+    if not in_order.all():
+        late, near = min(length // 4, JUMP_BACK_NS), min(max(length, JUMP_BACK_NS), BESIDE_NS)
+    return apart <= near and not ((run.low < high - late) & (run.high > low + late)).any()
 
 
 def usable_runs(runs: Sequence[Run]) -> list[Run]:
     """The longest run and all that fit beside it, in the log's order."""
-    kept: list[Run] = []
-    for run in sorted(runs, key=lambda r: r.start - r.stop):
-        if not kept or not (_overlap(kept, run) or _far(kept, run)):
-            kept.append(run)
-    return sorted(kept, key=lambda r: r.start)
+    waiting = sorted(runs, key=lambda r: r.start - r.stop)
+    kept = np.empty((4, len(runs)), dtype=np.int64)
+    count = 0
+    found = True
+    while found:
+        rest: list[Run] = []
+        for run in waiting:
+            if count and not _fits(run, kept[:, :count]):
+                rest.append(run)
+            else:
+                kept[:, count] = astuple(run)
+                count += 1
+        # what was too far from the rest may be near to one that came to it
+        found = 0 < len(rest) < len(waiting)
+        waiting = rest
+    left_out = {run.start for run in waiting}
+    return [run for run in runs if run.start not in left_out]
+
+
+def stretches_left_out(runs: Sequence[Run], kept: Sequence[Run]) -> int:
+    """How many stretches of the log are not used; runs in a row are one. runs, kept: in the log's order."""
+    stay = {run.start for run in kept}
+    used = np.array([True, *(run.start in stay for run in runs)])
+    return int(np.count_nonzero(used[:-1] & ~used[1:]))
 
 
 def order(time_ns: IntArray) -> Ordered:
     """Sort stamps. A clock set back or far ahead splits the rows; the longest part and all that fits beside it stay.
 
-    time_ns: (n,) int64 in the log's order, each within LATEST_NS of zero.
+    A row or a few that are stamped wrongly among good ones cost these rows alone. time_ns: (n,) int64 in the log's order, each within LATEST_NS of zero.
     """
     n = len(time_ns)
     if n == 0:
@@ -118,9 +162,9 @@ def order(time_ns: IntArray) -> Ordered:
     step = np.diff(time_ns)
     if n == 1 or (int(step.min()) > 0 and int(step.max()) <= JUMP_AHEAD_NS):
         return Ordered(np.arange(n), time_ns, 0, 0, 0, 0, untouched=True)
-    runs = _runs(time_ns)
+    runs = _runs(time_ns, step)
     kept = usable_runs(runs)
-    jumps = len(runs) - len(kept)
+    jumps = stretches_left_out(runs, kept)
     rows = np.concatenate([np.arange(run.start, run.stop) for run in kept])
     lost = n - len(rows)
     late = int((np.diff(time_ns[rows]) < 0).sum())

@@ -25,7 +25,8 @@ def _data_limits(record: ImportRecord) -> list[str]:
         )
     if record.clock_jumps:
         limits.append(
-            f"The clock jumped {record.clock_jumps} time{'s' if record.clock_jumps > 1 else ''}: only one stretch of it is used."
+            f"The clock jumped {record.clock_jumps} time{'s' if record.clock_jumps > 1 else ''}: "
+            "rows whose stamps do not fit the longest stretch are left out."
         )
     doubtful = [d for d in record.decisions if not d.applied and d.kind in ("sign", "unit", "spikes")]
     limits += [f"{d.found[:1].upper()}{d.found[1:]}: not corrected." for d in doubtful]

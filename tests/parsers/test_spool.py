@@ -87,13 +87,19 @@ def test_late_rows_duplicates_and_set_clocks(tmp_path, monkeypatch, block) -> No
 
 
 def test_more_settings_than_anybody_makes_are_shuffled_stamps(tmp_path) -> None:
-    rng = np.random.default_rng(4)
     for runs in (MAX_RUNS - 1, MAX_RUNS, MAX_RUNS + 40):
         steps = np.full(5000, 1_000_000)
-        steps[np.sort(rng.choice(np.arange(1, 5000), runs - 1, replace=False))] = -4 * NS
+        steps[16 * np.arange(1, runs)] = -NS - 10_000_000
         time_ns = np.cumsum(steps)
         rows = check(tmp_path, time_ns, 97, 24 * 200)
         assert (rows.jumps, rows.late) == (0, runs - 1)
+
+
+def test_the_usual_steps_of_a_slow_channel_are_no_pauses(tmp_path) -> None:
+    time_ns = np.arange(3000) * 2 * NS
+    time_ns[1700] -= 7 * NS
+    rows = check(tmp_path, time_ns, 97, 24 * 200)
+    assert (rows.jumps, rows.lost) == (1, 1)
 
 
 def test_all_stamps_equal(tmp_path) -> None:

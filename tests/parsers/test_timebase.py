@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -54,6 +55,49 @@ def test_a_clock_set_far_ahead_costs_the_shorter_part() -> None:
     ordered = order(time)
     assert np.array_equal(ordered.time_ns, REGULAR + 3 * JUMP_AHEAD_NS)
     assert (ordered.jumps, ordered.lost) == (1, 200)
+
+
+@pytest.mark.parametrize("shift_s", [-3600.0, -2.0, -1.2, 1.2, 2.0, 3600.0, 30 * 3600.0, -1e6])
+@pytest.mark.parametrize("rows", [[500], [500, 501, 502], [300, 400, 700], [999]])
+def test_rows_with_a_wrong_stamp_cost_these_rows_alone(shift_s: float, rows: list[int]) -> None:
+    if rows == [999] and shift_s in (1.2, 2.0, 3600.0):
+        pytest.skip("a last row that comes later than the others may follow a pause")
+    time = REGULAR.copy()
+    time[rows] += int(shift_s * NS)
+    ordered = order(time)
+    assert ordered.lost == len(rows)
+    assert np.array_equal(ordered.rows, np.delete(np.arange(1000), rows))
+
+
+def test_a_wrong_stamp_costs_a_row_of_a_slow_channel_and_its_pauses_stay() -> None:
+    time = 2 * NS * np.arange(900, dtype=np.int64)
+    time[500:] += 300 * NS
+    wrong = time.copy()
+    wrong[100] -= 40 * NS + 1
+    ordered = order(wrong)
+    assert np.array_equal(ordered.time_ns, np.delete(time, 100))
+
+
+@pytest.mark.parametrize("hours", [-1, -20])
+def test_a_clock_set_back_by_more_than_the_log_is_long_costs_the_shorter_part(hours: int) -> None:
+    time = REGULAR.copy()
+    time[600:] += hours * 3600 * NS
+    ordered = order(time)
+    assert np.array_equal(ordered.rows, np.arange(600))
+    assert (ordered.jumps, ordered.lost) == (1, 400)
+
+
+def test_chunks_in_any_order_are_put_in_order() -> None:
+    chunks = np.split(np.arange(5000, dtype=np.int64) * (NS // 100), 10)
+    time = np.concatenate([chunks[n] for n in (0, 2, 1, 3, 5, 4, 9, 8, 7, 6)])
+    ordered = order(time)
+    assert np.array_equal(ordered.time_ns, np.concatenate(chunks))
+    assert (ordered.jumps, ordered.lost) == (0, 0)
+
+
+def test_pauses_stay_where_the_clock_was_never_set() -> None:
+    time = np.concatenate([REGULAR, REGULAR + 3600 * NS, REGULAR + 9 * 3600 * NS])
+    assert order(time).untouched
 
 
 @given(st.lists(st.integers(-(2**40), 2**40), min_size=0, max_size=60))
