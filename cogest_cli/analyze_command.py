@@ -66,6 +66,7 @@ def analyze(
         map=map_file or nearest("map.toml", logs[0]),
         map_given=map_file is not None,
         dbc=databases(logs, dbc),
+        dbc_given=bool(dbc),
         settings=settings,
         estimators=estimators,
         seed=seed,

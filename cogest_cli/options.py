@@ -112,7 +112,8 @@ def databases(logs: Sequence[Path], given: Sequence[Path] | None) -> tuple[Path,
             # a store that does not answer
             raise DatabaseError(f"cannot be read ({error.strerror or error})", path=path) from error
         if not there:
-            raise DatabaseError("no such file", path=path, hint="check the name given with --dbc")
+            problem = "a folder, not a DBC file" if path.is_dir() else "no such file"
+            raise DatabaseError(problem, path=path, hint="check the name given with --dbc")
     return tuple(given) if given else tuple(dict.fromkeys(p for log in logs for p in databases_beside(log)))
 
 
@@ -128,6 +129,7 @@ def load_options(
     return LoadOptions(
         map=read_map(found, strict=map_file is not None) if found else None,
         dbc=databases(logs, dbc),
+        dbc_given=bool(dbc),
         fix=fix,
         progress=progress,
     )

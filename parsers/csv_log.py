@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -11,6 +12,7 @@ from parsers.csv_dialect import TextTable, find_table, number_columns
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.table_clock import TableClock, clock_rule, write_counts
+from parsers.table_hhmmss import UNIT, as_time_of_day, could_be, is_it
 from parsers.table_ranges import RangeRows, read_table
 from parsers.table_repeats import LEAST_SHARE, RepeatedStamps, repeat_share
 from parsers.table_rows import RowPlan
@@ -75,11 +77,26 @@ class CsvImporter:
                 _NO_TABLE, path=path, hint="check that this is the log and not a description of it"
             )
         _refuse_frames(table, path)
-        columns = [table.column(k) for k in range(table.rules.width)]
-        plan = find_time(table.names, columns, table.style, options, path)
+        plan = _time_of(path, encoding, table, options, size)
         for note in (*table.notes, *plan.notes):
             log.note(note)
         return CsvReader(path, encoding, table, plan, options, log, size)
+
+
+def _time_of(path: Path, encoding: Encoding, table: TextTable, options: ReadOptions, size: int) -> TimePlan:
+    """How the table tells time. Raises LogError where it does not."""
+    columns = [table.column(k) for k in range(table.rules.width)]
+    if (options.time_unit or "").lower() == UNIT:
+        plan = find_time(table.names, columns, table.style, replace(options, time_unit="s"), path)
+        return as_time_of_day(plan, said=True) if plan.kind == "decimal" else plan
+    plan = find_time(table.names, columns, table.style, options, path)
+    if plan.kind != "decimal" or not could_be(plan, cells := columns[plan.columns[0]]):
+        return plan
+    try:
+        found = is_it(plan, cells, path, encoding, table.rules, size)
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+    return as_time_of_day(plan, said=False) if found else plan
 
 
 def _refuse_frames(table: TextTable, path: Path) -> None:
@@ -164,7 +181,9 @@ class CsvReader:
         counter = self._plan.kind == "decimal" and not self._plan.absolute
         clock = TableClock(
             self._log,
-            time_of_day=self._plan.kind == "calendar" and not self._plan.absolute,
+            time_of_day=self._plan.kind == "hhmmss"
+            or (self._plan.kind == "calendar" and not self._plan.absolute),
+            midnight=self._plan.origin_ns,
             turns=turns_of(self._plan.unit_ns) if counter else (),
         )
         repeats = RepeatedStamps(self._log) if self._repeats() else None

@@ -28,11 +28,13 @@ def no_progress(done: int, total: int) -> None:
 class ReadOptions:
     """What the user said about how to read a log.
 
-    dbc: CAN databases, in the order given. time_channel / time_unit: the mapping file's [time] table (CSV only).
+    dbc: CAN databases, in the order given. dbc_given: the user named them; else they were found beside the log, and one
+    that cannot be used is left out with a note. time_channel / time_unit: the mapping file's [time] table (CSV only).
     progress: called now and then with bytes done and bytes in all; prints nothing itself.
     """
 
     dbc: tuple[Path, ...] = ()
+    dbc_given: bool = True
     time_channel: str | None = None
     time_unit: str | None = None
     progress: Callable[[int, int], None] = no_progress

@@ -108,6 +108,15 @@ def _mapping(
                 yield entry
 
 
+def _without_samples(parts: Sequence[PartFacts]) -> list[str]:
+    """A note on signals that have a channel in a log, and no two valid samples in any."""
+    found = {entry.signal for part in parts for entry in part.mapped}
+    absent = list(dict.fromkeys(name for part in parts for name in part.short if name not in found))
+    if not absent:
+        return []
+    return [f"left out, since the channel has fewer than two valid samples: {', '.join(absent)}"]
+
+
 def _rejected(logs: Sequence[ImportLog]) -> dict[str, int]:
     rejected: dict[str, int] = {}
     for log in logs:
@@ -147,6 +156,7 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
     parts, start_ns = outcome.parts, outcome.start_ns
     logs = [part.opened.log for part in parts]
     notes = [note for log in logs for note in log.notes] + list(outcome.notes)
+    notes += _without_samples(parts)
     if outcome.unchecked:
         notes.append("not checked against physics: " + "; ".join(outcome.unchecked))
     return ImportRecord(

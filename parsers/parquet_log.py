@@ -340,7 +340,7 @@ def _time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[In
         stamps = part[headers[0]].dt.cast_time_unit("ns").cast(pl.Int64)
         return stamps.fill_null(0).to_numpy(), stamps.is_not_null().to_numpy()
     units = (plan.unit_ns,) if plan.kind == "decimal" else (1_000_000_000, 1)
-    total = np.zeros(part.height, dtype=np.int64)
+    total = np.full(part.height, plan.origin_ns, dtype=np.int64)
     valid = np.ones(part.height, dtype=np.bool_)
     for header, unit_ns in zip(headers, units, strict=True):
         column = part[header]

@@ -11,7 +11,7 @@ import numpy as np
 
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.drive import MappedChannel, Signal
-from parsers.errors import LogError
+from parsers.errors import LogError, MappingError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
 from parsers.intake import Group, Intake, LogRows
 from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose
@@ -37,12 +37,16 @@ def quiet(what: str, share: float) -> None:
 
 @dataclass(frozen=True)
 class LoadOptions:
-    """How to load. map: a mapping file that was read. fix: apply what the physics checks are sure of."""
+    """How to load. map: a mapping file that was read. fix: apply what the physics checks are sure of.
+
+    dbc, dbc_given: as in `ReadOptions`.
+    """
 
     map: MapFile | None = None
     dbc: tuple[Path, ...] = ()
     fix: bool = True
     progress: Progress = quiet
+    dbc_given: bool = True
 
 
 @dataclass(frozen=True)
@@ -123,6 +127,7 @@ def open_log(
     log = ImportLog()
     read_options = ReadOptions(
         dbc=options.dbc,
+        dbc_given=options.dbc_given,
         time_channel=options.map.time_channel if options.map else None,
         time_unit=options.map.time_unit if options.map else None,
         progress=progress,
@@ -174,16 +179,38 @@ def _bound(binding: Binding, columns: Mapping[str, FloatArray], *, in_place: boo
     return values
 
 
+def given(binding: Binding, columns: Mapping[str, FloatArray]) -> int:
+    """How many rows have a number for a binding that may refuse some; 0 where it takes what it gets, or picks rows."""
+    if binding.where is not None or (binding.valid_range is None and binding.kind == "scale"):
+        return 0
+    whole = np.logical_and.reduce([np.isfinite(columns[name]) for name in binding.channels])
+    return int(np.count_nonzero(whole))
+
+
+def refused(binding: Binding) -> str:
+    """Why the record counts a value that a binding had and did not take."""
+    if binding.kind == "scale":
+        return f"{binding.signal}: value outside of its valid range"
+    return f"{binding.signal}: quaternion that is none, or value outside of its valid range"
+
+
 def _signal(
-    binding: Binding, groups: Mapping[str, Group], infos: Mapping[str, ChannelInfo], *, last: bool
+    binding: Binding,
+    groups: Mapping[str, Group],
+    infos: Mapping[str, ChannelInfo],
+    log: ImportLog,
+    *,
+    last: bool,
 ) -> Signal | None:
     """A binding's signal, or None where its channel has too few valid samples. last: nobody else needs the channel."""
     group = groups.get(infos[binding.channels[0]].group)
     if group is None or any(name not in group.columns for name in binding.channels):
         return None
+    offered = given(binding, group.columns)
     values = _bound(binding, group.columns, in_place=last and binding.channels[0] in group.own)
     valid = np.isfinite(values)
     count = int(np.count_nonzero(valid))
+    log.reject(refused(binding), max(offered - count, 0))
     if count < MIN_SAMPLES:
         return None
     whole = count == len(values)
@@ -230,7 +257,14 @@ def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Bind
     if options.map is not None and not options.map.strict:
         for sentence in missing_channels(opened.reader.channels, options.map):
             opened.log.note(sentence)
-    return propose(opened.reader.channels, options.map)
+    try:
+        return propose(opened.reader.channels, options.map)
+    except MappingError as error:
+        # a channel may be missing because the log is damaged: then the map is not what is to be looked at first
+        if not opened.log.notes:
+            raise
+        hint = "; ".join(filter(None, [error.hint, "of the log is said: " + "; ".join(opened.log.notes[:3])]))
+        raise MappingError(error.problem, path=error.path, place=error.place, hint=hint) from error
 
 
 def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:
@@ -272,7 +306,8 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     stated: dict[str, bool] = {}
     for name, bindings in taken.proposals.items():
         for binding in bindings:
-            signal = _signal(binding, groups, infos, last=uses[binding.channels[0]] == 1)
+            once = uses[binding.channels[0]] == 1
+            signal = _signal(binding, groups, infos, taken.opened.log, last=once)
             if signal is not None:
                 time_ns = signal.time_ns
                 period = periods[id(time_ns)] if id(time_ns) in periods else usual_period_s(time_ns)

@@ -8,7 +8,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.channels import FloatArray
-from parsers.read_log import BEYOND_JUMP, MIN_SAMPLES, PartFacts, Taken, is_stated, mapped_channel
+from parsers.read_log import (
+    BEYOND_JUMP,
+    MIN_SAMPLES,
+    PartFacts,
+    Taken,
+    given,
+    is_stated,
+    mapped_channel,
+    refused,
+)
 from parsers.spool import GroupRows
 from parsers.time_figures import SharedFigures
 from parsers.timebase import NS
@@ -66,6 +75,7 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
     for name, proposed in taken.proposals.items():
         for binding in proposed:
             found = facts.get(id(binding), _NONE)
+            taken.opened.log.reject(refused(binding), found.refused)
             if found.samples >= MIN_SAMPLES:
                 group = infos[binding.channels[0]].group
                 tracks_of[name] = Track(binding, group, groups[group], found, window_bytes)
@@ -91,19 +101,28 @@ def _survey_group(
     names = sorted({name for track in tracks for name in track.binding.needed})
     times = SharedFigures({str(number): None for number in range(len(tracks))})
     values = [_Values() for _ in tracks]
+    offered = [0] * len(tracks)
     unique = 0
     for start, stop in time_windows(tracks, window_bytes):
         time_ns, columns = rows.load(start, stop, names)
         unique += len(time_ns)
         pieces = [bound_piece(track, time_ns, columns) for track in tracks]
         times.add(time_ns, {str(number): stamps for number, (stamps, _) in enumerate(pieces)})
-        for held, (_, piece) in zip(values, pieces, strict=True):
-            held.add(piece)
+        for number, (_, piece) in enumerate(pieces):
+            values[number].add(piece)
+            offered[number] += given(tracks[number].binding, columns)
     resolution = 1
     for number, (track, held) in enumerate(zip(tracks, values, strict=True)):
         time = times.of(str(number))
         facts[id(track.binding)] = TrackFacts(
-            time.samples, time.first, time.last, time.median_ns / NS, held.low, held.high, held.steepest
+            time.samples,
+            time.first,
+            time.last,
+            time.median_ns / NS,
+            held.low,
+            held.high,
+            held.steepest,
+            refused=max(offered[number] - time.samples, 0),
         )
         if time.samples:
             resolution = max(resolution, time.resolution_ns)

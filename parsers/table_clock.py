@@ -22,6 +22,8 @@ def clock_rule(plan: TimePlan) -> lines.Clock:
     if plan.kind == "calendar":
         kind = lines.MOMENT if plan.absolute else lines.TIME_OF_DAY
         return kind, plan.order, len(plan.columns), 0, 0
+    if plan.kind == "hhmmss":
+        return lines.HHMMSS, 0, 1, plan.unit_ns, 0
     if plan.kind == "decimal":
         return lines.DECIMALS, 0, 1, plan.unit_ns, 0
     return lines.DECIMALS, 0, 2, 1_000_000_000, 1
@@ -31,7 +33,7 @@ class TableClock:
     """Follows block after block: times of day run on over midnight, counters over their end, and spans that damage took
     are written down.
 
-    midnight: added to each stamp. turns: after how many nanoseconds a counter may start again.
+    midnight: added to each stamp, at last. turns: after how many nanoseconds a counter may start again.
     """
 
     def __init__(
@@ -50,6 +52,7 @@ class TableClock:
         if self._time_of_day:
             before = None if self._last is None else self._last - self._midnight
             time_ns = unwrap_days(time_ns, before)
+        if self._midnight:
             time_ns += self._midnight
         if self._counter is not None:
             time_ns = self._counter.follow(time_ns)

@@ -30,6 +30,7 @@ ABSOLUTE_TO_NS = 4_100_000_000_000_000_000
 """A stamp between 1990 and 2100 counts from 1970: no logger has run that long."""
 
 _SERIAL_DATES = (20_000.0, 80_000.0)
+_SERIAL_1970 = 25_569
 _DATENUMS = (690_000.0, 800_000.0)
 """Days since 1899-12-30 and since the year 0, from about 1955 to 2119 and 1889 to 2190."""
 _DAY_STEP = 1.5e-4
@@ -37,7 +38,7 @@ _DAY_STEP = 1.5e-4
 _UNIT_TEXTS = {1: "ns", 1000: "us", 1_000_000: "ms", DAY_NS: "days"}
 
 Shape = Literal["number", "duration", "moment", "date", "clock", "text"]
-Kind = Literal["decimal", "seconds_nanos", "calendar"]
+Kind = Literal["decimal", "seconds_nanos", "calendar", "hhmmss"]
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,9 @@ class TimePlan:
     """How a table tells time.
 
     kind: "decimal", one column of numbers in `unit_ns`; "seconds_nanos", two columns; "calendar", one column, or a
-    date's and a time of day's. columns: their places. order: of a date's parts. absolute: since 1970; else, for a
-    calendar, a time of day that runs on over midnight. clock: in words.
+    date's and a time of day's; "hhmmss", one column of numbers that spell a time of day. columns: their places. order: of a date's parts. absolute: since 1970; else, for a
+    calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. guessed: the unit is
+    stated nowhere.
     """
 
     kind: Kind
@@ -56,6 +58,8 @@ class TimePlan:
     unit_ns: int = 1_000_000_000
     order: int = YEAR_FIRST
     notes: tuple[str, ...] = ()
+    origin_ns: int = 0
+    guessed: bool = False
 
 
 _TIME_WORDS = """
@@ -128,7 +132,7 @@ def find_time(
         raise LogError(
             f"no time column among {_listed(names)}",
             path=path,
-            hint='name it in the map file: [time] channel = "…", unit = "s" (or ms, us, ns, iso8601)',
+            hint='name it in the map file: [time] channel = "…", unit = "s" (or ms, us, ns, iso8601, hhmmss)',
         )
     return _plan_for(ranked[0][1], names, samples, shapes, style, options, path)
 
@@ -312,7 +316,7 @@ def _decimal_plan(
         raise LogError(
             f"unit {options.time_unit!r} of the time column is no unit of time",
             path=path,
-            hint="use s, ms, us, ns or iso8601",
+            hint="use s, ms, us, ns, iso8601 or hhmmss",
         )
     notes: tuple[str, ...] = ()
     if unit is not None:
@@ -330,9 +334,15 @@ def _decimal_plan(
         advice = "" if unit_ns == DAY_NS else "; state it in the map file: [time] unit"
         notes = (f'column "{column.name}" states no unit: taken as {text}, {why}{advice}',)
     absolute = unit_ns != DAY_NS and _is_absolute(cells, style, unit_ns)
+    origin_ns = 0
+    if unit is None and unit_ns == DAY_NS:
+        # a spreadsheet's dates count days from 1899-12-30
+        absolute, origin_ns = True, -_SERIAL_1970 * DAY_NS
     stamp = "header stamp" if _HEADER_STAMP.search(column.name) else "time"
     clock = f'{stamp} (column "{column.name}"{", since 1970" if absolute else ""})'
-    return TimePlan("decimal", (place,), clock, absolute, unit_ns, notes=notes)
+    return TimePlan(
+        "decimal", (place,), clock, absolute, unit_ns, notes=notes, origin_ns=origin_ns, guessed=unit is None
+    )
 
 
 def _are_days(values: Sequence[float], span: tuple[float, float]) -> bool:

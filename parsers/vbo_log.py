@@ -85,9 +85,7 @@ class VboImporter:
         if time_at is None:
             shown = ", ".join(column.name for column in names[:10])
             raise LogError(f"no column called time among {shown}", path=path, place="[column names]")
-        midnight = _midnight(
-            head.created, head.swapped_date, first[time_at] if time_at < len(first) else "", log
-        )
+        midnight = _midnight(head.created, head.swapped_date, _first_time(first, time_at), log)
         named = tuple(VboColumn(n.name, c.title, c.unit) for n, c in zip(names, columns, strict=True))
         return VboReader(
             path, encoding, named, time_at, rules, body - encoding.mark, midnight, options, log, size
@@ -105,8 +103,8 @@ def _read_start(path: Path) -> tuple[bytes, int]:
         return start + file.read(_ROWS_BYTES), at
 
 
-def _rules(start: bytes, encoding: Encoding, path: Path) -> tuple[RowRules, list[str]]:
-    """How the rows are written, by the commonest width of the first ones; and the first row of that width."""
+def _rules(start: bytes, encoding: Encoding, path: Path) -> tuple[RowRules, list[list[str]]]:
+    """How the rows are written, by the commonest width of the first ones; and the first rows of that width."""
     lines = [decode(line, encoding) for line in start.split(b"\n")]
     if len(lines) > 1:
         lines = lines[:-1]
@@ -116,9 +114,33 @@ def _rules(start: bytes, encoding: Encoding, path: Path) -> tuple[RowRules, list
         raise LogError("[data] holds no rows", path=path, hint="nothing was recorded in it")
     widths = [len(row) for row in rows]
     width = max(set(widths), key=widths.count)
-    first = next(row for row in rows if len(row) == width)
-    comma = any("," in cell for cell in first) and not any("." in cell for cell in first)
-    return RowRules(32, width, width, spaces=True, quote=-1, comment=-1, decimal=44 if comma else 46), first
+    rows = [row for row in rows if len(row) == width]
+    comma = any("," in cell for cell in rows[0]) and not any("." in cell for cell in rows[0])
+    return RowRules(32, width, width, spaces=True, quote=-1, comment=-1, decimal=44 if comma else 46), rows
+
+
+def _first_time(rows: list[list[str]], time_at: int) -> str:
+    """The first row's time of those that have one: before the unit knows the time it writes zero."""
+    times = [row[time_at] for row in rows if time_at < len(row)]
+    return next((time for time in times if time.strip("0.,")), "")
+
+
+def _with_time(block: RowBlock) -> RowBlock | None:
+    """A block without rows whose time stands at zero, as before the satellites are found; None where none is left."""
+    zero = block.time_ns == 0
+    if not zero.any():
+        return block
+    # a drive may pass midnight, with one row
+    beside = np.zeros(len(zero), dtype=np.bool_)
+    beside[1:] |= zero[:-1]
+    beside[:-1] |= zero[1:]
+    kept = np.flatnonzero(~(zero & beside))
+    if len(kept) == len(zero):
+        return block
+    if len(kept) == 0:
+        return None
+    gaps = np.unique(np.searchsorted(kept, block.gaps))
+    return RowBlock(block.time_ns[kept], block.numbers[:, kept], gaps[gaps < len(kept)])
 
 
 def _midnight(created: datetime | None, swapped: bool, first_time: str, log: ImportLog) -> int | None:
@@ -201,7 +223,10 @@ class VboReader:
         rows = 0
         for part in read_table(self._path, self._encoding, self._body, self._size, plan):
             write_counts(part.counts, self._log)
-            blocks = self._whole_rows(part)
+            whole = self._whole_rows(part)
+            blocks = [kept for block in whole if (kept := _with_time(block)) is not None]
+            timeless = sum(len(b.time_ns) for b in whole) - sum(len(b.time_ns) for b in blocks)
+            self._log.reject("row before the satellites' time was known", timeless)
             count = sum(len(block.time_ns) for block in blocks)
             rows += count
             if part.ends_open:

@@ -22,7 +22,8 @@ _ITEM = 8
 @dataclass(frozen=True)
 class TrackFacts:
     """What is known of a track as a whole. samples: valid ones; first, last: their stamps; period_s: the usual step, 0 for
-    one sample; low, high: values; steepest: the largest step between two samples that follow one another."""
+    one sample; low, high: values; steepest: the largest step between two samples that follow one another. refused: numbers
+    that were not taken."""
 
     samples: int
     first: int
@@ -31,6 +32,7 @@ class TrackFacts:
     low: float
     high: float
     steepest: float
+    refused: int = 0
 
 
 @dataclass(frozen=True, eq=False)

@@ -49,6 +49,7 @@ class Request:
     map: Path | None = None
     map_given: bool = True
     dbc: tuple[Path, ...] = ()
+    dbc_given: bool = False
     settings: Path | None = None
     estimators: str | None = None
     seed: int = 0
@@ -120,7 +121,9 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     if request.suspension_map is not None:
         vehicle = with_suspension_map(vehicle, request.suspension_map)
     mapping = read_map(request.map, strict=request.map_given) if request.map else None
-    drive = load_drive(request.logs, LoadOptions(mapping, request.dbc, request.fix, progress))
+    drive = load_drive(
+        request.logs, LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given)
+    )
     drive = with_gravity(drive, vehicle, fix=request.fix)
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 import logging
 import math
 import re
@@ -40,15 +41,23 @@ _INVALID_LABEL = re.compile(
 _VALID_LABEL = re.compile(r"\b(no|kein|without|ohne)[\s_-]*(error|fault|fehler)", re.IGNORECASE)
 
 
-def load_databases(paths: Iterable[Path], log: ImportLog) -> tuple[MessageDef, ...]:
+def load_databases(paths: Iterable[Path], log: ImportLog, *, given: bool = True) -> tuple[MessageDef, ...]:
     """The messages of several DBC files; the first file that defines an id wins, and a note says so.
 
-    Raises DatabaseError where a file cannot be read or holds no message at all.
+    Raises DatabaseError where a file that the user gave cannot be read or holds no message at all. One that was found
+    beside the log is left out with a note.
     """
     messages: dict[int, MessageDef] = {}
     for path in paths:
         clashes = []
-        for message in load_database(path, log):
+        try:
+            found = load_database(path, log)
+        except DatabaseError as error:
+            if given:
+                raise
+            log.note(f"the CAN database {path.name} beside the log is left out: {error.problem}")
+            continue
+        for message in found:
             first = messages.setdefault(message.can_id, message)
             if first is not message and first.signals != message.signals:
                 clashes.append(
@@ -112,6 +121,8 @@ def _read_bytes(path: Path) -> bytes:
         raise DatabaseError(
             f"cannot be read ({error.strerror})", path=path, hint="check the name given with --dbc"
         ) from error
+    if raw[:2] in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+        raw = raw.decode("utf-16", errors="replace").encode()
     if b"\0" in raw:
         raise DatabaseError("a binary file, not a DBC", path=path, hint="name a DBC file with --dbc")
     return raw

@@ -48,7 +48,7 @@ class CanReader:
         self._options = options
         self._log = log
         self._path = path
-        given = load_databases(options.dbc, log)
+        given = load_databases(options.dbc, log, given=options.dbc_given)
         builtin: tuple[MessageDef, ...] = ()
 
         def with_extended() -> KnownIds:

@@ -86,11 +86,12 @@ def open_mf4(path: Path, options: ReadOptions, log: ImportLog) -> Mf4Reader:
     """Open an MF4 file. Raises LogError where its descriptions cannot be read."""
     with BlockFile(path) as file:
         measurement = read_measurement(file, log)
+    damage = log.notes[-1] if log.notes and log.status != "complete" else "the MF4 file holds no data groups"
     _say_what_it_is(measurement, log)
     layouts = _layouts(measurement, log)
     if not measurement.data_groups:
         raise LogError(
-            log.notes[-1] if log.status != "complete" else "the MF4 file holds no data groups",
+            damage,
             path=path,
             place="byte 64",
             hint="check that the recording was copied whole",

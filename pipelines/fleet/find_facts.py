@@ -51,7 +51,7 @@ class LookedUp:
             dbc = tuple(path_of(each) for each in self.belongings.databases(log.folder))
             # damaged values may be beyond what can be squared: such a signal is like no other
             with np.errstate(all="ignore"):
-                drive = load_drive([log.path], LoadOptions(map=mapping, dbc=dbc, fix=False))
+                drive = load_drive([log.path], LoadOptions(map=mapping, dbc=dbc, dbc_given=False, fix=False))
                 return {
                     name: Moments(float(np.mean(signal.values)), float(np.std(signal.values)))
                     for name, signal in drive.signals.items()

@@ -56,7 +56,7 @@ def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
     try:
         vehicle = read_vehicle(path_of(drive.vehicle)) if drive.vehicle else None
         mapping = read_map(path_of(drive.map), strict=False) if drive.map else None
-        options = LoadOptions(map=mapping, dbc=tuple(path_of(place) for place in drive.dbc))
+        options = LoadOptions(map=mapping, dbc=tuple(path_of(place) for place in drive.dbc), dbc_given=False)
         signals: set[str] = set()
         for place in drive.logs:
             path = path_of(place)

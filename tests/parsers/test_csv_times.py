@@ -161,8 +161,38 @@ def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
     rows = "".join(f"{45413 + k / 8_640_000:.12f},1\n" for k in range(200))
     table = read(tmp_path, "Time,a\n" + rows)
     assert (table.time[-1] - table.time[0]) / 1e9 == pytest.approx(1.99, abs=1e-5)
-    assert not table.reader.absolute
+    assert table.reader.absolute
+    assert table.time[0] == int(datetime(2024, 5, 1, tzinfo=UTC).timestamp()) * 10**9
     assert "taken as days" in table.said
+
+
+def spelled(first: float, rate: int, rows: int) -> list[str]:
+    """Times of day as HHMMSS.ss."""
+    moments = (datetime(2024, 5, 1, tzinfo=UTC) + timedelta(seconds=first + k / rate) for k in range(rows))
+    return [f"{each:%H%M%S}.{each.microsecond // 10_000:02d}" for each in moments]
+
+
+@pytest.mark.parametrize("first", [8 * 3600 + 38 * 60 + 56.3, 23 * 3600 + 59 * 60 + 30.0])
+@pytest.mark.parametrize("rows", [300, 30_000])
+def test_times_of_day_spelled_as_numbers(tmp_path: Path, first: float, rows: int) -> None:
+    table = read(tmp_path, "UTC Time,a\n" + "".join(f"{t},1\n" for t in spelled(first, 10, rows)))
+    assert table.time[0] == round(first * 1e9)
+    assert np.array_equal(np.diff(table.time), np.full(rows - 1, 100_000_000))
+    assert "HHMMSS" in table.said
+
+
+def test_times_of_day_that_the_map_file_states(tmp_path: Path) -> None:
+    text = "clock,a\n235958,1\n235959,1\n000000,1\n"
+    options = ReadOptions(time_channel="clock", time_unit="hhmmss")
+    assert np.diff(read(tmp_path, text, options).time).tolist() == [10**9, 10**9]
+
+
+@pytest.mark.parametrize("first", [221_350.0, 101_000.0])
+def test_seconds_of_the_week_stay_seconds(tmp_path: Path, first: float) -> None:
+    rows = "".join(f"{first + k / 10:.2f},1\n" for k in range(3000))
+    assert read(tmp_path, "gps_time,a\n" + rows).time[-1] == round((first + 299.9) * 1e9)
+    stated = "".join(f"{t},1\n" for t in spelled(8 * 3600, 10, 3000))
+    assert read(tmp_path, "gps_time [s],a\n" + stated).time[0] == 80_000 * 10**9
 
 
 def test_dates_of_matlab_are_refused_not_taken_for_seconds(tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ import parsers.read_log
 from parsers.channels import ChannelInfo, Chunk
 from parsers.checks.check import Checked
 from parsers.drive import Decision
-from parsers.errors import LogError, MappingError
+from parsers.errors import DatabaseError, LogError, MappingError
 from parsers.load import LoadOptions, hash_logs, load_drive
 from parsers.log_hash import BackgroundHash
 from parsers.mapping import read_map
@@ -120,6 +120,46 @@ def test_too_few_samples_are_no_signal(play):
         play(Tape((row(0, 50)[0], np.r_[[1.0], np.full(49, np.nan)])))
     with pytest.raises(LogError, match=r"holds no readable data \(Tape\)"):
         play(Tape())
+
+
+def test_values_out_of_their_range_and_signals_without_samples_are_said(tmp_path):
+    path, given = tmp_path / "log.csv", tmp_path / "map.toml"
+    rows = "".join(f"{k / 100},{k},{k - 50},\n" for k in range(200))
+    path.write_text("t [s],v,p,y\n" + rows, encoding="utf-8")
+    given.write_text(
+        '[signals.speed]\nchannel = "v"\nunit = "km/h"\nvalid_range = [0, 119]\n'
+        '[signals.pitch_rate]\nchannel = "p"\nunit = "deg/s"\nvalid_range = [500, 600]\n'
+        '[signals.accel_y]\nchannel = "y"\nunit = "g"\n',
+        encoding="utf-8",
+    )
+    record = load_drive([path], LoadOptions(read_map(given), fix=False)).record
+    assert record.rejected == {
+        "speed: value outside of its valid range": 80,
+        "pitch_rate: value outside of its valid range": 200,
+    }
+    said = "left out, since the channel has fewer than two valid samples: accel_y, pitch_rate"
+    assert said in record.notes
+
+
+def test_where_a_map_does_not_fit_a_damaged_log_the_damage_is_said(tmp_path):
+    path, given = tmp_path / "log.log", tmp_path / "map.toml"
+    path.write_text("(1700000000.000000) can0 123#0102\n(1700000000.010000) can0 123#0102\n")
+    given.write_text('[signals.speed]\nchannel = "M.v"\nunit = "km/h"\n')
+    with pytest.raises(MappingError, match=r"'M\.v' is not in the log.*of the log is said: .*no database"):
+        load_drive([path], LoadOptions(read_map(given)))
+
+
+def test_a_database_that_cannot_be_used_stops_only_where_it_was_named(tmp_path):
+    path, bad, good = tmp_path / "log.log", tmp_path / "bad.dbc", tmp_path / "good.dbc"
+    path.write_text("".join(f"({1700000000 + k / 100:.6f}) can0 123#{k:02X}00\n" for k in range(100)))
+    bad.write_bytes(b"")
+    text = 'VERSION ""\nBU_: E\nBO_ 291 M: 2 E\n SG_ VehicleSpeed : 0|16@1+ (0.1,0) [0|0] "km/h" E\n'
+    good.write_bytes(text.encode("utf-16"))
+    drive = load_drive([path], LoadOptions(dbc=(bad, good), dbc_given=False))
+    assert len(drive.signals["speed"].values) == 100
+    assert any("bad.dbc beside the log is left out" in note for note in drive.record.notes)
+    with pytest.raises(DatabaseError, match=r"bad\.dbc"):
+        load_drive([path], LoadOptions(dbc=(bad, good)))
 
 
 def test_parts_in_a_row_become_one_and_an_overlap_counts_once(play):

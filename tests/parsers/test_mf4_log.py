@@ -12,6 +12,8 @@ from asammdf import MDF, Signal
 from asammdf.blocks.conversion_utils import from_dict
 from mf4_logs import START, opened, read_all
 
+from parsers.errors import LogError
+from parsers.importer import ImportLog, ReadOptions
 from parsers.mf4_log import Mf4Importer
 
 START_NS = round(START.timestamp() * 1000) * 1_000_000
@@ -188,3 +190,13 @@ def test_claims_by_first_bytes() -> None:
     assert importer.claims(Path("x"), b"MDF     4.10    ")
     assert importer.claims(Path("x"), b"UnFinMF 4.11    ")
     assert not importer.claims(Path("x.mf4"), b"PK\3\4")
+
+
+def test_a_cut_file_is_called_cut_whatever_else_is_to_be_said(tmp_path: Path) -> None:
+    path = tmp_path / "log.mf4"
+    with MDF(version="4.10") as mdf:
+        mdf.append([Signal(np.arange(20_000.0), np.arange(20_000) / 100, name="speed", unit="km/h")])
+        mdf.save(path)
+    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
+    with pytest.raises(LogError, match="breaks off"):
+        Mf4Importer().open(path, ReadOptions(), ImportLog())

@@ -47,6 +47,23 @@ def test_known_answers(tmp_path: Path) -> None:
     assert "local" in log.said
 
 
+@pytest.mark.parametrize("first", ["083856.300", "225320.000"])
+def test_rows_before_the_satellites_time_is_known(tmp_path: Path, first: str) -> None:
+    before = [row("000000.000", sats="000")] * 700
+    created = "File created on 11/04/2014 @ " + f"{first[:2]}:{first[2:4]}"
+    log = read(tmp_path, vbo([*before, row(first), row(first[:-3] + "400")], created=created))
+    moment = f"2014-04-11T{first[:2]}:{first[2:4]}:{first[4:]}"
+    assert log.time[0] == utc_ns(moment)
+    assert len(log.time) == 2
+    assert log.log.rejected == {"row before the satellites' time was known": 700}
+
+
+def test_one_row_at_midnight_stays(tmp_path: Path) -> None:
+    log = read(tmp_path, vbo([row("235959.990"), row("000000.000"), row("000000.010")]))
+    assert np.diff(log.time).tolist() == [10_000_000, 10_000_000]
+    assert not log.log.rejected
+
+
 def test_only_wanted_columns(tmp_path: Path) -> None:
     path = tmp_path / "log.vbo"
     path.write_bytes(vbo([row("083856.300")]))
