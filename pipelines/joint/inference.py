@@ -49,12 +49,14 @@ class Inference:
     """Entries of the verdict by parameter, the record behind them, and the relations for other drives to be joined with.
 
     doubtful: estimators whose relation contradicted the rest, tyres that give taken for granted, and by what factor.
+    shared: estimators whose relation was not counted, since that of one that is `doubtful` shows the same.
     """
 
     parameters: Mapping[str, ParameterEstimate]
     record: JointVerdict
     kept: KeptRelations
     doubtful: Mapping[str, float] = field(default_factory=dict)
+    shared: Mapping[str, str] = field(default_factory=dict)
 
 
 def _starts(known: Known, rng: np.random.Generator) -> list[FloatArray]:
@@ -126,6 +128,15 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     relations = check(joint)
     worst_last = sorted((c.record for c in relations if c.in_conflict), key=lambda r: r.widened)
     doubtful = {record.source: record.widened for record in worst_last}
+    against = {
+        (e.kind, e.carrier) for c in relations if c.in_conflict for e in kept if e.title == c.record.relation
+    }
+    shared = {
+        e.source: other.source
+        for e in evidence
+        for other in kept
+        if (e.kind, e.carrier) == (other.kind, other.carrier) in against and e.source != other.source
+    }
     stiff = tyres_are_rigid(joint, (*kept, *stated), known)
     if stiff:
         known = rigid(known)
@@ -172,6 +183,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         record,
         kept_of(joint, relations, factor, draws is None),
         doubtful,
+        shared,
     )
 
 

@@ -41,6 +41,15 @@ def rate_under_load(p: Values, axle: str) -> Number:
     return p[f"spring_{axle}"] + 2 * p[f"square_{axle}"] * d + 3 * p[f"cube_{axle}"] * d**2
 
 
+def roll_center(p: Values, axle: str) -> Number:
+    """Height of an axle's roll centre under load, m.
+
+    Vehicle files tell that of the empty vehicle. Struts have it sink by one and a half of what the load presses the spring, wishbones
+    by a half to once; beam axles, and models whose feet go along straight lines, keep it.
+    """
+    return p[f"roll_center_{axle}"] - p["axis_sinks"] * pressed(p, axle)
+
+
 def widened(p: Values, axle: str) -> Number:
     """The track under load over that of the empty vehicle.
 
@@ -52,7 +61,7 @@ def widened(p: Values, axle: str) -> Number:
 
 def axis_lever(p: Values, share: Number) -> Number:
     """Height at which the links of both axles carry the side force under load, m. share: of it at the rear."""
-    front, rear = (p[f"roll_center_{axle}"] * widened(p, axle) for axle in AXLES)
+    front, rear = (roll_center(p, axle) * widened(p, axle) for axle in AXLES)
     return (1 - share) * front + share * rear
 
 
@@ -63,6 +72,14 @@ def mean_widening(p: Values) -> Number:
     return (front + rear) / (parts[0] + parts[1])
 
 
+def side_patches(p: Values, body: Body) -> Number:
+    """N m a m/s² of roll moment that the weight has on tyres whose side force moves their patches towards the inside of the bend.
+
+    The tyres see all of it; the springs as far as the wheels lean with the body, as a rigid axle keeps it to itself.
+    """
+    return GRAVITY * body.mass * p["patch_side"]
+
+
 def side_moment(p: Values, body: Body, axle: str) -> Number:
     """N m a rad of roll against the axle by which the weight on its wheels eases what the springs have to hold.
 
@@ -71,7 +88,7 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     """
     behind = body.x / p["wheelbase"]
     weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)
-    return p["side_path"] * weight * p[f"roll_center_{axle}"]
+    return p["side_path"] * weight * roll_center(p, axle)
 
 
 def roll_springs(p: Values, body: Body, springs: Number) -> Number:

@@ -65,6 +65,13 @@ def links(book: Book) -> None:
         book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", 0.09, 0.06)
     # under load wheels stand further apart by what roll centres at a constant height make of it; those that sink make less
     book.put("track_grows", 0.8, 0.4)
+    book.put(
+        "axis_sinks",
+        0.5,
+        0.6,
+        "how far roll centres sink for a metre that a load presses the springs",
+        SILENT,
+    )
     # wheels that go sideways with their travel take the weight on them along, against the springs (`laden.side_moment`): all of
     # it where travel is the wheel's own (1), less than none where an axle's springs sit above its roll centre, none in a model of
     # a body that turns about an axis
@@ -109,6 +116,10 @@ def links(book: Book) -> None:
     # power comes from nowhere, by nothing where torque is force on the loaded radius
     third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
     book.put("patch_lag", 1.35 * third, 0.75 * third)
+    # a tyre that gives sideways has its patch move by what its share of the side force makes of two thirds of its rate; most
+    # simulators leave it out
+    give = 0.25 * book.rows["empty_mass"][0] / (0.65 * book.rows["tyre_rate"][0])
+    book.put("patch_side", 0.3 * give, 0.5 * give)
     # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
     # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
     book.put("hubs_past", 0.1, 0.25)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipelines.evidence import Values
 from pipelines.joint.body import Body, body_inertias, body_of, pitch_centres
-from pipelines.joint.laden import leans, rate_under_load
+from pipelines.joint.laden import leans, rate_under_load, roll_center
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.results import FloatArray
 
@@ -26,9 +26,9 @@ def inertias_of(values: Values) -> tuple[FloatArray, FloatArray]:
 
 
 def roll_axis_of(values: Values, body: Body) -> FloatArray:
-    """Height of the roll axis below the CG."""
+    """Height above ground of the roll axis, below the CG of the vehicle as it stands under its load."""
     share = np.asarray(body.whole_x) / values["wheelbase"]
-    return np.asarray((1 - share) * values["roll_center_front"] + share * values["roll_center_rear"])
+    return np.asarray((1 - share) * roll_center(values, "front") + share * roll_center(values, "rear"))
 
 
 def roll_stiffness_of(values: Values, *, empty: bool = False) -> FloatArray:

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipelines.joint.inference import infer
+from pipelines.joint.inference import Inference, infer
 from pipelines.joint.kept import KeptRelations
 from pipelines.parameters import PARAMETERS
 from pipelines.results import (
@@ -214,6 +214,18 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: flo
     )  # fmt: skip
 
 
+def _widened(name: str, answers: Sequence[_Given], found: Inference) -> float:
+    """By what factor the leading answer's spread has to grow for what its relation, or the one counted in its place, contradicts."""
+    lead = answers[0]
+    factor = found.doubtful.get(lead.estimator, 1.0)
+    counted = found.shared.get(lead.estimator)
+    if counted is None:
+        return factor
+    # the counted relation's own spread is what had to grow: this one's, of the same motion, is no surer
+    std = next((g.std for g in answers if g.estimator == counted), 0.0)
+    return max(factor, found.doubtful[counted] * std / lead.std)
+
+
 def combine(estimates: Sequence[Estimate], vehicle: Vehicle) -> dict[str, ParameterEstimate]:
     """One answer for every parameter that an estimator gave, and for the core ones that none did."""
     return dict(verdict_of(estimates, vehicle).parameters)
@@ -256,9 +268,7 @@ def verdict_of(
             if name not in ASIDE or name in verdict or entry.status != "not_identifiable"
         }
         verdict |= {
-            name: as_sure_as_its_relation(
-                answers[0], verdict[name], found.doubtful.get(answers[0].estimator, 1.0)
-            )
+            name: as_sure_as_its_relation(answers[0], verdict[name], _widened(name, answers, found))
             for name, answers in given.items()
             if name not in found.parameters and not answers[0].witness
         }

@@ -16,6 +16,7 @@ from pipelines.joint.laden import (
     mean_widening,
     pressed,
     rate_under_load,
+    roll_center,
     side_moment,
     widened,
 )
@@ -41,7 +42,7 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
         "empty_mass": empty["mass_kg"], "empty_x": empty["cg_to_front_axle_m"], "empty_y": empty["cg_lateral_offset_m"],
         "empty_h": empty["cg_height_m"], "wheelbase": plant.wheelbase_m, "radius": plant.wheel_radius_front_m,
         "tyre_rate": 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm),
-        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0,
+        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0, "axis_sinks": 0.0,
     }  # fmt: skip
     for axle in ("front", "rear"):
         values |= {
@@ -62,7 +63,7 @@ def test_known_answers() -> None:
     p = {
         "load": 400.0, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "spring_front": 25e3, "square_rear": 0.0,
         "cube_rear": 25e3 * 8, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
-        "track_grows": 1.0, "bar_front": 0.0, "bar_rear": 0.0,
+        "track_grows": 1.0, "axis_sinks": 0.0, "bar_front": 0.0, "bar_rear": 0.0,
     }  # fmt: skip
     d = 200 * GRAVITY / 25e3
     assert pressed(p, "rear") == pytest.approx(d)
@@ -72,6 +73,9 @@ def test_known_answers() -> None:
     assert mean_widening(p) == pytest.approx(1 + 0.1 * d / 0.75**2)
     assert axis_lever(p, 0.5) == pytest.approx(0.05 + 0.1 * widened(p, "rear"))
     assert axis_lever(p | {"load": 0.0}, 0.25) == pytest.approx(0.125)
+    sunk = p | {"axis_sinks": 1.5}
+    assert roll_center(sunk, "rear") == pytest.approx(0.2 - 1.5 * d)
+    assert axis_lever(sunk, 0.5) == pytest.approx(0.05 + 0.5 * (0.2 - 1.5 * d) * widened(p, "rear"))
 
 
 def test_springs_of_next_to_no_rate_sink_no_further_than_they_can() -> None:

@@ -40,6 +40,22 @@ def test_its_spread_grows_by_the_factor_of_its_relation(load: float, doubtful: b
     assert ("contradicts the rest" in entry.reason) is doubtful
 
 
+def test_it_is_no_surer_than_the_relation_that_was_counted_in_its_place() -> None:
+    """One relation by two estimators: the one that tells more is counted, and contradicts the rest; the other one's gradient leads."""
+    counted, told = _estimate("counted", 260.0, 9.0, 4.2), _estimate("one", 260.0, 10.0, 4.0)
+    wide = replace(counted.parameters[NAME], std=0.3, low=3.6, high=4.8)
+    counted = replace(counted, parameters={NAME: wide})
+    other = _estimate("other", 200.0, 10.0)
+    other = replace(other, evidence=(replace(other.evidence[0], carrier="something else"),))
+    found = verdict_of((counted, told, other), vehicle())
+    assert found.joint is not None
+    assert [r.source for r in found.joint.relations if r.widened > 1]
+    widened = max(r.widened for r in found.joint.relations if r.source == "counted")
+    assert widened > 1
+    assert found.parameters[NAME].value == 4.0
+    assert found.parameters[NAME].std == pytest.approx(0.3 * widened)
+
+
 def test_a_parameter_without_relations_stays_as_told() -> None:
     alone = Estimate("one", "ran", "", _estimate("one", 200.0, 10.0, 4.0).parameters)
     assert verdict_of((alone,), vehicle()).parameters[NAME].std == 0.1

@@ -30,7 +30,7 @@ from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.body import even_factor
 from pipelines.joint.from_parameters import Told, direct, evidence_of, loaded_body, without_prior
-from pipelines.joint.laden import axis_lever, roll_springs
+from pipelines.joint.laden import axis_lever, roll_springs, side_patches
 from pipelines.joint.outputs import roll_stiffness_of
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.vehicle import Vehicle
@@ -133,9 +133,10 @@ def roll_gain(values: Values) -> float | FloatArray:
     tyres = 0.5 * values["tyre_rate"] * (values["track_front"] ** 2 + values["track_rear"] ** 2)
     lean = 1 - values["camber"]
     spin = 4 * values["wheel_inertia"] / values["radius"]
-    hubs = lean * (body.unsprung * values["radius"] + spin)
+    patches = side_patches(values, body)
+    hubs = lean * (body.unsprung * values["radius"] + spin + patches)
     gain: float | FloatArray = (body.sprung * (body.h - axis) + hubs) / stiffness + (
-        body.moment + spin
+        body.moment + spin + patches
     ) / tyres
     return gain
 
@@ -157,7 +158,7 @@ def _cornering(fit: LateralFit, data: BrakeRollData) -> Evidence:
         return [roll_gain(values) * (1 - values[BANK])]
 
     names = (
-        *BODY, *SPRINGS, "track_front", "track_rear", "bar_front", "bar_rear", "roll_center_front", "roll_center_rear", "track_grows", "side_path",
+        *BODY, *SPRINGS, "track_front", "track_rear", "bar_front", "bar_rear", "roll_center_front", "roll_center_rear", "track_grows", "axis_sinks", "patch_side", "side_path",
         "camber", "wheel_inertia", "tyre_rate",
     )  # fmt: skip
     return evidence_of(

@@ -39,7 +39,7 @@ from pipelines.estimators.load_balance.forces import (
     stiffness_of,
 )
 from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
-from pipelines.joint.laden import axis_lever, widened
+from pipelines.joint.laden import axis_lever, side_patches, widened
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -196,8 +196,9 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         gain = 1 + p[f"gain_roll_{kind}"]
         # the hubs' couples go into the springs as far as the wheels lean with the body; the tyres see all of them
         lean = 1.0 if whole else 1 - p["camber"]
+        patches = lean * side_patches(p, body)
         hubs = body.unsprung * p["radius"] * lean
-        arm = gain * (body.moment if whole else body.sprung * (body.h - axis) + hubs)
+        arm = gain * ((body.moment if whole else body.sprung * (body.h - axis) + hubs) + patches)
         inertia = body_inertias(p)[0] * (1 + p["swing_roll"])
         late = p[f"late_roll_{kind}"]
         _sideways(p, body, arm, terms)

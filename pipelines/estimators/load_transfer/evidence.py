@@ -27,7 +27,7 @@ from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, T
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.body import pitch_centres
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
-from pipelines.joint.laden import axis_lever, roll_springs
+from pipelines.joint.laden import axis_lever, roll_springs, side_patches
 from pipelines.joint.outputs import roll_stiffness_of
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
@@ -46,7 +46,7 @@ LINKS = (
     "pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "hubs_past", "wheel_inertia",
 )  # fmt: skip
 ROLL = (
-    "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows",
+    "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows", "axis_sinks", "patch_side",
     "bar_front", "bar_rear", "square_front", "square_rear", "cube_front", "cube_rear", "side_path",
 )  # fmt: skip
 PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05
@@ -91,7 +91,7 @@ def roll_moment(values: Values) -> float | FloatArray:
     body = loaded_body(values)
     share = body.x / values["wheelbase"]
     spin = 4 * values["wheel_inertia"] / values["radius"]
-    hubs = (1 - values["camber"]) * (body.unsprung * values["radius"] + spin)
+    hubs = (1 - values["camber"]) * (body.unsprung * values["radius"] + spin + side_patches(values, body))
     whole = body.sprung * (body.h - axis_lever(values, share)) + hubs
     springs = roll_stiffness_of(values)
     told: float | FloatArray = whole * springs / roll_springs(values, body, springs)

@@ -19,7 +19,7 @@ from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_CENTER, ROLL_RADPS
 from pipelines.evidence import Evidence, FloatArray, Kind, Values
 from pipelines.joint.from_parameters import evidence_of, hubs_past, loaded_body, without_prior
-from pipelines.joint.outputs import inertias_of
+from pipelines.joint.outputs import inertias_of, roll_axis_of
 from pipelines.models.roll import GRAVITY
 
 CARRIER = "suspension forces in quick motion"
@@ -77,8 +77,7 @@ def roll_evidence(
         body, moment = loaded_body(values), roll_moment(values)
         above = values["imu_h"] - body.h
         lean = 1 - values["camber"]
-        share = body.x / values["wheelbase"]
-        arm = body.h - (1 - share) * values["roll_center_front"] - share * values["roll_center_rear"]
+        arm = body.h - roll_axis_of(values, body)
         hubs = body.unsprung * values["radius"] * lean * (arm - lean * values["radius"])
         return (inertias_of(values)[0] - moment * above - hubs - left) / mean_scale(values)
 
