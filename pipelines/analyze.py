@@ -25,6 +25,7 @@ from pipelines.joint.kept import KeptRelations
 from pipelines.limits import what_limits
 from pipelines.needs import readiness
 from pipelines.prepare.gravity import with_gravity
+from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
 from pipelines.results import Assumption, DriveResults, Estimate, Inputs, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
@@ -124,14 +125,16 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive = load_drive(
         request.logs, LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given)
     )
-    drive = with_gravity(drive, vehicle, fix=request.fix)
+    lateral = lateral_doubt(drive, vehicle)
+    drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
+    drive = with_doubt(drive, lateral)
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):
         progress(f"estimating: {estimator.title}", number / len(chosen))
         results.append(run_estimator(estimator, drive, vehicle, settings[estimator.name], request.seed))
     progress("weighing the evidence", 1.0)
     whole = verdict_of(results, vehicle, np.random.default_rng([request.seed, zlib.crc32(b"verdict")]))
-    verdict = whole.parameters
+    verdict = as_sure_as_the_scale(whole.parameters, lateral)
     # what predicts is code, and no result
     results = [replace(estimate, evidence=()) for estimate in results]
     height = verdict.get("cg_height_m")

@@ -9,7 +9,7 @@ gravity would add: its share is 1 or 0, or the log does not tell.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -62,7 +62,7 @@ class Share:
         return abs(self.value) < NONE and self.value + SURE * self.std < BETWEEN
 
 
-def _tilt(signals: Mapping[str, Signal], axis: str, vehicle: Vehicle) -> Signal | None:
+def tilt_of(signals: Mapping[str, Signal], axis: str, vehicle: Vehicle) -> Signal | None:
     """Roll or pitch of the body in rad: measured, else by the springs."""
     measured = signals.get(axis)
     if measured is not None and len(measured.values):
@@ -113,7 +113,7 @@ def share_of(rest: FloatArray, gravity: FloatArray, load: FloatArray, others: Fl
 
 def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:
     """Gravity's share in accel_y and accel_x where the log tells it, and the angle that it was seen by."""
-    tilts = {axis: _tilt(drive.signals, axis, vehicle) for axis in ("roll", "pitch")}
+    tilts = {axis: tilt_of(drive.signals, axis, vehicle) for axis in ("roll", "pitch")}
     known = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
     if "yaw_rate" not in known or not any(tilts.values()) or not {"accel_x", "accel_y"} & known.keys():
         return {}
@@ -142,14 +142,14 @@ def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:
     return found
 
 
-def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True) -> Drive:
+def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set[str] = frozenset()) -> Drive:
     """The drive with gravity's part added to accelerations that surely lack it, and a decision for each in the record.
 
-    fix=False: only said.
+    fix=False: only said. known: accelerations that something else is wrong with, of which this tells nothing.
     """
     signals, said = dict(drive.signals), []
     for name, (share, tilt) in shares(drive, vehicle).items():
-        if not share.missing:
+        if not share.missing or name in known:
             continue
         axis, sign = ("roll", 1.0) if name == "accel_y" else ("pitch", -1.0)
         old = signals[name]

@@ -1,0 +1,186 @@
+"""Does lateral acceleration go with yaw rate and speed? Scales that differ, a channel that comes late, one that is another.
+
+An accelerometer in a body that leans reads f_y = v r + v_y' + g sin(roll), with v_y' of next to no mean over bends. A gain that is
+wrong by a fifth, of accelerometer, gyro or speed, puts every roll gradient and arm off by as much and looks odd nowhere else.
+Which of the three is wrong the log does not tell: so it is said, nothing is repaired, and what hangs on it is no surer than that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from parsers.checks.grid import CELL_S, make_grid
+from parsers.checks.motion import smooth, vehicle_speed
+from parsers.drive import Decision, Drive
+from pipelines.models.roll import GRAVITY
+from pipelines.prepare.gravity import BLOCK_S, LARGEST, LEAST_BLOCKS, LEAST_MPS, NAMES, tilt_of
+from pipelines.results import FloatArray, ParameterEstimate
+from pipelines.vehicles.vehicle import Vehicle
+
+USUAL = 0.08
+"""What sideslip, bank and honest sensors make the scales differ by at most."""
+BANKED = 0.7
+"""Roads that bank in their bends take that much of what is felt, where no angle against the horizon shows it."""
+LEANING = 1.3
+"""Without an angle gravity's part is unknown: some 0.1 of it a degree and a half of roll a m/s²."""
+LEAST_LATERAL = 0.7
+"""m/s², rms: below it offsets and banks outweigh the bends."""
+FOLLOWS, STRANGE = 0.95, 0.4
+"""Correlation with v r from which a scale is told, and below which the channel is something else."""
+LATE_CELLS = 8
+LATE_MPS = 12.0
+"""A unit that sits 2 m from the CG leads or follows by 2 m over the speed: below it that looks like a delay."""
+LATE_S, LATE_GAIN = 0.3, 0.01
+"""A delay is called one from LATE_S on, where it explains LATE_GAIN more of the correlation than none does."""
+
+HANG_ON_IT = ("roll_gradient_degpg", "roll_arm_m", "cg_height_m", "sprung_cg_height_m")
+SURE = 3.0
+
+
+@dataclass(frozen=True)
+class LateralDoubt:
+    """off: by what share what hangs on lateral acceleration may be wrong. found, evidence: as in `Decision`."""
+
+    off: float
+    found: str
+    evidence: str
+
+    @property
+    def decision(self) -> Decision:
+        """As it stands in the import record: nothing was done about it."""
+        action = (
+            "left as it is: the log does not tell which of them is wrong; results of cornering are marked"
+        )
+        return Decision("accel_y", "unit", self.found, action, self.evidence, applied=False)
+
+
+def _correlation(a: FloatArray, b: FloatArray) -> float:
+    good = np.isfinite(a) & np.isfinite(b)
+    if int(good.sum()) < LEAST_BLOCKS * int(BLOCK_S / CELL_S):
+        return 0.0
+    a, b = a[good] - a[good].mean(), b[good] - b[good].mean()
+    size = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / size if size > 0 else 0.0
+
+
+def _delay(felt: FloatArray, turning: FloatArray) -> tuple[float, float, float]:
+    """Seconds by which `felt` comes after `turning`, the correlation there, and without a delay."""
+    n = len(felt)
+    if n <= 2 * LATE_CELLS:
+        return 0.0, 0.0, 0.0
+    inner = slice(LATE_CELLS, n - LATE_CELLS)
+    found = {
+        lag: _correlation(felt[inner], turning[LATE_CELLS - lag : n - LATE_CELLS - lag])
+        for lag in range(-LATE_CELLS, LATE_CELLS + 1)
+    }
+    best = max(found, key=found.__getitem__)
+    return best * CELL_S, found[best], found[0]
+
+
+def _slope(felt: FloatArray, by: FloatArray, others: FloatArray) -> tuple[float, float, float] | None:
+    """Slope of `felt` (n,) on `by` (n,) beside `others` (n, k), its spread by whole blocks' scatter, and the seconds."""
+    good = np.isfinite(felt) & np.isfinite(by) & np.isfinite(others).all(axis=1)
+    size = int(BLOCK_S / CELL_S)
+    count = int(good.sum()) // size
+    if count < LEAST_BLOCKS:
+        return None
+    kept = np.flatnonzero(good)[: count * size]
+    table = np.column_stack([np.ones(len(kept)), others[kept]])
+    columns = np.column_stack([felt[kept], by[kept]])
+    if max(float(np.abs(columns).max()), float(np.abs(table).max())) > LARGEST:
+        return None
+    left, own = (columns - table @ np.linalg.lstsq(table, columns, rcond=None)[0]).T
+    power = float(own @ own)
+    if math.sqrt(power / len(own)) < LEAST_LATERAL:
+        return None
+    value = float(own @ left) / power
+    scatter = (own * (left - value * own)).reshape(count, size).sum(axis=1)
+    return value, math.sqrt(float(scatter @ scatter)) / power, len(own) * CELL_S
+
+
+def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
+    """What speaks against the lateral acceleration, the yaw rate or the speed; None where they go together or are not there."""
+    signals = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
+    if not {"accel_y", "yaw_rate"} <= signals.keys():
+        return None
+    tilt = tilt_of(signals, "roll", vehicle)
+    grid = make_grid(signals | ({"roll": tilt} if tilt is not None else {}))
+    speed, yaw, lateral = vehicle_speed(grid), grid.get("yaw_rate"), grid.get("accel_y")
+    if speed is None or yaw is None or lateral is None:
+        return None
+    moving = np.abs(speed) > LEAST_MPS
+    felt, turning = np.where(moving, smooth(lateral), np.nan), smooth(speed * yaw)
+    there = _delay(felt, turning)[1]
+    if there < STRANGE:
+        return _strange(felt, turning, there)
+    quick = np.where(np.abs(speed) > LATE_MPS, felt, np.nan)
+    late, best, at_once = _delay(quick, turning) if _moves(quick, turning) else (0.0, 0.0, 0.0)
+    if abs(late) >= LATE_S - CELL_S / 2 and best - at_once > LATE_GAIN and best > FOLLOWS:
+        side = "after" if late > 0 else "before"
+        text = f"accel_y comes {abs(late):.1f} s {side} yaw_rate × speed: one of the channels is late"
+        return LateralDoubt(0.15, text, f"correlation {best:.3f} there, {at_once:.3f} without a delay")
+    if there < FOLLOWS:
+        return None
+    # the sideslip's change lags behind the steering, in part in step with the yaw rate's second derivative (`gravity.shares`)
+    turn = grid.rate(smooth(yaw))
+    others = np.column_stack([grid.rate(turning), turn, grid.rate(turn)])
+    angle = grid.get("roll")
+    found = [_slope(felt, turning, others)]
+    if angle is not None:
+        found.append(_slope(felt, turning + GRAVITY * np.sin(smooth(angle)), others))
+    told = [each for each in found if each is not None]
+    if not told:
+        return None
+    horizon = tilt is not None and not tilt.source.startswith("derived")
+    low, high = 1 - USUAL if horizon else BANKED, 1 + USUAL if len(told) > 1 else LEANING
+    outside = [max(low - a, a - high, 0.0) - SURE * std for a, std, _ in told]
+    if min(outside) <= 0:
+        return None
+    scale, std, seconds = told[-1]
+    by = "yaw_rate × speed and gravity's part" if len(told) > 1 else "yaw_rate × speed"
+    text = f"accel_y is {scale:.2f} times {by}: the scale of one of them is wrong"
+    return LateralDoubt(abs(scale - 1), text, f"slope {scale:.3f} ± {std:.3f} over {seconds:.0f} s")
+
+
+def _moves(felt: FloatArray, turning: FloatArray) -> bool:
+    """Whether both are as large as bends make them, where both are there."""
+    both = np.isfinite(felt) & np.isfinite(turning)
+    return bool(both.any()) and min(float(np.std(each[both])) for each in (felt, turning)) > LEAST_LATERAL
+
+
+def _strange(felt: FloatArray, turning: FloatArray, there: float) -> LateralDoubt | None:
+    """Both move as in bends and do not go together: one of them is something else."""
+    if not _moves(felt, turning):
+        return None
+    text = "accel_y does not follow yaw_rate × speed: one of the channels is something else, or another axis"
+    return LateralDoubt(1.0, text, f"correlation {there:.2f} at the best delay")
+
+
+def with_doubt(drive: Drive, doubt: LateralDoubt | None) -> Drive:
+    """The drive with what was found in its record."""
+    if doubt is None:
+        return drive
+    record = replace(drive.record, decisions=(*drive.record.decisions, doubt.decision))
+    return replace(drive, record=record)
+
+
+def as_sure_as_the_scale(
+    verdict: Mapping[str, ParameterEstimate], doubt: LateralDoubt | None
+) -> dict[str, ParameterEstimate]:
+    """The verdict, where what hangs on lateral acceleration is no surer than the scales that it rests on."""
+    found = dict(verdict)
+    for name in HANG_ON_IT if doubt is not None else ():
+        entry = found.get(name)
+        if entry is None or entry.value is None or entry.std is None or entry.status == "not_identifiable":
+            continue
+        assert doubt is not None
+        std = math.hypot(entry.std, doubt.off * entry.value)
+        found[name] = replace(
+            entry, std=std, low=entry.value - 1.96 * std, high=entry.value + 1.96 * std, inner=(), status="weak",
+            reason=f"{doubt.found}; {entry.reason}",
+        )  # fmt: skip
+    return found

@@ -1,0 +1,107 @@
+"""Lateral acceleration against yaw rate and speed: wrong scales, late and foreign channels are said, honest ones are not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from parsers.drive import Drive, ImportRecord, Signal
+from pipelines.prepare.gravity import with_gravity
+from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
+from pipelines.results import FloatArray, ParameterEstimate
+from pipelines.vehicles.vehicle import Vehicle
+
+HZ, G = 50.0, 9.80665
+
+
+def _drive(
+    change: Callable[[FloatArray], FloatArray] = lambda felt: felt,
+    *,
+    roll: bool = True,
+    bank: float = 0.0,
+    ahead_m: float = 0.0,
+    mps: float = 18.0,
+    bends: float = 1.0,
+) -> Drive:
+    """Three minutes of bends and weaving. bank: of the road, rad a rad/s of turning; ahead_m: the unit's place."""
+    rng = np.random.default_rng(3)
+    t = np.arange(int(180 * HZ)) / HZ
+    speed = mps * (1 + 0.15 * np.sin(0.9 * t))
+    yaw = bends * (0.15 * np.sin(0.3 * t) + 0.12 * np.sin(1.3 * t) * np.sin(0.11 * t))
+    lateral = speed * yaw + ahead_m * np.gradient(yaw) * HZ
+    lean = np.radians(5) * speed * yaw / G - bank * yaw
+    columns = {
+        "speed": speed + 0.02 * rng.standard_normal(len(t)),
+        "yaw_rate": yaw + 0.002 * rng.standard_normal(len(t)),
+        "accel_y": change(lateral + G * np.sin(lean)) + 0.05 * rng.standard_normal(len(t)),
+    }
+    if roll:
+        columns["roll"] = lean
+    stamps = (t * 1e9).astype(np.int64)
+    record = ImportRecord("csv", (Path("a.csv"),), "", "complete", len(t), {}, (), "t", None, 180.0, ())
+    return Drive({n: Signal(n, stamps, v, n) for n, v in columns.items()}, record)
+
+
+@pytest.mark.parametrize("roll", [True, False])
+@pytest.mark.parametrize("scale", [0.97, 1.0, 1.03])
+@pytest.mark.parametrize("bank", [0.0, 0.3])
+def test_honest_sensors_are_left_alone(scale: float, bank: float, roll: bool) -> None:
+    assert lateral_doubt(_drive(lambda felt: scale * felt, bank=bank, roll=roll), Vehicle()) is None
+
+
+@pytest.mark.parametrize(("scale", "roll"), [(1.2, True), (0.8, True), (1.4, False)])
+def test_a_wrong_scale_is_said_with_its_size(scale: float, roll: bool) -> None:
+    doubt = lateral_doubt(_drive(lambda felt: scale * felt, roll=roll), Vehicle())
+    assert doubt is not None
+    assert "the scale of one of them is wrong" in doubt.found
+    assert doubt.off == pytest.approx(abs(scale - 1), abs=0.03 if roll else 0.15)
+
+
+def test_a_late_channel_is_said_and_no_gravity_is_added() -> None:
+    drive = _drive(lambda felt: np.roll(felt, int(0.4 * HZ)))
+    doubt = lateral_doubt(drive, Vehicle())
+    assert doubt is not None
+    assert "0.4 s after yaw_rate" in doubt.found
+    kept = with_gravity(drive, Vehicle(), known={"accel_y"})
+    assert kept.signals["accel_y"] is drive.signals["accel_y"]
+    (said,) = with_doubt(kept, doubt).record.decisions
+    assert (said.signal, said.applied) == ("accel_y", False)
+
+
+def test_a_unit_far_ahead_is_not_late_in_town() -> None:
+    assert lateral_doubt(_drive(ahead_m=1.8, mps=7.0, bends=2.0), Vehicle()) is None
+
+
+def test_another_channel_is_said() -> None:
+    rng = np.random.default_rng(1)
+    other = np.convolve(rng.standard_normal(9000), np.ones(100) / 10, mode="same")
+    doubt = lateral_doubt(_drive(lambda felt: other), Vehicle())
+    assert doubt is not None
+    assert "does not follow" in doubt.found
+
+
+def test_too_little_tells_nothing() -> None:
+    quiet = _drive(lambda felt: 2 * felt, bends=0.02)
+    assert lateral_doubt(quiet, Vehicle()) is None
+    alone = replace(quiet, signals={n: s for n, s in quiet.signals.items() if n != "yaw_rate"})
+    assert lateral_doubt(alone, Vehicle()) is None
+    assert with_doubt(quiet, None) is quiet
+
+
+def test_what_hangs_on_it_is_no_surer() -> None:
+    told = ParameterEstimate("roll_gradient_degpg", 5.0, 0.1, 4.8, 5.2, "identified", "seen")
+    mass = ParameterEstimate("mass_kg", 1500.0, 10.0, 1480.0, 1520.0, "identified", "seen")
+    verdict = {"roll_gradient_degpg": told, "mass_kg": mass}
+    assert as_sure_as_the_scale(verdict, None) == verdict
+    doubt = lateral_doubt(_drive(lambda felt: 1.2 * felt), Vehicle())
+    assert doubt is not None
+    found = as_sure_as_the_scale(verdict, doubt)
+    assert found["mass_kg"] is mass
+    entry = found["roll_gradient_degpg"]
+    assert entry.status == "weak"
+    assert entry.std == pytest.approx(np.hypot(0.1, 5 * doubt.off))
+    assert "scale of one of them" in entry.reason
