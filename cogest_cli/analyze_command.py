@@ -90,6 +90,7 @@ def _tell(results: DriveResults, paths: Sequence[Path]) -> None:
     from reports.terminal import verdict_table
 
     show(verdict_table(results))
+    show_line(f"vehicle file: {results.inputs.vehicle or 'none (measured vehicles are the prior)'}")
     for estimate in results.estimates:
         if table := tire_force_errors(estimate.diagnostics):
             show(f"\n{table}")

@@ -42,6 +42,9 @@ def inspect(
             read_vehicle(vehicle_path) if vehicle_path else None,
         )
     if write_map is not None:
+        if write_map.exists():
+            hint = "a mapping file that was edited is not written over: name another, or remove it"
+            raise MappingError("is there already", path=write_map, hint=hint)
         try:
             write_map.write_bytes(inspection.starter_map.encode("utf-8", "replace"))
         except OSError as error:

@@ -11,7 +11,9 @@ import contextlib
 import functools
 import gc
 import os
+import signal
 import sys
+import threading
 import warnings
 from collections.abc import Callable
 from typing import Annotated, ParamSpec
@@ -45,6 +47,7 @@ P = ParamSpec("P")
 TURN_S = 0.0005
 
 INTERRUPTED = 130
+TERMINATED = 143
 """What a shell gives for a program that Ctrl-C ended."""
 
 app = typer.Typer(
@@ -55,6 +58,20 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+
+
+class _Terminated(KeyboardInterrupt):
+    """A scheduler wants the command to end: what Ctrl-C puts away is put away."""
+
+
+def _end_on_sigterm() -> None:
+    """SIGTERM ends a command as Ctrl-C does. Only the main thread may say so; processes that are started do not inherit it."""
+
+    def end(number: int, frame: object) -> None:
+        raise _Terminated
+
+    if threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGTERM, end)
 
 
 def _known_errors(command: Callable[P, None]) -> Callable[P, None]:
@@ -70,9 +87,10 @@ def _known_errors(command: Callable[P, None]) -> Callable[P, None]:
         except MemoryError:
             complain("not enough memory for this log; analyse it in parts, or on a machine with more")
             raise typer.Exit(1) from None
-        except KeyboardInterrupt:
-            complain("interrupted")
-            raise typer.Exit(INTERRUPTED) from None
+        except KeyboardInterrupt as end:
+            terminated = isinstance(end, _Terminated)
+            complain("ended by SIGTERM" if terminated else "interrupted")
+            raise typer.Exit(TERMINATED if terminated else INTERRUPTED) from None
         except BrokenPipeError:
             # the reader of a pipe (head, less) has seen enough
             drop_output()
@@ -146,6 +164,7 @@ def run() -> None:
     # threads that hash, unpack and pack come back for the interpreter's lock: by default they wait up to 5 ms each time
     sys.setswitchinterval(TURN_S)
     one_algebra_thread()
+    _end_on_sigterm()
     forgive_encodings()
     if not sys.warnoptions:
         # a library's word to its programmers tells a user nothing; tests turn each into an error

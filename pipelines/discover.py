@@ -1,4 +1,4 @@
-"""Files that belong to a log: the nearest vehicle.toml and map.toml up the folders, the DBCs beside it."""
+"""Files that belong to a log: its own or the nearest vehicle.toml and map.toml up the folders, the DBCs beside it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,21 @@ from pathlib import Path
 
 
 def nearest(name: str, log: Path) -> Path | None:
-    """The file `name` in the log's folder or the nearest folder above it. A log that is not there has none."""
+    """The file `name` in the log's folder or the nearest folder above it. A log that is not there has none.
+
+    A file of the log's own (drive.vehicle.toml beside drive.csv) goes before the folder's.
+    """
     try:
         start = log.resolve()
         folders = [start, *start.parents] if start.is_dir() else list(start.parents)
     except (OSError, RuntimeError):
         # a loop of links, a name too long: opening the log says it better
         return None
-    for folder in folders:
+    own = [start.with_name(f"{start.stem}.{name}")]
+    for place in (*own, *(folder / name for folder in folders)):
         try:
-            if (folder / name).is_file():
-                return folder / name
+            if place.is_file():
+                return place
         except OSError:
             continue
     return None

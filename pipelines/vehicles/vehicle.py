@@ -255,15 +255,20 @@ def with_suspension_map(vehicle: Vehicle, path: Path) -> Vehicle:
     return replace(vehicle, suspension_map=read_suspension_map(path), suspension_map_path=path)
 
 
+MOST_UNSPRUNG = 0.45
+"""Of the mass: an empty truck's chassis has a third."""
+
+
 def _check_geometry(vehicle: Vehicle, path: Path) -> None:
-    """Refuse what cannot be: more unsprung mass than mass, a CG outside the wheelbase."""
+    """Refuse what cannot be: a vehicle that is mostly axles, a CG outside the wheelbase."""
     mass = vehicle.get("mass_kg")
     unsprung = sum(
         q.value for k in ("unsprung_mass_front_kg", "unsprung_mass_rear_kg") if (q := vehicle.get(k))
     )
-    if mass and unsprung >= mass.value:
+    if mass and unsprung > MOST_UNSPRUNG * mass.value:
         raise VehicleError(
-            f"unsprung masses sum to {unsprung:g} kg, the vehicle has {mass.value:g} kg",
+            f"unsprung masses sum to {unsprung:g} kg, the vehicle has {mass.value:g} kg: no road vehicle has more than "
+            f"{MOST_UNSPRUNG:.0%} of it in axles and wheels",
             path=path,
             place="[vehicle]",
         )

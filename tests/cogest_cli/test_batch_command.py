@@ -177,6 +177,32 @@ def test_a_limit_costs_the_drives_that_break_it_and_they_are_tried_again(
     assert tables_of(limited) == tables_of(store)
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM is of POSIX")
+def test_sigterm_puts_away_what_ctrl_c_does(program, little_fleet, tmp_path) -> None:
+    store = tmp_path / "store"
+    command = [
+        *program,
+        "batch",
+        str(little_fleet),
+        "--out",
+        str(store),
+        "--workers",
+        "1",
+        "--json",
+        *OPTIONS,
+    ]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    assert process.stdout is not None
+    while json.loads(process.stdout.readline())["event"] != "ended":
+        pass
+    process.send_signal(signal.SIGTERM)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 143
+    assert "ended by SIGTERM" in err
+    assert "stopped: " in (store / "batch.log").read_text(encoding="utf-8")
+    assert not [path for path in store.rglob("*") if "claim" in path.name and path.is_file()]
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="kill -9 is of POSIX")
 def test_a_worker_that_dies_costs_its_drive_alone(cogest, program, done, little_fleet, tmp_path) -> None:
     import psutil

@@ -66,6 +66,9 @@ def test_what_nothing_maps_to_is_said_and_the_starter_file_can_be_filled_in(insi
     assert "Signals: none. no channel maps to a signal" in run.out
     assert "roll_map: lacks accel_y" in run.out
     assert f"starter mapping file: {starter}" in run.out
+    again = inside("inspect", log, "--write-map", starter)
+    assert (again.code, again.out) == (1, "")
+    assert "map.toml: is there already" in again.err
     starter.write_text(
         '[signals.accel_y]\nchannel = "kappa"\nunit = "m/s2"\n'
         '[signals.roll]\nchannel = "lambda"\nunit = "rad"\n'

@@ -25,6 +25,16 @@ def test_the_nearest_file_up_the_folders(log):
     assert nearest("vehicle.toml", log) == near
 
 
+def test_a_file_of_the_logs_own_goes_first(log):
+    (log.parent / "vehicle.toml").touch()
+    (log.parent / "other.vehicle.toml").touch()
+    assert nearest("vehicle.toml", log) == log.parent / "vehicle.toml"
+    own = log.parent / f"{log.stem}.vehicle.toml"
+    own.touch()
+    assert nearest("vehicle.toml", log) == own
+    assert nearest("map.toml", log) is None
+
+
 def test_a_log_that_is_a_folder_may_hold_its_own(log):
     bag = log.parent / "bag"
     bag.mkdir()

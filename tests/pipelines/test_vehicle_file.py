@@ -59,6 +59,10 @@ def test_numbers_and_spreads() -> None:
         ("[vehicle", ["not valid TOML"]),
         ("[reference]\ncg_hight_m = 0.5", ["did you mean 'cg_height_m'"]),
         ("[vehicle]\nbrake_front_share = 1.2", ["share from 0 to 1"]),
+        (
+            "[vehicle]\nmass_kg = 1867\nunsprung_mass_front_kg = 900\nunsprung_mass_rear_kg = 10",
+            ["910 kg", "45%"],
+        ),
         ("[vehicle]\nmass_kg = 100\nunsprung_mass_front_kg = 60\nunsprung_mass_rear_kg = 60", ["120 kg"]),
         ("[vehicle]\nwheelbase_m = 2.5\ncg_to_front_axle_m = 2.6", ["wheelbase"]),
     ],
