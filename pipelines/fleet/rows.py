@@ -52,6 +52,11 @@ def _value(estimate: ParameterEstimate | None) -> float | None:
     return None if estimate is None else figure(estimate.value)
 
 
+def _told(estimate: ParameterEstimate | None) -> float | None:
+    """A figure that the drive told: what was known before it is none, and would stand in a fleet's tables as one."""
+    return None if estimate is None or estimate.status == "not_identifiable" else figure(estimate.value)
+
+
 def _rollover(results: DriveResults) -> RolloverFigures:
     rollover = results.rollover
     margins = [value for turn in rollover.turns if (value := _value(turn.least_margin_g)) is not None]
@@ -59,8 +64,8 @@ def _rollover(results: DriveResults) -> RolloverFigures:
     # without tyre forces and without accelerations that say how the load moves, no lift could have been seen
     known_lifts = bool(rollover.lifts) or rollover.peak_coefficient is not None
     return RolloverFigures(
-        static_stability_factor=_value(rollover.static_stability_factor),
-        rollover_threshold_g=_value(rollover.threshold_g),
+        static_stability_factor=_told(rollover.static_stability_factor),
+        rollover_threshold_g=_told(rollover.threshold_g),
         least_margin_g=min(margins) if margins else None,
         peak_lateral_acceleration_g=figure(rollover.peak_lateral_acceleration_g),
         peak_rollover_coefficient=figure(rollover.peak_rollover_coefficient),
