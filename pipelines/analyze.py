@@ -170,7 +170,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         rollover=assess_rollover(verdict, vehicle, drive, results),
         standing=placed,
         assumptions=_assumptions(results),
-        limits=what_limits(drive.record, results, verdict, vehicle),
+        limits=what_limits(drive.record, results, verdict, vehicle, whole.joint),
         signals=signal_traces(drive),
         joint=whole.joint,
     )

@@ -6,7 +6,8 @@ from collections.abc import Mapping, Sequence
 
 from parsers.drive import ImportRecord
 from parsers.timebase import MAX_GAPS
-from pipelines.results import Estimate, ParameterEstimate
+from pipelines.joint.conflict import BEYOND_DOUBT
+from pipelines.results import Estimate, JointVerdict, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
 
@@ -49,17 +50,30 @@ def _not_run(estimates: Sequence[Estimate], record: ImportRecord) -> list[str]:
     return [f"Not run, for what the log or the vehicle file lacks (see Estimators): {names}."]
 
 
+def _contradiction(joint: JointVerdict | None) -> list[str]:
+    """That something is surely wrong, and what most likely."""
+    surely = [r.relation for r in joint.relations if r.probability < BEYOND_DOUBT] if joint else []
+    if not surely:
+        return []
+    return [
+        f"The log and the vehicle file contradict each other beyond doubt ({', '.join(surely)}): is it this vehicle's file, "
+        "and is each channel what its name says? Nothing that rests on them is called identified."
+    ]
+
+
 def what_limits(
     record: ImportRecord,
     estimates: Sequence[Estimate],
     verdict: Mapping[str, ParameterEstimate],
     vehicle: Vehicle,
+    joint: JointVerdict | None = None,
 ) -> tuple[str, ...]:
     """Sentences: what the estimators lacked, what the vehicle file left open, what the data lost."""
     skipped = _not_run(estimates, record)
     # the weightiest first: that nothing ran, or, where something did, at the end what else could have
     nothing_ran = not any(e.status == "ran" for e in estimates)
     limits = list(skipped) if nothing_ran else []
+    limits += _contradiction(joint)
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")
     if height is not None and height.status != "identified":

@@ -25,7 +25,9 @@ _TABLE: list[ParameterSpec] = [
     ParameterSpec("sprung_cg_height_m", "Sprung mass CG height above ground", "m", 3),
     ParameterSpec("cg_to_front_axle_m", "CG to front axle", "m", 3),
     ParameterSpec("cg_lateral_offset_m", "CG lateral offset (+ left)", "m", 3, positive=False),
-    ParameterSpec("roll_center_height_m", "Roll axis height above ground, under the CG", "m", 3, positive=False),
+    ParameterSpec(
+        "roll_center_height_m", "Roll axis height above ground, under the CG", "m", 3, positive=False
+    ),
     ParameterSpec("roll_arm_m", "Sprung CG height above roll axis", "m", 3),
     ParameterSpec("pitch_arm_m", "Sprung CG height above pitch axis", "m", 3),
     ParameterSpec("roll_gradient_degpg", "Roll gradient", "deg/g", 2),

@@ -19,6 +19,9 @@ from pipelines.results import FloatArray, RelationCheck
 UNLIKELY = 0.003
 """Probability of a misfit by chance below which a relation is called in conflict: a false alarm in some 300 checks."""
 
+BEYOND_DOUBT = 1e-6
+"""Probability below which something is surely wrong: the file of another vehicle, a channel that is another. Nothing is then identified."""
+
 LIKELY = 0.05
 """Widened so far that a misfit of this probability is left."""
 
@@ -34,6 +37,11 @@ class Check:
     def in_conflict(self) -> bool:
         """Whether the relation contradicts the rest."""
         return self.record.probability < UNLIKELY
+
+    @property
+    def beyond_doubt(self) -> bool:
+        """Whether chance is no explanation."""
+        return self.record.probability < BEYOND_DOUBT
 
 
 @dataclass(frozen=True)

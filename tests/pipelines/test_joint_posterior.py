@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from parsers.drive import ImportRecord
 from pipelines.joint.conflict import check
 from pipelines.joint.counted import counted
 from pipelines.joint.inference import infer
@@ -14,8 +15,11 @@ from pipelines.joint.posterior import find_mode, log_density, values_at
 from pipelines.joint.profile import departure
 from pipelines.joint.stated import stated_relations
 from pipelines.joint.unknowns import before_the_log
+from pipelines.limits import what_limits
 from pipelines.results import Share
 from tests.pipelines.joint_parts import linear, of_output, vehicle
+
+RECORD = ImportRecord("CSV table", (), "0", "complete", 1, {}, (), "clock", None, 10.0, ())
 
 KNOWN = before_the_log(vehicle())
 MASS = ("empty_mass", "load")
@@ -97,16 +101,22 @@ def test_densities_integrate_to_one() -> None:
     assert np.trapezoid(learned.prior_density, learned.grid) == pytest.approx(1.0, abs=0.05)
 
 
-def test_a_contradiction_is_named_and_the_interval_holds_both() -> None:
+@pytest.mark.parametrize("heavy", [2077.0, 2250.0])
+def test_a_contradiction_is_named_and_the_interval_holds_both(heavy: float) -> None:
+    """Beyond doubt (28 standard deviations) nothing is identified, whatever the interval holds."""
     low = of_output(lambda o: o["mass_kg"], 2050.0, 5.0, kind="vertical", carrier="springs")
-    high = of_output(lambda o: o["mass_kg"], 2250.0, 5.0, kind="longitudinal", carrier="torques")
+    high = of_output(lambda o: o["mass_kg"], heavy, 5.0, kind="longitudinal", carrier="torques")
     found = infer([low, high], vehicle(), _rng())
     assert found is not None
     mass = found.parameters["mass_kg"]
     assert mass.low is not None
     assert mass.high is not None
-    assert mass.low < 2050 < 2250 < mass.high
-    assert "disagree" in mass.reason
+    assert mass.low < 2050 < heavy < mass.high
+    surely = heavy > 2200
+    assert mass.status == ("weak" if surely else "identified")
+    assert ("beyond doubt" if surely else "disagree") in mass.reason
+    told = what_limits(RECORD, (), found.parameters, vehicle(), found.record)
+    assert any("is it this vehicle's file" in text for text in told) is surely
     assert all(r.probability < 0.003 and r.widened > 1 for r in found.record.relations)
     agreeing = infer(
         [low, of_output(lambda o: o["mass_kg"], 2056.0, 5.0, kind="longitudinal", carrier="torques")],
