@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from parsers.drive import ImportRecord
@@ -50,6 +51,31 @@ def _not_run(estimates: Sequence[Estimate], record: ImportRecord) -> list[str]:
     return [f"Not run, for what the log or the vehicle file lacks (see Estimators): {names}."]
 
 
+def _two_stiffnesses(vehicle: Vehicle) -> list[str]:
+    """That a file's roll stiffness is not what its springs and bars make, which are used where all are there."""
+    total = vehicle.get("roll_stiffness_nmprad")
+    made = variance = 0.0
+    for axle in ("front", "rear"):
+        spring, bar = (
+            vehicle.get(f"spring_rate_{axle}_npm"),
+            vehicle.get(f"anti_roll_stiffness_{axle}_nmprad"),
+        )
+        track = vehicle.get(f"track_{axle}_m")
+        if total is None or spring is None or bar is None or track is None:
+            return []
+        lever = 0.5 * track.value**2
+        made += lever * spring.value + bar.value
+        variance += (lever * spring.std) ** 2 + bar.std**2
+    if total is None or abs(total.value - made) < max(
+        0.1 * made, 3 * math.hypot(total.std, math.sqrt(variance))
+    ):
+        return []
+    return [
+        f"The vehicle file contradicts itself: roll_stiffness_nmprad is {total.value:.0f}, its springs and bars make {made:.0f} "
+        "(½ spring rate × track² + bar, of both axles): springs and bars are used."
+    ]
+
+
 def _contradiction(joint: JointVerdict | None) -> list[str]:
     """That something is surely wrong, and what most likely."""
     surely = [r.relation for r in joint.relations if r.probability < BEYOND_DOUBT] if joint else []
@@ -73,7 +99,7 @@ def what_limits(
     # the weightiest first: that nothing ran, or, where something did, at the end what else could have
     nothing_ran = not any(e.status == "ran" for e in estimates)
     limits = list(skipped) if nothing_ran else []
-    limits += _contradiction(joint)
+    limits += [*_contradiction(joint), *_two_stiffnesses(vehicle)]
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")
     if height is not None and height.status != "identified":

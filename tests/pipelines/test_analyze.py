@@ -13,7 +13,7 @@ from pipelines.analyze import Request, analyze, run_estimator, signal_traces
 from pipelines.estimators.base import Need
 from pipelines.limits import what_limits
 from pipelines.results import Estimate
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
 
 RECORD = ImportRecord("CSV table", (), "0", "complete", 1, {}, (), "clock", None, 10.0, ())
 
@@ -113,3 +113,16 @@ def test_limits_count_gaps_and_jumps_in_words():
     assert "The clock jumped 1 time:" in limits(clock_jumps=1)
     assert "The clock jumped 2 times:" in limits(clock_jumps=2)
     assert "The log is truncated" in limits(status="truncated")
+
+
+@pytest.mark.parametrize(("total", "said"), [(115_000, False), (223_000, True)])
+def test_a_file_whose_roll_stiffness_is_not_that_of_its_springs_and_bars(total: float, said: bool):
+    figures = {
+        "roll_stiffness_nmprad": (total, 2000.0), "spring_rate_front_npm": (30e3, 600.0), "spring_rate_rear_npm": (28e3, 600.0),
+        "anti_roll_stiffness_front_nmprad": (25e3, 1000.0), "anti_roll_stiffness_rear_nmprad": (15e3, 600.0),
+        "track_front_m": (1.6, 0.005), "track_rear_m": (1.6, 0.005),
+    }  # fmt: skip
+    vehicle = Vehicle(quantities={name: Quantity(*known, "vehicle file") for name, known in figures.items()})
+    told = " ".join(what_limits(RECORD, (), {}, vehicle))
+    assert ("contradicts itself" in told) is said
+    assert ("springs and bars make 114240" in told) is said
