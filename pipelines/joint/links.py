@@ -67,8 +67,8 @@ def links(book: Book) -> None:
     book.put("track_grows", 0.8, 0.4)
     book.put(
         "axis_sinks",
+        0.2,
         0.5,
-        0.6,
         "how far roll centres sink for a metre that a load presses the springs",
         SILENT,
     )
@@ -119,7 +119,7 @@ def links(book: Book) -> None:
     # a tyre that gives sideways has its patch move by what its share of the side force makes of two thirds of its rate; most
     # simulators leave it out
     give = 0.25 * book.rows["empty_mass"][0] / (0.65 * book.rows["tyre_rate"][0])
-    book.put("patch_side", 0.3 * give, 0.5 * give)
+    book.put("patch_side", 0.15 * give, 0.5 * give)
     # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
     # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
     book.put("hubs_past", 0.1, 0.25)
