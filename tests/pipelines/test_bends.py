@@ -20,9 +20,10 @@ def test_a_load_of_next_to_nothing_leaves_the_place_open_although_its_slope_is_n
     # a load whose mass is as unsure as its place: at the mode the slope by its place is next to nothing
     joint = find_mode([linear({"load": 1.0}, 30.0, 80.0)], KNOWN)
     middle, gradients = slopes(joint)
-    told = bent(joint, middle, gradients, np.random.default_rng(1))
-    assert "mass_kg" not in told
-    place = told["cg_to_front_axle_m"]
+    # one drawing's spread scatters by 2.5 %
+    tellings = [bent(joint, middle, gradients, np.random.default_rng(seed)) for seed in range(12)]
+    assert all("mass_kg" not in told for told in tellings)
+    places = [told["cg_to_front_axle_m"] for told in tellings]
     flat = np.sqrt(gradients["cg_to_front_axle_m"] @ joint.covariance @ gradients["cg_to_front_axle_m"])
     u = (
         joint.u
@@ -30,8 +31,10 @@ def test_a_load_of_next_to_nothing_leaves_the_place_open_although_its_slope_is_n
         @ np.linalg.cholesky(joint.covariance).T
     )
     whole = outputs_of(values_at(joint.known, u), {})["cg_to_front_axle_m"]
-    assert np.std(place) == pytest.approx(np.std(whole), rel=0.06)
-    assert np.mean(place) == pytest.approx(np.mean(whole), abs=0.06 * np.std(whole))
+    spreads = [np.std(place) for place in places]
+    assert np.mean(spreads) == pytest.approx(np.std(whole), rel=0.03)
+    assert max(spreads) < 1.12 * np.std(whole)
+    assert np.mean(places) == pytest.approx(np.mean(whole), abs=0.03 * np.std(whole))
     assert np.std(whole) > 1.3 * flat
 
 
