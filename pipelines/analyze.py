@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 import zlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -26,7 +26,7 @@ from pipelines.limits import what_limits
 from pipelines.needs import readiness
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
-from pipelines.results import Assumption, DriveResults, Estimate, Inputs, Trace
+from pipelines.results import Assumption, DriveResults, Estimate, Inputs, ParameterEstimate, Standing, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
 from pipelines.vehicles.priors import standing
@@ -110,6 +110,17 @@ def analyze(request: Request, progress: Progress = quiet) -> DriveResults:
     return analyze_whole(request, progress).results
 
 
+def _placed(verdict: Mapping[str, ParameterEstimate], vehicle: Vehicle) -> Standing | None:
+    """Where the vehicle stands among the measured ones; None where neither its body nor a height is known."""
+    height, mass = verdict.get("cg_height_m"), vehicle.get("mass_kg")
+    if vehicle.body is None and (height is None or height.value is None):
+        return None
+    learned = height is not None and height.status != "not_identifiable"
+    return standing(
+        vehicle.body, height.value if height is not None and learned else None, mass.value if mass else None
+    )
+
+
 def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     """Analyse one drive.
 
@@ -137,16 +148,6 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     verdict = as_sure_as_the_scale(whole.parameters, lateral)
     # what predicts is code, and no result
     results = [replace(estimate, evidence=()) for estimate in results]
-    height = verdict.get("cg_height_m")
-    mass = vehicle.get("mass_kg")
-    placed = None
-    if vehicle.body is not None or (height is not None and height.value is not None):
-        learned = height is not None and height.status != "not_identifiable"
-        placed = standing(
-            vehicle.body,
-            height.value if height is not None and learned else None,
-            mass.value if mass else None,
-        )
     made = DriveResults(
         inputs=Inputs(
             logs=tuple(str(path) for path in request.logs),
@@ -168,7 +169,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         verdict=verdict,
         estimates=tuple(results),
         rollover=assess_rollover(verdict, vehicle, drive, results),
-        standing=placed,
+        standing=_placed(verdict, vehicle),
         assumptions=_assumptions(results),
         limits=what_limits(drive.record, results, verdict, vehicle, whole.joint),
         signals=signal_traces(drive),

@@ -114,6 +114,22 @@ def _far(joint: Joint) -> tuple[str, ...]:
     return tuple(f"{n.replace('_', ' ')} ({x:+.1f} standard deviations)" for n, x in found if abs(x) > FAR)
 
 
+def _doubtful(
+    relations: Sequence[Check], evidence: Sequence[Evidence], kept: Sequence[Evidence]
+) -> tuple[dict[str, float], dict[str, str]]:
+    """`doubtful` and `shared` of `Inference`."""
+    worst_last = sorted((c.record for c in relations if c.in_conflict), key=lambda r: r.widened)
+    titles = {record.relation for record in worst_last}
+    against = {(e.kind, e.carrier) for e in kept if e.title in titles}
+    shared = {
+        e.source: other.source
+        for e in evidence
+        for other in kept
+        if (e.kind, e.carrier) == (other.kind, other.carrier) in against and e.source != other.source
+    }
+    return {record.source: record.widened for record in worst_last}, shared
+
+
 def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generator) -> Inference | None:
     """Join the relations of one drive with what was known of the vehicle; None where no relation can be used.
 
@@ -126,17 +142,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         return None
     joint, modes = _modes((*kept, *stated), known, rng)
     relations = check(joint)
-    worst_last = sorted((c.record for c in relations if c.in_conflict), key=lambda r: r.widened)
-    doubtful = {record.source: record.widened for record in worst_last}
-    against = {
-        (e.kind, e.carrier) for c in relations if c.in_conflict for e in kept if e.title == c.record.relation
-    }
-    shared = {
-        e.source: other.source
-        for e in evidence
-        for other in kept
-        if (e.kind, e.carrier) == (other.kind, other.carrier) in against and e.source != other.source
-    }
+    doubtful, shared = _doubtful(relations, evidence, kept)
     stiff = tyres_are_rigid(joint, (*kept, *stated), known)
     if stiff:
         known = rigid(known)

@@ -14,11 +14,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from parsers.checks.grid import CELL_S, make_grid
+from parsers.checks.grid import make_grid
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision, Drive, Signal
 from pipelines.models.roll import GRAVITY
+from pipelines.prepare.block_slope import block_slopes
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
@@ -36,13 +37,8 @@ SCALES = 0.01
 """By what the scales of accelerometer, speed and gyro may differ: it looks like gravity's share, as a body leans with the load."""
 
 LEAST_MPS = 5.0
-BLOCK_S = 4.0
-LEAST_BLOCKS = 4
 LEAST_TILT = 0.012
 """rad, rms: below it gravity's share is no more than offsets and noise."""
-
-LARGEST = 1e4
-"""Beyond it a column is no motion of a vehicle (m/s², or changes of it)."""
 
 TYPICAL_WHEELBASE = 2.7
 NAMES = ("accel_y", "accel_x", "yaw_rate", "roll", "pitch", "speed", "gps_speed_2d", *DEFLECTIONS)
@@ -91,24 +87,11 @@ def share_of(rest: FloatArray, gravity: FloatArray, load: FloatArray, others: Fl
 
     load: (n,) the acceleration itself, by which differing scales would look like gravity. None where there is too little.
     """
-    good = np.isfinite(rest) & np.isfinite(gravity) & np.isfinite(load) & np.isfinite(others).all(axis=1)
-    size = int(BLOCK_S / CELL_S)
-    count = int(good.sum()) // size
-    if count < LEAST_BLOCKS:
+    found = block_slopes(gravity, (rest, load), others, LEAST_TILT * GRAVITY)
+    if found is None:
         return None
-    kept = np.flatnonzero(good)[: count * size]
-    table = np.column_stack([np.ones(len(kept)), others[kept]])
-    columns = np.column_stack([gravity[kept], rest[kept], load[kept]])
-    if max(float(np.abs(columns).max()), float(np.abs(table).max())) > LARGEST:
-        return None
-    own, left, swing = (columns - table @ np.linalg.lstsq(table, columns, rcond=None)[0]).T
-    power = float(own @ own)
-    if math.sqrt(power / len(own)) < LEAST_TILT * GRAVITY:
-        return None
-    value = float(own @ left) / power
-    scatter = (own * (left - value * own)).reshape(count, size).sum(axis=1)
-    noise = math.sqrt(float(scatter @ scatter)) / power
-    return Share(value, math.hypot(noise, SCALES * abs(float(own @ swing)) / power), len(own) * CELL_S)
+    value, swing = found.values
+    return Share(value, math.hypot(found.std, SCALES * abs(swing)), found.seconds)
 
 
 def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:

@@ -17,7 +17,8 @@ from parsers.checks.grid import CELL_S, make_grid
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.drive import Decision, Drive
 from pipelines.models.roll import GRAVITY
-from pipelines.prepare.gravity import BLOCK_S, LARGEST, LEAST_BLOCKS, LEAST_MPS, NAMES, tilt_of
+from pipelines.prepare.block_slope import BLOCK_S, LEAST_BLOCKS, block_slopes
+from pipelines.prepare.gravity import LEAST_MPS, NAMES, tilt_of
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -81,27 +82,6 @@ def _delay(felt: FloatArray, turning: FloatArray) -> tuple[float, float, float]:
     return best * CELL_S, found[best], found[0]
 
 
-def _slope(felt: FloatArray, by: FloatArray, others: FloatArray) -> tuple[float, float, float] | None:
-    """Slope of `felt` (n,) on `by` (n,) beside `others` (n, k), its spread by whole blocks' scatter, and the seconds."""
-    good = np.isfinite(felt) & np.isfinite(by) & np.isfinite(others).all(axis=1)
-    size = int(BLOCK_S / CELL_S)
-    count = int(good.sum()) // size
-    if count < LEAST_BLOCKS:
-        return None
-    kept = np.flatnonzero(good)[: count * size]
-    table = np.column_stack([np.ones(len(kept)), others[kept]])
-    columns = np.column_stack([felt[kept], by[kept]])
-    if max(float(np.abs(columns).max()), float(np.abs(table).max())) > LARGEST:
-        return None
-    left, own = (columns - table @ np.linalg.lstsq(table, columns, rcond=None)[0]).T
-    power = float(own @ own)
-    if math.sqrt(power / len(own)) < LEAST_LATERAL:
-        return None
-    value = float(own @ left) / power
-    scatter = (own * (left - value * own)).reshape(count, size).sum(axis=1)
-    return value, math.sqrt(float(scatter @ scatter)) / power, len(own) * CELL_S
-
-
 def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
     """What speaks against the lateral acceleration, the yaw rate or the speed; None where they go together or are not there."""
     signals = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
@@ -129,21 +109,23 @@ def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
     turn = grid.rate(smooth(yaw))
     others = np.column_stack([grid.rate(turning), turn, grid.rate(turn)])
     angle = grid.get("roll")
-    found = [_slope(felt, turning, others)]
+    found = [block_slopes(turning, (felt,), others, LEAST_LATERAL)]
     if angle is not None:
-        found.append(_slope(felt, turning + GRAVITY * np.sin(smooth(angle)), others))
+        whole = turning + GRAVITY * np.sin(smooth(angle))
+        found.append(block_slopes(whole, (felt,), others, LEAST_LATERAL))
     told = [each for each in found if each is not None]
     if not told:
         return None
     horizon = tilt is not None and not tilt.source.startswith("derived")
     low, high = 1 - USUAL if horizon else BANKED, 1 + USUAL if len(told) > 1 else LEANING
-    outside = [max(low - a, a - high, 0.0) - SURE * std for a, std, _ in told]
+    outside = [max(low - t.values[0], t.values[0] - high, 0.0) - SURE * t.std for t in told]
     if min(outside) <= 0:
         return None
-    scale, std, seconds = told[-1]
+    last = told[-1]
+    scale = last.values[0]
     by = "yaw_rate × speed and gravity's part" if len(told) > 1 else "yaw_rate × speed"
     text = f"accel_y is {scale:.2f} times {by}: the scale of one of them is wrong"
-    return LateralDoubt(abs(scale - 1), text, f"slope {scale:.3f} ± {std:.3f} over {seconds:.0f} s")
+    return LateralDoubt(abs(scale - 1), text, f"slope {scale:.3f} ± {last.std:.3f} over {last.seconds:.0f} s")
 
 
 def _moves(felt: FloatArray, turning: FloatArray) -> bool:
