@@ -84,7 +84,9 @@ def batch(
     choose(estimators, known())
     wanted = () if reports.strip().lower() == "none" else check_formats(reports)
     if scheduler is not None and engine != "dask":
-        raise EngineError("--scheduler goes with --engine dask", hint="give both, or neither")
+        raise EngineError(
+            "--scheduler goes with --engine dask", hint="give both, or neither", wrong_usage=True
+        )
     # what cannot be is said before the folder is walked
     engine_named(engine, workers, scheduler)
     asked = Batch(

@@ -1,6 +1,6 @@
 """The `cogest` program: one small file a command; the only place that knows exit codes.
 
-0 all done; 1 a known error; 2 wrong usage (typer's own); 3 a batch that finished with some drives failed;
+0 all done; 1 a known error; 2 wrong usage (typer's own, and names that cogest does not know); 3 a batch that finished with some drives failed;
 130 interrupted.
 """
 
@@ -46,6 +46,7 @@ P = ParamSpec("P")
 
 TURN_S = 0.0005
 
+WRONG_USAGE = 2
 INTERRUPTED = 130
 TERMINATED = 143
 """What a shell gives for a program that Ctrl-C ended."""
@@ -75,7 +76,7 @@ def _end_on_sigterm() -> None:
 
 
 def _known_errors(command: Callable[P, None]) -> Callable[P, None]:
-    """A known error is one line on stderr and exit code 1; an unknown one keeps its traceback."""
+    """A known error is one line on stderr and exit code 1, or 2 for wrong usage; an unknown one keeps its traceback."""
 
     @functools.wraps(command)
     def wrapped(*args: P.args, **kwargs: P.kwargs) -> None:
@@ -83,7 +84,7 @@ def _known_errors(command: Callable[P, None]) -> Callable[P, None]:
             command(*args, **kwargs)
         except CogestError as error:
             complain(error)
-            raise typer.Exit(1) from None
+            raise typer.Exit(WRONG_USAGE if error.wrong_usage else 1) from None
         except MemoryError:
             complain("not enough memory for this log; analyse it in parts, or on a machine with more")
             raise typer.Exit(1) from None

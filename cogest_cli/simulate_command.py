@@ -152,21 +152,23 @@ def _options(
         if speed is not None and str(error).startswith("speed_mps"):
             low, high = (3.6 * bound for bound in SPEEDS_MPS)
             text = f"--speed is {speed:g} km/h: expected {low:g} to {high:g}"
-            raise SettingsError(text) from error
-        raise SettingsError(str(error)) from error
+            raise SettingsError(text, wrong_usage=True) from error
+        raise SettingsError(str(error), wrong_usage=True) from error
 
 
 def _check_ranges(rate: float | None, factors: dict[str, float], dropouts: float, outliers: float) -> None:
     """Raise SettingsError for a number that means nothing."""
     if rate is not None and not LOWEST_HZ <= rate <= HIGHEST_HZ:
-        raise SettingsError(f"--rate is {rate:g} Hz: expected {LOWEST_HZ:g} to {HIGHEST_HZ:g}")
+        raise SettingsError(
+            f"--rate is {rate:g} Hz: expected {LOWEST_HZ:g} to {HIGHEST_HZ:g}", wrong_usage=True
+        )
     for name, factor in factors.items():
         if not 0 <= factor <= 100:
-            raise SettingsError(f"{name} is {factor:g}: expected 0 to 100")
+            raise SettingsError(f"{name} is {factor:g}: expected 0 to 100", wrong_usage=True)
     if not 0 <= dropouts <= 10:
-        raise SettingsError(f"--dropouts is {dropouts:g} a second: expected 0 to 10")
+        raise SettingsError(f"--dropouts is {dropouts:g} a second: expected 0 to 10", wrong_usage=True)
     if not 0 <= outliers <= 0.5:
-        raise SettingsError(f"--outliers is {outliers:g}: expected a share of 0 to 0.5")
+        raise SettingsError(f"--outliers is {outliers:g}: expected a share of 0 to 0.5", wrong_usage=True)
 
 
 def _vehicle(text: str, seed: int) -> PlantVehicle:
@@ -189,7 +191,7 @@ def _warped(vehicle: PlantVehicle, cross_weight_kg: float) -> PlantVehicle:
     try:
         return replace(vehicle, cross_weight_kg=cross_weight_kg)
     except ValueError as error:
-        raise SettingsError(str(error), hint="give less than a corner carries") from error
+        raise SettingsError(str(error), hint="give less than a corner carries", wrong_usage=True) from error
 
 
 def _write(choice: Choice, out: Path) -> None:

@@ -50,6 +50,7 @@ def suspension_map(
     check_file(out)
     from cogest_cli.version import version
     from pipelines.discover import nearest
+    from pipelines.prepare.spring_forces import at_the_wheels
     from pipelines.suspension_mapping.file import map_text
     from pipelines.suspension_mapping.judge import judge
     from pipelines.suspension_mapping.train import train, training_drive
@@ -61,12 +62,16 @@ def suspension_map(
     # the map that the file names may be the one that is to be made
     known = read_vehicle(found, with_map=False) if found else Vehicle()
     with ProgressLine() as progress:
-        drives = [training_drive(_load(log, map_file, dbc, no_fix, progress), log.name) for log in logs]
+        drives = [
+            training_drive(at_the_wheels(_load(log, map_file, dbc, no_fix, progress), known), log.name)
+            for log in logs
+        ]
         progress("training", 0.9)
         record = train(drives, known, _name(known, logs))
         judged: list[Judged] = []
         for log in validate or ():
-            judged += judge(record, _load(log, map_file, dbc, no_fix, progress), log.name)
+            drive = at_the_wheels(_load(log, map_file, dbc, no_fix, progress), known)
+            judged += judge(record, drive, log.name)
     write_whole(out, map_text(record).encode("utf-8"))
     if as_json:
         content = map_report_dict(record, judged, str(out), version())

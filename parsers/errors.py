@@ -1,6 +1,6 @@
 """Every error that cogest raises on purpose.
 
-CogestError                 the root: one message for the user, exit code 1
+CogestError                 the root: one message for the user, exit code 1; 2 where the command line itself is wrong
 ├── LogError                a log cannot be read: names the file, the place, what was found and expected
 ├── MappingError            a mapping file or profile is wrong
 ├── DatabaseError           a CAN database (DBC) cannot be used
@@ -27,15 +27,18 @@ class CogestError(Exception):
         path: Path | str | None = None,
         place: str | None = None,
         hint: str | None = None,
+        wrong_usage: bool = False,
     ) -> None:
         """Build the line `path, place: problem; hint`.
 
         problem: what was found and what was expected. place: line, byte or time. hint: the next step.
+        wrong_usage: a name or a number that was asked for does not exist, whatever the files hold.
         """
         self.problem = problem
         self.path = None if path is None else as_path(path)
         self.place = place
         self.hint = hint
+        self.wrong_usage = wrong_usage
         shown = masked(path) if isinstance(path, str) else path
         where = ", ".join(str(part) for part in (shown, place) if part)
         line = f"{where}: {problem}" if where else problem

@@ -26,6 +26,7 @@ from pipelines.limits import what_limits
 from pipelines.needs import readiness
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
+from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.results import Assumption, DriveResults, Estimate, Inputs, ParameterEstimate, Standing, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
@@ -136,6 +137,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive = load_drive(
         request.logs, LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given)
     )
+    drive = at_the_wheels(drive, vehicle)
     lateral = lateral_doubt(drive, vehicle)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive = with_doubt(drive, lateral)

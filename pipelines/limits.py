@@ -9,6 +9,7 @@ from parsers.drive import ImportRecord
 from parsers.timebase import MAX_GAPS
 from pipelines.joint.conflict import BEYOND_DOUBT
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
+from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Vehicle
 
 
@@ -60,7 +61,7 @@ def _two_stiffnesses(vehicle: Vehicle) -> list[str]:
             vehicle.get(f"spring_rate_{axle}_npm"),
             vehicle.get(f"anti_roll_stiffness_{axle}_nmprad"),
         )
-        track = vehicle.get(f"track_{axle}_m")
+        track = spring_base(vehicle, axle)
         if total is None or spring is None or bar is None or track is None:
             return []
         lever = 0.5 * track.value**2
@@ -72,7 +73,7 @@ def _two_stiffnesses(vehicle: Vehicle) -> list[str]:
         return []
     return [
         f"The vehicle file contradicts itself: roll_stiffness_nmprad is {total.value:.0f}, its springs and bars make {made:.0f} "
-        "(½ spring rate × track² + bar, of both axles): springs and bars are used."
+        "(½ spring rate × spring base² + bar, of both axles; the base is the track where none is given): springs and bars are used."
     ]
 
 

@@ -46,10 +46,14 @@ def choose(names: str | None, known: Sequence[Estimator]) -> tuple[Estimator, ..
     chosen = []
     for name in filter(None, (part.strip() for part in names.split(","))):
         if name not in by_name:
-            raise SettingsError(f"there is no estimator {name!r}", hint=_nearest(name, by_name))
+            raise SettingsError(
+                f"there is no estimator {name!r}", hint=_nearest(name, by_name), wrong_usage=True
+            )
         chosen.append(by_name[name])
     if not chosen:
-        raise SettingsError("--estimators names none", hint=f"known are {', '.join(by_name)}")
+        raise SettingsError(
+            "--estimators names none", hint=f"known are {', '.join(by_name)}", wrong_usage=True
+        )
     return tuple(dict.fromkeys(chosen))
 
 

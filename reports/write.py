@@ -23,9 +23,11 @@ def check_formats(formats: str | Sequence[str]) -> tuple[str, ...]:
         formats = [part.strip().lower() for part in formats.split(",") if part.strip()]
     unknown = [f for f in formats if f not in FORMATS]
     if unknown:
-        raise ReportError(f"unknown format {unknown[0]!r}", hint=f"known are {', '.join(FORMATS)}")
+        raise ReportError(
+            f"unknown format {unknown[0]!r}", hint=f"known are {', '.join(FORMATS)}", wrong_usage=True
+        )
     if not formats:
-        raise ReportError("no format was asked for", hint=f"known are {', '.join(FORMATS)}")
+        raise ReportError("no format was asked for", hint=f"known are {', '.join(FORMATS)}", wrong_usage=True)
     return tuple(f for f in FORMATS if f in formats)
 
 

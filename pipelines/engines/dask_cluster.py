@@ -224,7 +224,7 @@ class DaskEngine:
         Raises EngineError for less than one worker, and where Dask is not installed.
         """
         if workers is not None and workers < 1:
-            raise EngineError(f"at least one worker is needed, not {workers}")
+            raise EngineError(f"at least one worker is needed, not {workers}", wrong_usage=True)
         self._workers = workers
         self._scheduler = scheduler
         try:

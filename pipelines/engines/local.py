@@ -85,9 +85,11 @@ class LocalEngine:
     def __init__(self, workers: int | None = None, scheduler: str | None = None) -> None:
         """workers: None = one a core, as far as memory allows. Raises EngineError for less than one, or a scheduler."""
         if workers is not None and workers < 1:
-            raise EngineError(f"at least one worker is needed, not {workers}")
+            raise EngineError(f"at least one worker is needed, not {workers}", wrong_usage=True)
         if scheduler is not None:
-            raise EngineError("the engine local has no scheduler", hint="--engine dask uses one")
+            raise EngineError(
+                "the engine local has no scheduler", hint="--engine dask uses one", wrong_usage=True
+            )
         self._workers = workers
 
     def map(self, function: str, tasks: Iterable[Task], limits: Limits) -> Generator[Done, None, None]:

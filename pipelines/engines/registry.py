@@ -29,6 +29,7 @@ def engine_named(name: str, workers: int | None = None, scheduler: str | None = 
         raise EngineError(
             f'there is no engine "{name}"',
             hint=f'did you mean "{near[0]}"?' if near else f"there are {', '.join(ENGINES)}",
+            wrong_usage=True,
         )
     module, _, made = line.partition(":")
     return cast("Engine", getattr(importlib.import_module(module), made)(workers, scheduler))

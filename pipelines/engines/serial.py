@@ -29,9 +29,12 @@ class SerialEngine:
             raise EngineError(
                 f"the engine serial is one worker, and {workers} were asked for",
                 hint="--engine local has more",
+                wrong_usage=True,
             )
         if scheduler is not None:
-            raise EngineError("the engine serial has no scheduler", hint="--engine dask uses one")
+            raise EngineError(
+                "the engine serial has no scheduler", hint="--engine dask uses one", wrong_usage=True
+            )
 
     def map(self, function: str, tasks: Iterable[Task], limits: Limits) -> Generator[Done, None, None]:
         """Run them all. Raises EngineError where the function cannot be imported."""

@@ -15,7 +15,7 @@ AGAIN = "run `cogest batch` again"
 def check_name(name: str) -> None:
     """Raises StoreError for a name that no table has."""
     if name not in TABLES:
-        raise StoreError(f"unknown table {name!r}", hint=f"known are {', '.join(TABLES)}")
+        raise StoreError(f"unknown table {name!r}", hint=f"known are {', '.join(TABLES)}", wrong_usage=True)
 
 
 def table_bytes(table: pl.DataFrame) -> bytes:

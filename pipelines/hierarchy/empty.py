@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.joint.outputs import roll_stiffness_of
+from pipelines.joint.outputs import roll_damping_of, roll_stiffness_of
 from pipelines.joint.unknowns import AXLES
 from pipelines.results import FloatArray
 
@@ -42,11 +42,7 @@ def _stiffness(values: Values) -> FloatArray:
 
 
 def _damping(values: Values) -> FloatArray:
-    parts = [
-        0.25 * (np.asarray(values[f"bump_{a}"]) + values[f"rebound_{a}"]) * values[f"track_{a}"] ** 2
-        for a in AXLES
-    ]
-    return np.asarray(parts[0] + parts[1])
+    return roll_damping_of(values)
 
 
 ROLL = tuple(f"{part}_{axle}" for part in ("spring", "bar", "track") for axle in AXLES)
@@ -60,7 +56,7 @@ FIGURES: tuple[Figure, ...] = (
     *(_plain(f"spring_rate_{a}_npm", f"{a} spring rate", "N/m", f"spring_{a}") for a in AXLES),
     *(_plain(f"anti_roll_stiffness_{a}_nmprad", f"{a} anti-roll bar", "N·m/rad", f"bar_{a}") for a in AXLES),
     Figure("roll_damping_nmsprad", "roll damping", "N·m·s/rad", _damping,
-           tuple(f"{part}_{a}" for part in ("bump", "rebound", "track") for a in AXLES)),
+           tuple(f"{part}_{a}" for part in ("bump", "rebound", "track", "spring_base") for a in AXLES)),
     *(_damper(a) for a in AXLES),
     *(_plain(f"friction_{a}_n", f"{a} dry friction", "N", f"friction_{a}") for a in AXLES),
     *(_plain(f"roll_center_height_{a}_m", f"{a} roll centre", "m", f"roll_center_{a}") for a in AXLES),

@@ -69,7 +69,7 @@ UNKNOWN = Belongs(0.5, "nobody says whether it is the vehicle's or the drive's: 
 """The default, for unknowns that only a single relation has and that are not named here."""
 
 RULES: Mapping[str, Belongs] = {
-    "wheelbase": BUILT, "track": BUILT, "wheel_inertia": BUILT, "empty": BUILT, "unsprung": BUILT, "cross": BUILT,
+    "wheelbase": BUILT, "track": BUILT, "spring_base": BUILT, "force_base": BUILT, "shaft_roll": BUILT, "wheel_inertia": BUILT, "empty": BUILT, "unsprung": BUILT, "cross": BUILT,
     "spring": BUILT, "bar": BUILT, "square": BUILT, "cube": BUILT, "roll_center": BUILT, "pitch_center": BUILT,
     "camber": BUILT, "drive_front": BUILT, "hubs_past": BUILT, "jack": BUILT, "roll_inertia": BUILT, "pitch_inertia": BUILT, "drag_height": BUILT, "lift": BUILT,
     "product": BUILT, "bush": BUILT, "yielding": BUILT, "side_path": BUILT, "axis_sinks": BUILT, "patch_side": BUILT,

@@ -58,7 +58,11 @@ def _stiffness(values: Mapping[str, float]) -> dict[str, float]:
 
 def _damping(values: Mapping[str, float]) -> dict[str, float]:
     ways = ("bump", "rebound")
-    return {f"{way}_{a}": 0.25 * values[f"track_{a}"] ** 2 for way in ways for a in AXLES}
+    return {
+        f"{way}_{a}": 0.25 * (values.get(f"spring_base_{a}", 1.0) * values[f"track_{a}"]) ** 2
+        for way in ways
+        for a in AXLES
+    }
 
 
 PARTS = (

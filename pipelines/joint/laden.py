@@ -65,10 +65,23 @@ def axis_lever(p: Values, share: Number) -> Number:
     return (1 - share) * front + share * rear
 
 
+def roll_parts(p: Values) -> tuple[Number, Number]:
+    """Roll stiffness of the front and of the rear springs and bars, N m/rad."""
+    front, rear = (0.5 * p[f"spring_{a}"] * p[f"track_{a}"] ** 2 + p[f"bar_{a}"] for a in AXLES)
+    return front, rear
+
+
 def mean_widening(p: Values) -> Number:
     """`widened` of both axles, as their springs and bars hold the body."""
-    parts = [0.5 * p[f"spring_{a}"] * p[f"track_{a}"] ** 2 + p[f"bar_{a}"] for a in AXLES]
+    parts = roll_parts(p)
     front, rear = (part * widened(p, axle) for part, axle in zip(parts, AXLES, strict=True))
+    return (front + rear) / (parts[0] + parts[1])
+
+
+def forces_lever(p: Values) -> Number:
+    """What forces in the springs make of a roll moment, reckoned at the wheels' track, over it: springs that stand closer hold more."""
+    parts = roll_parts(p)
+    front, rear = (part / p[f"force_base_{axle}"] for part, axle in zip(parts, AXLES, strict=True))
     return (front + rear) / (parts[0] + parts[1])
 
 

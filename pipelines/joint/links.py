@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.joint.book import AXLES, SILENT, Book
+from pipelines.joint.book import AXLES, LIVE_REAR, SILENT, Book
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_inertia
+
+ROLL_CENTER = {False: (0.09, 0.06), True: (0.25, 0.15)}
+"""m above ground, where the vehicle file is silent: of independent suspensions, and of live axles, which leaf springs hold at their
+own height and linkages lower."""
 
 PITCH_CENTER = (0.12, 0.08)
 """m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
@@ -58,11 +62,27 @@ def bend_jacking(book: Book) -> tuple[float, float]:
     return lever * (lifts[0] - lifts[1]), lever * float(np.linalg.norm(spreads))
 
 
+SHAFT_ARM = 0.1
+"""m: a wheel's radius over the final drive's ratio."""
+
+
+def _shaft_roll(book: Book) -> float:
+    """Spread of the roll moment that a propeller shaft puts between body and rear axle, over the driving force, m.
+
+    The engine turns the body as the pinion turns a live axle the other way; which way depends on the engine. A differential on the
+    body keeps it to itself.
+    """
+    live = book.vehicle.body in LIVE_REAR or book.vehicle.get("spring_base_rear_m") is not None
+    front, std = book.rows["drive_front"]
+    return SHAFT_ARM * min(1 - front + std, 1.0) if live else 0.0
+
+
 def links(book: Book) -> None:
     """What the links carry: roll centres, pitch centre, jacking."""
     vehicle = book.vehicle
     for axle in AXLES:
-        book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", 0.09, 0.06)
+        live = axle == "rear" and vehicle.body in LIVE_REAR
+        book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", *ROLL_CENTER[live])
     # under load wheels stand further apart by what roll centres at a constant height make of it; those that sink make less
     book.put("track_grows", 0.8, 0.4)
     book.put(
@@ -101,6 +121,7 @@ def links(book: Book) -> None:
         book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)
     share = vehicle.get("drive_front_share")
     book.put("drive_front", *((0.5, 0.5) if share is None else (share.value, share.std)))
+    book.put("shaft_roll", 0.0, _shaft_roll(book))
     radius = book.rows["radius"][0]
     # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
     # model without gravity's part in pitching: the CG's height

@@ -46,7 +46,9 @@ def roll_stiffness_of(values: Values, *, empty: bool = False) -> FloatArray:
 def roll_damping_of(values: Values) -> FloatArray:
     """Of the dampers at the drive's own speeds, the mean of bump and rebound, N·m·s/rad."""
     parts = [
-        0.25 * (np.asarray(values[f"bump_{a}"]) + values[f"rebound_{a}"]) * values[f"track_{a}"] ** 2
+        0.25
+        * (np.asarray(values[f"bump_{a}"]) + values[f"rebound_{a}"])
+        * (values[f"spring_base_{a}"] * values[f"track_{a}"]) ** 2
         for a in AXLES
     ]
     return np.asarray(parts[0] + parts[1])

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
-from pipelines.joint.book import AXLES, Book
+from pipelines.joint.book import AXLES, LIVE_REAR, Book
 from pipelines.joint.links import inertias, links
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
 from pipelines.vehicles.priors import measured_cg_height
+from pipelines.vehicles.spring_base import narrowing
 from pipelines.vehicles.vehicle import Vehicle
 
 __all__ = [
@@ -39,8 +40,9 @@ SLIDING = {False: (0.018, 0.014), True: (0.03, 0.02)}
 YIELDING = (0.5, 0.3)
 """Share of dry friction that gives by some 4 mm before it slides, the rest by less than one."""
 
-LIVE_REAR = frozenset(("Pickup", "Van", "Truck"))
-"""Bodies whose rear axle is live or on leaf springs, as a rule."""
+FORCE_BASE = (0.96, 0.09)
+"""How far apart the springs of a live axle stand, over the track, where the file is silent: load cells may sit in leaf springs at
+three quarters of it, or their forces are those at the wheels already."""
 
 ASKEW = 0.014
 """rad about each axis that an inertial unit sits askew: brackets and boards are held to 2 degrees."""
@@ -77,6 +79,11 @@ def _geometry(book: Book) -> None:
     track = (1.55, 0.08) if other is None else (other.value, max(other.std, 0.015))
     for axle in AXLES:
         book.quantity(f"track_{axle}", f"track_{axle}_m", *track)
+        ratio, std = narrowing(vehicle, axle)
+        book.put(f"spring_base_{axle}", ratio, std)
+        # forces in springs that nobody says stand between the wheels of a live axle
+        live = axle == "rear" and vehicle.body in LIVE_REAR and vehicle.get("spring_base_rear_m") is None
+        book.put(f"force_base_{axle}", *(FORCE_BASE if live else (1.0, std / ratio)))
     book.quantity("radius", "wheel_radius_m", 0.33, 0.03)
     book.quantity("wheel_inertia", "wheel_inertia_kgm2", 1.2, 0.4)
     mass = vehicle.get("mass_kg")
@@ -132,28 +139,41 @@ def _load(book: Book, kilos: float) -> None:
 
 
 def _bars(book: Book) -> None:
-    """Anti-roll bars: stated, or what the stated roll stiffness leaves beside the springs, or hardly known."""
+    """Roll stiffness of each axle beside springs on the wheels' track: anti-roll bars, less what springs that stand closer lack.
+
+    Stated, or what the stated roll stiffness leaves, which then binds all parts of it as a relation, or hardly known.
+    """
     vehicle = book.vehicle
     springs = {a: 0.5 * book.rows[f"spring_{a}"][0] * book.rows[f"track_{a}"][0] ** 2 for a in AXLES}
     stated = {a: vehicle.get(f"anti_roll_stiffness_{a}_nmprad") for a in AXLES}
+    narrow = {a: narrowing(vehicle, a) for a in AXLES}
+    lacks = {a: (1 - narrow[a][0] ** 2) * springs[a] for a in AXLES}
+    unsure = {a: 2 * narrow[a][0] * narrow[a][1] * springs[a] for a in AXLES}
     total = vehicle.get("roll_stiffness_nmprad")
-    left = None if total is None else max(total.value - sum(springs.values()), 0.0)
+    told = sum(q.value - lacks[a] for a, q in stated.items() if q is not None)
+    left = None if total is None else total.value - sum(springs.values()) - told
+    silent = [a for a in AXLES if stated[a] is None]
     for axle, share in zip(AXLES, (0.6, 0.4), strict=True):
-        known = stated[axle]
-        name = f"bar_{axle}"
+        known, name, title = stated[axle], f"bar_{axle}", f"anti-roll bar, {axle}, N·m/rad"
         if known is not None:
-            book.put(name, known.value, known.std, f"anti_roll_stiffness_{axle}_nmprad", known.source)
-        elif total is not None and left is not None and not any(stated.values()):
-            std = max(share * total.std, 0.1 * share * left)
-            book.put(
-                name,
-                share * left,
-                std,
-                f"anti-roll bar, {axle}, N·m/rad",
-                "roll_stiffness_nmprad less springs",
-            )
+            std = float(np.hypot(known.std, unsure[axle]))
+            book.put(name, known.value - lacks[axle], std, f"anti_roll_stiffness_{axle}_nmprad", known.source)
+        elif total is not None and left is not None:
+            part = left if len(silent) == 1 else _shared(left, share, axle)
+            # wide: the stated sum binds them (`stated`), and is not to count twice
+            book.put(name, part, 0.3 * springs[axle], title, "roll_stiffness_nmprad less springs")
         else:
-            book.put(name, 0.6 * springs[axle], 0.5 * springs[axle], f"anti-roll bar, {axle}, N·m/rad")
+            # a live axle's springs may stand closer together than anybody said
+            live = axle == "rear" and vehicle.body in LIVE_REAR and narrow[axle][0] == 1
+            mean = (0.1 if live else 0.6) * springs[axle] - lacks[axle]
+            book.put(name, mean, float(np.hypot(0.5 * springs[axle], unsure[axle])), title)
+
+
+def _shared(left: float, share: float, axle: str) -> float:
+    """An axle's part of what a stated roll stiffness leaves beside the springs: what it lacks is a rigid rear axle's."""
+    if left >= 0:
+        return share * left
+    return left if axle == "rear" else 0.0
 
 
 def _suspension(book: Book, kilos: float) -> bool:

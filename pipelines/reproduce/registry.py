@@ -43,5 +43,6 @@ def choose_papers(name: str | None, known: Mapping[str, str]) -> tuple[str, ...]
         raise SettingsError(
             f"there is no paper {name!r}",
             hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}",
+            wrong_usage=True,
         )
     return (name,)

@@ -23,6 +23,8 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "wheelbase_m": (0.1, 20.0, _LENGTH),
     "track_front_m": (0.1, 5.0, _LENGTH),
     "track_rear_m": (0.1, 5.0, _LENGTH),
+    "spring_base_front_m": (0.05, 5.0, _LENGTH),
+    "spring_base_rear_m": (0.05, 5.0, _LENGTH),
     "roll_center_height_front_m": (-2.0, 3.0, _LENGTH),
     "roll_center_height_rear_m": (-2.0, 3.0, _LENGTH),
     "pitch_center_height_m": (-3.0, 5.0, _LENGTH),
@@ -52,6 +54,7 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
 }
 _G = 9.81
 _MOST_SAG_M = 1.2
+_WIDEST_BASE = 1.1
 _LEAST_ROLL_ARM_M = 0.15
 
 
@@ -69,9 +72,21 @@ def check_plausible(vehicle: Vehicle, path: Path) -> None:
                 raise VehicleError(
                     text, path=path, place=f"[{table}] {key}", hint=f"this key is in {span[2]}"
                 )
+    _check_bases(vehicle.quantities, path)
     mass = vehicle.get("mass_kg")
     if mass is not None:
         _check_springs(mass, vehicle.quantities, path)
+
+
+def _check_bases(quantities: Mapping[str, Quantity], path: Path) -> None:
+    """Springs that stand outside of the wheels."""
+    for axle in ("front", "rear"):
+        base, track = quantities.get(f"spring_base_{axle}_m"), quantities.get(f"track_{axle}_m")
+        if base is not None and track is not None and base.value > _WIDEST_BASE * track.value:
+            raise VehicleError(
+                f"found {base.value:g}: the wheels stand {track.value:g} m apart", path=path,
+                place=f"[vehicle] spring_base_{axle}_m", hint="it is the distance of a rigid axle's springs from each other",
+            )  # fmt: skip
 
 
 def _check_springs(mass: Quantity, quantities: Mapping[str, Quantity], path: Path) -> None:

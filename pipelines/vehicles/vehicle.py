@@ -27,6 +27,8 @@ POSITIVE = frozenset(
         "wheelbase_m",
         "track_front_m",
         "track_rear_m",
+        "spring_base_front_m",
+        "spring_base_rear_m",
         "roll_inertia_kgm2",
         "pitch_inertia_kgm2",
         "roll_stiffness_nmprad",
@@ -64,7 +66,14 @@ TEXT_KEYS = frozenset({"id", "name", "body", "suspension_map"})
 LEAST_STD = {"cg_lateral_offset_m": 0.005}
 """m: what a bare figure of any sign is worth at least; 0.02 where not named."""
 
-RELATIVE_STD = {"mass_kg": 0.02, "wheelbase_m": 0.003, "track_front_m": 0.005, "track_rear_m": 0.005}
+RELATIVE_STD = {
+    "mass_kg": 0.02,
+    "wheelbase_m": 0.003,
+    "track_front_m": 0.005,
+    "track_rear_m": 0.005,
+    "spring_base_front_m": 0.01,
+    "spring_base_rear_m": 0.01,
+}
 """What a bare number in a vehicle file is worth: a data sheet's figure, not a calibration."""
 DEFAULT_RELATIVE_STD = 0.05
 

@@ -37,7 +37,7 @@ def check_fleet_formats(formats: str) -> tuple[str, ...]:
     unknown = [name for name in asked if name not in FORMATS and name != "json"]
     if unknown or not asked:
         found = f"unknown format {unknown[0]!r}" if unknown else "no format was asked for"
-        raise ReportError(found, hint=f"a fleet's report comes as {', '.join(FORMATS)}")
+        raise ReportError(found, hint=f"a fleet's report comes as {', '.join(FORMATS)}", wrong_usage=True)
     return tuple(name for name in FORMATS if name in asked)
 
 

@@ -25,7 +25,9 @@ def fleet_pages(
     """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
-        raise ReportError(f"unknown format {unknown[0]!r}", hint=f"known are {', '.join(FORMATS)}")
+        raise ReportError(
+            f"unknown format {unknown[0]!r}", hint=f"known are {', '.join(FORMATS)}", wrong_usage=True
+        )
     view = view_of(tables, facts)
     made: dict[str, bytes] = {}
     if "html" in formats:

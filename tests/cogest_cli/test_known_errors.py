@@ -11,9 +11,9 @@ import parsers.convert
 import parsers.load
 
 
-def one_line(run, *words):
+def one_line(run, *words, code=1):
     """Whether a run ended as a known error whose only line holds the words."""
-    assert run.code == 1, run
+    assert run.code == code, run
     assert run.out == ""
     assert run.err.startswith("cogest: ")
     assert run.err.endswith("\n")
@@ -120,10 +120,11 @@ def test_a_wrong_file_beside_the_log(inside, drive, tmp_path, option, text, word
 
 def test_names_that_are_unknown(inside, drive, tmp_path):
     run = inside("analyze", drive, "--estimators", "rol_map", "--out", tmp_path / "out")
-    assert one_line(run, "there is no estimator 'rol_map'; did you mean 'roll_map'?")
-    assert one_line(inside("analyze", drive, "--estimators", ","), "--estimators names none", "roll_map")
+    assert one_line(run, "there is no estimator 'rol_map'; did you mean 'roll_map'?", code=2)
+    run = inside("analyze", drive, "--estimators", ",")
+    assert one_line(run, "--estimators names none", "roll_map", code=2)
     run = inside("analyze", drive, "--format", "html,docx", "--out", tmp_path / "out")
-    assert one_line(run, "unknown format 'docx'", "html, pdf, json")
+    assert one_line(run, "unknown format 'docx'", "html, pdf, json", code=2)
 
 
 @pytest.mark.parametrize("command", ["analyze", "convert"])

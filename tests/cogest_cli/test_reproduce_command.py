@@ -44,5 +44,5 @@ def test_the_installed_program_repeats_itself_and_names_the_nearest_paper(cogest
     assert first.out == second.out
     assert max(len(line) for line in first.out.splitlines()) <= 160
     wrong = cogest("reproduce", "pense")
-    assert wrong.code == 1
+    assert wrong.code == 2
     assert "did you mean 'pence'" in wrong.err

@@ -6,7 +6,7 @@ Sprung body, in body axes (specific force f, so that grade and bank drop out), S
     pitch     a S_f - b S_r = -(m (h - h_links) - past) f_x - g pitch (m_u R + m_s h_path) - 4 I_w v'/R - h_D D - I_yy q'
               - m_s j_bend f_y²
     roll      sum y S + sum W h_rc lean = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w (1 - camber) v r / R + I_xx p'
-              + y_s m_s f_z + ((h_rcf - h_rcr) I_zz / L - I_xz) r'
+              + y_s m_s f_z + ((h_rcf - h_rcr) I_zz / L - I_xz) r' - m s_shaft f_x (driving)
 
 The longitudinal balance is in `along`.
 
@@ -174,13 +174,30 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
     return coefficients
 
 
+def _shaft(known: Known) -> bool:
+    """Whether a propeller shaft may turn a live axle against the body."""
+    return bool(known.std[known.index("shaft_roll")] > 1e-6)
+
+
+def _by_shaft(p: Values, body: Body, amount: float, terms: Terms) -> None:
+    """Adds amount * driving force: what accelerates, and what overcomes air and tyres. The springs hold what the shaft turns."""
+    pressure, rolling = air_pressure(p) * p["drag"], p["rolling"] * body.mass * GRAVITY
+    add(terms, "fx_drive", amount * body.mass)
+    add(terms, "v2", amount * pressure)
+    add(terms, "v2_on", -amount * pressure)
+    add(terms, "move", amount * rolling)
+    add(terms, "on_rolling", -amount * rolling)
+
+
 def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
     """The roll balance."""
     first = known.at(np.zeros(len(known.names)))
-    whole = kind == "tyre"
+    whole, shaft = kind == "tyre", _shaft(known)
 
     def levers(p: Values) -> list[float]:
         front, rear = (p[f"track_{axle}"] / 2 * widened(p, axle) for axle in AXLES)
+        if kind == "suspension":
+            front, rear = front * p["force_base_front"], rear * p["force_base_rear"]
         return [front, -front, rear, -rear]
 
     nominal = stiffness_of(kind, first, levers(first), bars=True)
@@ -210,6 +227,8 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         # turning into a bend loads the front axle first: its links stand lower or higher than the mean of both
         split = 0.0 if whole else (p["roll_center_front"] - p["roll_center_rear"]) / p["wheelbase"]
         add(terms, "yaw_acc", -split * p["pitch_inertia"] * YAW_OVER_PITCH - p["product"])
+        if shaft and not whole:
+            _by_shaft(p, body, gain * p["shaft_roll"], terms)
         if whole:
             add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * axis)
         add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
@@ -321,7 +340,17 @@ def relations(data: Columns, known: Known) -> tuple[Relation, ...]:
             found.append(make_relation(f"pitch by {TITLES[kind]}", f"pitch balance by {TITLES[kind]}", data, extra,
                                    pitch_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
         if data.has("fy") and kind != "axle":
-            names = ("rest", "move", "fy", "dfy", "ddfy", "fy3", "fx", "yaw_acc")
+            names = (
+                "rest",
+                "move",
+                "fy",
+                "dfy",
+                "ddfy",
+                "fy3",
+                "fx",
+                "yaw_acc",
+                *(("fx_drive",) if _shaft(known) else ()),
+            )
             found.append(make_relation(f"roll by {TITLES[kind]}", f"roll balance by {TITLES[kind]}", data, extra,
                                    roll_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
         names = ("rest", "move", "fz_dynamic", "dfz", "ddfz", "fx_brake", "fx_drive", "fy2", "v2")

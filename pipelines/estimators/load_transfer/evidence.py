@@ -27,7 +27,7 @@ from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, T
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.body import pitch_centres
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
-from pipelines.joint.laden import axis_lever, roll_springs, side_patches
+from pipelines.joint.laden import axis_lever, forces_lever, roll_springs, side_patches
 from pipelines.joint.outputs import roll_stiffness_of
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
@@ -47,7 +47,7 @@ LINKS = (
 )  # fmt: skip
 ROLL = (
     "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows", "axis_sinks", "patch_side",
-    "bar_front", "bar_rear", "square_front", "square_rear", "cube_front", "cube_rear", "side_path",
+    "bar_front", "bar_rear", "force_base_front", "force_base_rear", "square_front", "square_rear", "cube_front", "cube_rear", "side_path",
 )  # fmt: skip
 PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05
 LEVEL_GAIN = 0.005
@@ -242,7 +242,7 @@ def _rolling(
         ]
         if moving:
             wider = 2 * used / (values["track_front"] + values["track_rear"])
-            made.append(roll_moment(values) * wider / scale)
+            made.append(roll_moment(values) * forces_lever(values) * wider / scale)
         return made
 
     names = dict.fromkeys((*BODY, *SCALES, *ZEROS, *((*ROLL, *level.unknowns) if moving else ())))

@@ -30,7 +30,7 @@ LEAST = 0.01
 """Information, in units of the fit's own weak priors, below which a direction is not handed on."""
 
 DEPENDS = (
-    "wheelbase", "track_front", "track_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
+    "wheelbase", "track_front", "track_rear", "spring_base_front", "spring_base_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
     "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear",
     "bar_front", "bar_rear", "bump_front", "bump_rear", "rebound_front", "rebound_rear", "roll_center_front",

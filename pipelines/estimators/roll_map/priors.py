@@ -15,6 +15,7 @@ import numpy as np
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import Assumption, FloatArray, Prior
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
+from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 DRIVER = (75.0, 15.0)
@@ -269,7 +270,7 @@ def _per_axle(vehicle: Vehicle, rate: str, bar: str | None) -> Quantity | None:
     value = square = 0.0
     for axle in ("front", "rear"):
         spring = vehicle.get(f"{rate}_{axle}_{'npm' if rate == 'spring_rate' else 'nspm'}")
-        track = vehicle.get(f"track_{axle}_m")
+        track = spring_base(vehicle, axle)
         if spring is None or track is None:
             return None
         part = 0.5 * spring.value * track.value**2

@@ -19,6 +19,7 @@ from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_CENTER, ROLL_RADPS
 from pipelines.evidence import Evidence, FloatArray, Kind, Values
 from pipelines.joint.from_parameters import evidence_of, hubs_past, loaded_body, without_prior
+from pipelines.joint.laden import forces_lever
 from pipelines.joint.outputs import inertias_of, roll_axis_of
 from pipelines.models.roll import GRAVITY
 
@@ -79,7 +80,8 @@ def roll_evidence(
         lean = 1 - values["camber"]
         arm = body.h - roll_axis_of(values, body)
         hubs = body.unsprung * values["radius"] * lean * (arm - lean * values["radius"])
-        return (inertias_of(values)[0] - moment * above - hubs - left) / mean_scale(values)
+        lever: float | FloatArray = forces_lever(values) / mean_scale(values)
+        return (inertias_of(values)[0] - moment * above - hubs - left) * lever
 
     names = (*INERTIA, "roll_inertia", *ROLL, "imu_h")
     made = _of(fit, "roll_acc", mass, errors, (doubt, feet), "roll", "roll_plane", inertia, names)

@@ -84,6 +84,7 @@ def preset(name: str, seed: int = 0) -> PlantVehicle:
             hint=f"did you mean {near[0]!r}?"
             if near
             else f"known are {', '.join((*PRESETS, RANDOM))}, or give a vehicle file",
+            wrong_usage=True,
         )
     return PRESETS[name]
 
@@ -93,13 +94,15 @@ def _check_load(vehicle: PlantVehicle, loads: Sequence[Load]) -> None:
     weight = sum(load.mass_kg for load in loads)
     if weight > vehicle.mass_kg:
         raise SettingsError(
-            f"{vehicle.name} cannot carry {weight:.0f} kg", hint=f"at most its own {vehicle.mass_kg:.0f} kg"
+            f"{vehicle.name} cannot carry {weight:.0f} kg",
+            hint=f"at most its own {vehicle.mass_kg:.0f} kg",
+            wrong_usage=True,
         )
     try:
         truth(vehicle, loads)
     except ValueError as error:
         raise SettingsError(
-            f"{vehicle.name} cannot carry this load: {error}", hint="give less, or lower"
+            f"{vehicle.name} cannot carry this load: {error}", hint="give less, or lower", wrong_usage=True
         ) from error
 
 

@@ -27,7 +27,9 @@ def _number(text: str, spec: str) -> float:
     except ValueError:
         value = math.nan
     if not math.isfinite(value):
-        raise SettingsError(f"load {spec!r}: found {text!r}, expected a number", hint=_EXAMPLE)
+        raise SettingsError(
+            f"load {spec!r}: found {text!r}, expected a number", hint=_EXAMPLE, wrong_usage=True
+        )
     return value
 
 
@@ -79,25 +81,28 @@ def parse_load(spec: str, vehicle: PlantVehicle) -> list[Load]:
             raise SettingsError(
                 f"load {spec!r}: there is no place {name!r}",
                 hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(PLACES)}",
+                wrong_usage=True,
             )
         kilograms = _number(mass, spec)
         _check_mass(kilograms, spec)
         return PLACES[name][1](vehicle, kilograms)
     found = re.fullmatch(r"([^@]+)@\s*x\s*=([^,]+),\s*y\s*=([^,]+),\s*z\s*=([^,]+)", spec)
     if not found:
-        raise SettingsError(f"load {spec!r} cannot be read", hint=_EXAMPLE)
+        raise SettingsError(f"load {spec!r} cannot be read", hint=_EXAMPLE, wrong_usage=True)
     kilograms, behind, left, above = (_number(text, spec) for text in found.groups())
     _check_mass(kilograms, spec)
     if not -2 <= behind <= vehicle.wheelbase_m + 2:
         raise SettingsError(
-            f"load {spec!r}: x is {behind:g} m, the wheelbase {vehicle.wheelbase_m:g} m", hint=_EXAMPLE
+            f"load {spec!r}: x is {behind:g} m, the wheelbase {vehicle.wheelbase_m:g} m",
+            hint=_EXAMPLE,
+            wrong_usage=True,
         )
     if abs(left) > vehicle.track_rear_m or not 0 <= above <= 5:
-        raise SettingsError(f"load {spec!r} lies outside the vehicle", hint=_EXAMPLE)
+        raise SettingsError(f"load {spec!r} lies outside the vehicle", hint=_EXAMPLE, wrong_usage=True)
     return [Load(kilograms, behind, left, above)]
 
 
 def _check_mass(mass_kg: float, spec: str) -> None:
     if not 0 < mass_kg <= _MOST_KG:
         text = f"load {spec!r}: found {mass_kg:g} kg, expected more than 0 and at most {_MOST_KG}"
-        raise SettingsError(text, hint=_EXAMPLE)
+        raise SettingsError(text, hint=_EXAMPLE, wrong_usage=True)

@@ -65,5 +65,6 @@ def make_scenario(name: str, vehicle: VehicleFigures, options: Options, rng: np.
         raise SettingsError(
             f"there is no manoeuvre {name!r}",
             hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(MANOEUVRES)}",
+            wrong_usage=True,
         )
     return builder_at(MANOEUVRES[name])(vehicle, options, rng)

@@ -117,6 +117,7 @@ def sensor_set(name: str, mount: Mount = DEFAULT_MOUNT, fit: Fit | None = None) 
         raise SettingsError(
             f"there is no sensor set {name!r}",
             hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(SENSOR_SETS)}",
+            wrong_usage=True,
         )
     title, units = SENSOR_SETS[name]
     return SensorSet(name, title, units(mount), fit or Fit())

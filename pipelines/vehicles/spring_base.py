@@ -1,0 +1,23 @@
+"""How far apart an axle's springs stand: as far as its wheels, but for rigid axles with springs between them."""
+
+from __future__ import annotations
+
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+
+def spring_base(vehicle: Vehicle, axle: str) -> Quantity | None:
+    """Distance of the springs of an axle, as far as rolling goes, m: stated, else the track; None where neither is known.
+
+    The wheel of an independent suspension has its spring's rate reckoned at the wheel; a rigid axle's springs stand where they are.
+    """
+    return vehicle.get(f"spring_base_{axle}_m") or vehicle.get(f"track_{axle}_m")
+
+
+def narrowing(vehicle: Vehicle, axle: str) -> tuple[float, float]:
+    """Spring base over track and its standard deviation: exactly 1 where the file states no spring base, or no track at all."""
+    base = vehicle.get(f"spring_base_{axle}_m")
+    tracks = [vehicle.get(f"track_{a}_m") for a in (axle, "front" if axle == "rear" else "rear")]
+    track = tracks[0] or tracks[1]
+    if base is None or track is None:
+        return 1.0, 0.0
+    return base.value / track.value, base.std / track.value
