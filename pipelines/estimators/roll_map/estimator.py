@@ -18,10 +18,11 @@ from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.roll_map.answers import coefficients_of
 from pipelines.estimators.roll_map.choose import Asked, fit_best
 from pipelines.estimators.roll_map.data import RollData, collect
-from pipelines.estimators.roll_map.evidence import evidence_of
+from pipelines.estimators.roll_map.evidence import Motion, evidence_of
 from pipelines.estimators.roll_map.figures import fit_traces, gradient_track, height_track, roll_scatter
 from pipelines.estimators.roll_map.fit import RollFit
 from pipelines.estimators.roll_map.model import OPTIONS, Known, known_parameters
+from pipelines.estimators.roll_map.motion import friction_damping
 from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle, usable
 from pipelines.estimators.roll_map.words import (
     assumptions_of_fit,
@@ -258,7 +259,10 @@ class RollMap:
             diagnostics=figures,
             used_fraction=data.size / max(data.drive_rows, 1),
             evidence=evidence_of(
-                usable(before, coefficients, data.against_axles)[0], data.against_axles, vehicle, self.name
+                usable(before, coefficients, data.against_axles)[0],
+                Motion(data.against_axles, data.slow_share, friction_damping(data, fit.values)),
+                vehicle,
+                self.name,
             ),
         )
 

@@ -4,18 +4,20 @@ With κ = K / (K + K_tyre), M the moment of a unit of lateral acceleration about
 
     a = K (1 - κ) / M    b = D (1 - κ)² m h / M²    c = (I + z (M - κ m_u R)) / M - κ (1 + γ) b² / ((1 - κ) a)
 
-I: of the body about its CG, z: its height above the accelerometer. Against the axles K, D and M are the suspension's own.
+I: of the body about its CG, z: its height above the accelerometer. Against the axles K, D and M are the suspension's own. D: of the
+dampers, and of dry friction by the energy that it takes at the drive's own speeds.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
 from pipelines.evidence import Evidence, Values
+from pipelines.joint.book import AXLES
 from pipelines.joint.laden import axis_lever, roll_springs
 from pipelines.joint.outputs import (
     body_at,
@@ -29,20 +31,42 @@ from pipelines.vehicles.vehicle import Vehicle
 LEAST = 0.01
 """Information, in units of the fit's own weak priors, below which a direction is not handed on."""
 
+BANKED, BANKED_STD = 0.1, 0.2
+"""Share of the body's roll in bends that the road's own lean takes off what a gyro sees: as of the roll angle (`brake_roll`)."""
+
 DEPENDS = (
     "wheelbase", "track_front", "track_rear", "spring_base_front", "spring_base_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
     "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear",
-    "bar_front", "bar_rear", "bump_front", "bump_rear", "rebound_front", "rebound_rear", "roll_center_front",
+    "bar_front", "bar_rear", "bump_front", "bump_rear", "friction_front", "friction_rear", "rebound_front", "rebound_rear", "roll_center_front",
     "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "axis_sinks", "side_path",
 )  # fmt: skip
 
 
-def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
+@dataclass(frozen=True)
+class Motion:
+    """How the drive moved the body.
+
+    slow_share: of the lateral acceleration's power, what is as slow as the bends of a road. friction: s/rad, what dry friction
+    of 1 N m in roll adds to the damping at this drive's own speeds (`motion.friction_damping`).
+    """
+
+    against_axles: bool
+    slow_share: float
+    friction: float
+
+
+def _damping(values: Values, motion: Motion) -> FloatArray:
+    """Of the suspension as this drive moved it, N m s/rad: of the dampers, and of dry friction, which no log tells from them."""
+    held = sum(values[f"friction_{axle}"] * values[f"track_{axle}"] for axle in AXLES)
+    return np.asarray(roll_damping_of(values) + motion.friction * held)
+
+
+def _coefficients(values: Values, motion: Motion) -> list[FloatArray]:
     """a, b, c and the rate gain of the vehicles."""
     body = body_at(values, {})
     stiffness = np.asarray(roll_springs(values, body, roll_stiffness_of(values)))
-    damping = roll_damping_of(values)
+    damping = _damping(values, motion)
     axis = np.asarray(axis_lever(values, np.asarray(body.whole_x) / values["wheelbase"]))
     own = body.sprung * (body.h - axis)
     hub = body.unsprung * np.asarray(values["radius"])
@@ -53,7 +77,7 @@ def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
     reach = body.h - np.asarray(values["imu_h"])
     road_a, road_b = stiffness * (1 - kappa) / moment, damping * (1 - kappa) ** 2 * own / moment**2
     share = (1 - kappa) * own / moment
-    if against_axles:
+    if motion.against_axles:
         c = (inertias_of(values)[0] / own + reach) / share
         return [stiffness / own, damping / own, np.asarray(c), np.asarray(1 / share)]
     inertia = (inertias_of(values)[0] + reach * (moment - kappa * hub)) / moment
@@ -65,13 +89,11 @@ def _coefficients(values: Values, against_axles: bool) -> list[FloatArray]:
     ]
 
 
-def _predict(weights: FloatArray, against_axles: bool) -> Callable[[Values], FloatArray]:
+def _predict(weights: FloatArray, motion: Motion) -> Callable[[Values], FloatArray]:
     count = weights.shape[1]
 
     def predict(values: Values) -> FloatArray:
-        return np.asarray(
-            weights @ np.array(np.broadcast_arrays(*_coefficients(values, against_axles)[:count]))
-        )
+        return np.asarray(weights @ np.array(np.broadcast_arrays(*_coefficients(values, motion)[:count])))
 
     return predict
 
@@ -96,8 +118,23 @@ def _some(coefficients: Coefficients, chosen: list[int]) -> Coefficients:
     return replace(coefficients, covariance=wide)
 
 
+def _off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coefficients:
+    """The gyro's gain as on flat ground.
+
+    A road that leans into its bends turns the body against the horizon the other way than its springs do. What was steered
+    on flat ground is quicker than such bends.
+    """
+    if "rate_gain" not in coefficients.names:
+        return coefficients
+    i, slow = coefficients.names.index("rate_gain"), min(max(slow_share, 0.0), 1.0)
+    mean, covariance = coefficients.mean.copy(), coefficients.covariance.copy()
+    mean[i] /= 1 - BANKED * slow
+    covariance[i, i] += (BANKED_STD * slow * mean[i]) ** 2
+    return replace(coefficients, mean=mean, covariance=covariance)
+
+
 def evidence_of(
-    coefficients: Coefficients, against_axles: bool, vehicle: Vehicle, source: str
+    coefficients: Coefficients, motion: Motion, vehicle: Vehicle, source: str
 ) -> tuple[Evidence, ...]:
     """The coefficients' likelihood without the fit's own priors.
 
@@ -111,7 +148,8 @@ def evidence_of(
     slow = [i for i, told in quick if not told]
     coefficients = _some(coefficients, [i for i in range(len(coefficients.mean)) if i not in slow])
     parts = [("horizon", "roll motion against the horizon", coefficients)]
-    if against_axles:
+    if motion.against_axles:
+        coefficients = _off_banked_roads(coefficients, motion.slow_share)
         rest = list(range(1, len(coefficients.mean)))
         parts = [
             ("spring deflections", "steady roll against the axles", _some(coefficients, [0])),
@@ -119,10 +157,10 @@ def evidence_of(
         ]
     found = []
     for carrier, title, part in parts:
-        seen = _whitened(part, against_axles)
+        seen = _whitened(part, motion.against_axles)
         if seen is not None:
             weights, observed = seen
-            predict = _predict(weights, against_axles)
+            predict = _predict(weights, motion)
             found.append(
                 Evidence("roll", carrier, title, source, observed, np.eye(len(observed)), predict, DEPENDS)
             )

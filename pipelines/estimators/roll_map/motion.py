@@ -139,18 +139,28 @@ def _held(data: RollData, p: Mapping[str, float], angle: FloatArray, rate: Float
     return held
 
 
-def working_damping(data: RollData, p: Mapping[str, float]) -> tuple[float, float]:
-    """What friction of 1 m/s², and a whole knee, add to the linear damping that takes as much energy over the drive, in units of b."""
-    model = linear_of(data, p)
-    angle, rate = suspension_motion(data, model, input_of(data, p))
+def _of_friction(data: RollData, angle: FloatArray) -> float:
+    """Linear damping that takes as much energy over the motion (n,) of the springs as a friction of 1, s/rad."""
     way = np.diff(angle)
     way[data.stops[:-1] - 1] = 0.0
     power = max(float(np.sum(way * way)) / data.step_s, 1e-12)
     held = dry_friction(angle, data.starts, data.stops, SLIP)
+    return float(np.sum(held[1:] * way)) / power
+
+
+def friction_damping(data: RollData, p: Mapping[str, float]) -> float:
+    """What dry friction of 1 N m, in roll, adds to the roll damping of the suspension at this drive's own speeds, s/rad."""
+    angle, _ = suspension_motion(data, linear_of(data, p), input_of(data, p))
+    return _of_friction(data, angle)
+
+
+def working_damping(data: RollData, p: Mapping[str, float]) -> tuple[float, float]:
+    """What friction of 1 m/s², and a whole knee, add to the linear damping that takes as much energy over the drive, in units of b."""
+    angle, rate = suspension_motion(data, linear_of(data, p), input_of(data, p))
     # against the horizon the tyres take off the dampers' part
     share = p["b"] / suspension_of_motion(data, p).b
     beyond = float(np.sum(excess(rate) * rate)) / max(float(np.sum(rate * rate)), 1e-12)
-    return share * float(np.sum(held[1:] * way)) / power, -p["b"] * beyond
+    return share * _of_friction(data, angle), -p["b"] * beyond
 
 
 def _smoothed(data: RollData, angle: FloatArray, square_s: float) -> FloatArray:
