@@ -17,6 +17,7 @@ from parsers.checks.signs import (
 )
 from parsers.checks.sizes import size_faults
 from parsers.checks.spikes import calm, clean
+from parsers.checks.springs import exchanged_decision
 from parsers.checks.unit_faults import unit_faults
 from parsers.drive import Decision, Signal
 
@@ -114,11 +115,11 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    inverted, grid, rest, missing = _signs(make_grid(work, grid))
+    inverted, exchanged, grid, rest, missing = _signs(make_grid(work, grid))
     work = _scaled(work, dict.fromkeys(inverted, -1.0))
     idle = stuck(work, grid)
     rest += [*wild.values(), *idle]
-    left_out = frozenset(wild) | {each.signal for each in idle if each.applied}
+    left_out = frozenset(wild) | exchanged | {each.signal for each in idle if each.applied}
     work = {name: signal for name, signal in work.items() if name not in left_out}
     rest += offsets(_without(grid, left_out))
     guessed = [
@@ -128,7 +129,14 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     ]
     unsure = (*missing, *guessed)
     findings = Findings(
-        factors, inverted, left_out, tuple(units), tuple(spikes), tuple(rest), unsure, frozenset(wild)
+        factors,
+        inverted,
+        left_out,
+        tuple(units),
+        tuple(spikes),
+        tuple(rest),
+        unsure,
+        frozenset(wild) | exchanged,
     )
     return findings, work
 
@@ -146,14 +154,23 @@ def _beside(
     return whole, work
 
 
-def _signs(grid: Grid) -> tuple[frozenset[str], Grid, list[Decision], list[str]]:
-    """The springs' sign, then lateral ones (which look at it and at accel_z's), then those that build on them."""
+def _signs(grid: Grid) -> tuple[frozenset[str], frozenset[str], Grid, list[Decision], list[str]]:
+    """The springs' sign, then lateral ones (which look at it and at accel_z's), then those that build on them.
+
+    Returns what is inverted, what is exchanged with each other, the grid as it then is, decisions, and checks that had too little.
+    """
     inverted: frozenset[str] = frozenset()
+    exchanged: frozenset[str] = frozenset()
     decisions: list[Decision] = []
     missing: list[str] = []
     axes_turned = False
     for step in (springs_signs, lateral_signs, other_signs, rate_signs):
         result: SignResult = step(grid)
+        if result.exchanged:
+            exchanged = result.exchanged & set(grid.columns)
+            decisions = [exchanged_decision(bool(exchanged & inverted))]
+            inverted -= exchanged
+            grid = _without(grid, exchanged)
         axes_turned |= result.axes_turned
         along = turned_along(grid.columns, result.unchecked) if axes_turned else ()
         with_it = {each.signal for each in along}
@@ -165,7 +182,7 @@ def _signs(grid: Grid) -> tuple[frozenset[str], Grid, list[Decision], list[str]]
         missing += [
             text for text in result.unchecked if text.split(":")[0].removeprefix("sign of ") not in with_it
         ]
-    return inverted, grid, decisions, missing
+    return inverted, exchanged, grid, decisions, missing
 
 
 def _scaled(signals: Mapping[str, Signal], factors: Mapping[str, float]) -> dict[str, Signal]:

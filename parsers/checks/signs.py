@@ -66,13 +66,15 @@ class Vote:
 class SignResult:
     """Which signals are inverted, the decisions, and which checks had too little to go by.
 
-    axes_turned: whether the log's axes are those of SAE J670.
+    axes_turned: whether the log's axes are those of SAE J670. exchanged: signals that are not what their names say, each being
+    another's.
     """
 
     inverted: frozenset[str]
     decisions: tuple[Decision, ...]
     unchecked: tuple[str, ...]
     axes_turned: bool = False
+    exchanged: frozenset[str] = frozenset()
 
 
 def lateral_reference(grid: Grid) -> tuple[str, FloatArray] | None:
@@ -175,13 +177,22 @@ def lateral_signs(grid: Grid) -> SignResult:
     chosen = chosen - {
         _ROLL_RATE
     }  # a witness here; its own sign is looked at when those of the others are settled
+    exchanged = "springs" in chosen and springs_in_braking(grid) is not None
     decisions = tuple(
-        _lateral_decision(each, name, by_name, chosen, margin, z_down) for each in costs if each in chosen
+        _lateral_decision(each, name, by_name, chosen, margin, z_down)
+        for each in costs
+        if each in chosen and not (exchanged and each == "springs")
     )
+    if exchanged:
+        # braking has told their sign, and all else that turns says the opposite: no sign of theirs is right for both
+        chosen = chosen - {"springs"}
     names: set[str] = set()
     for each in chosen - {"path", "wheels"}:
         names |= set(DEFLECTIONS) if each == "springs" else {each}
-    return SignResult(frozenset(names), decisions, (), axes_turned=z_down and name in chosen)
+    return SignResult(
+        frozenset(names), decisions, (), axes_turned=z_down and name in chosen,
+        exchanged=frozenset(DEFLECTIONS) if exchanged else frozenset(),
+    )  # fmt: skip
 
 
 def _lateral_decision(

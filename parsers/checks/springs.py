@@ -51,3 +51,17 @@ def springs_decision(found: Together) -> Decision:
         f"correlation {found.correlation:.2f} with the loss of speed over {found.seconds:.0f} s",
         applied=True,
     )
+
+
+def exchanged_decision(inverted: bool) -> Decision:
+    """What is said of deflections whose sign braking tells one way and bends the other. inverted: braking took them for extension."""
+    pair = "front and rear" if inverted else "left and right"
+    other = "left and right" if inverted else "front and rear"
+    return Decision(
+        DEFLECTIONS[0],
+        "sign",
+        f"suspension deflections of {pair} wheels look exchanged: {other} move as they should, {pair} the other way round",
+        "all four left out; say in a mapping file which channel is which wheel",
+        "braking and the lateral signals contradict each other on their sign",
+        applied=True,
+    )

@@ -73,3 +73,21 @@ def test_springs_tell_the_pitch_rate() -> None:
     assert found(decisions, "sign") == {"pitch_rate"}
     assert "that the springs show" in next(d.found for d in decisions if d.kind == "sign")
     assert np.array_equal(fixed["pitch_rate"].values, signals["pitch_rate"].values)
+
+
+@pytest.mark.parametrize(
+    ("turn", "pair"), [({"f": "r", "r": "f"}, "front and rear"), ({"l": "r", "r": "l"}, "left and right")]
+)
+def test_wheels_that_are_exchanged_are_no_matter_of_sign(turn: dict[str, str], pair: str) -> None:
+    """Braking and bends contradict each other: inverting makes one of them right and the other wrong."""
+    signals = sprung() | only(drive("slalom"), "roll", "wheel_speed_rl", "wheel_speed_rr")
+    wrong = dict(signals)
+    for name in DEFLECTIONS:
+        end, side = name[-2:]
+        other = turn[end] + side if "f" in turn else end + turn[side]
+        wrong[name] = replace(signals[f"{name[:-2]}{other}"], name=name)
+    fixed, decisions = check(wrong)
+    (said,) = [each for each in decisions if each.kind == "sign"]
+    assert f"deflections of {pair} wheels look exchanged" in said.found
+    assert not set(DEFLECTIONS) & set(fixed)
+    assert same(fixed, {name: signal for name, signal in signals.items() if name not in DEFLECTIONS})
