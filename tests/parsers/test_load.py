@@ -141,6 +141,20 @@ def test_values_out_of_their_range_and_signals_without_samples_are_said(tmp_path
     assert said in record.notes
 
 
+def test_messages_that_say_they_have_none_are_counted_and_rows_of_another_axle_are_not(tmp_path):
+    path, given = tmp_path / "log.csv", tmp_path / "map.toml"
+    rows = "".join(f"{k / 100},{k % 7},{-1 if k < 60 else 0},{k % 2}\n" for k in range(200))
+    path.write_text("t [s],v,v_covariance[0],axle\n" + rows, encoding="utf-8")
+    for channel, low, rejected in (("v_covariance[0]", -0.5, 60), ("axle", 0.5, 0)):
+        given.write_text(
+            f'[signals.speed]\nchannel = "v"\nunit = "m/s"\nwhere = ["{channel}", {low}, 1e300]\n',
+            encoding="utf-8",
+        )
+        record = load_drive([path], LoadOptions(read_map(given), fix=False)).record
+        assert sum(record.rejected.values()) == rejected
+        assert all("says it has none (covariance below 0)" in reason for reason in record.rejected)
+
+
 def test_where_a_map_does_not_fit_a_damaged_log_the_damage_is_said(tmp_path):
     path, given = tmp_path / "log.log", tmp_path / "map.toml"
     path.write_text("(1700000000.000000) can0 123#0102\n(1700000000.010000) can0 123#0102\n")
