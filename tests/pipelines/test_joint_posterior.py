@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 from parsers.drive import ImportRecord
+from pipelines.joint.answers import Told, learned_of
 from pipelines.joint.conflict import check
 from pipelines.joint.counted import counted
 from pipelines.joint.inference import infer
-from pipelines.joint.information import prior_spreads, shares, slopes
+from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.next_measurement import CANDIDATES, next_measurements
 from pipelines.joint.posterior import find_mode, log_density, values_at
 from pipelines.joint.profile import departure
 from pipelines.joint.stated import stated_relations
 from pipelines.joint.unknowns import before_the_log
 from pipelines.limits import what_limits
-from pipelines.results import Share
+from pipelines.results import NextMeasurement, Share
 from tests.pipelines.joint_parts import linear, of_output, vehicle
 
 RECORD = ImportRecord("CSV table", (), "0", "complete", 1, {}, (), "clock", None, 10.0, ())
@@ -208,3 +209,19 @@ def test_a_stated_roll_stiffness_binds_what_makes_it_up() -> None:
     assert bound.mean == pytest.approx(124e3, rel=0.03)
     assert 2e3 < bound.std < 5e3
     assert free.std > 3 * bound.std
+
+
+def test_what_taught_nothing_brought_nothing_and_help_is_more_than_was_known() -> None:
+    """Widened for doubts, a spread may end above what was known before: no relation brought that, and less is not better."""
+    prior = Spread(100.0, 4.0, np.random.default_rng(0).normal(100.0, 4.0, 4000))
+    following = (NextMeasurement("half as good", 6.0), NextMeasurement("twice as good", 2.0))
+    brought = (Share("a relation", 0.5, 7.0, 6.5),)
+    for std, bits_, kept, steps in (
+        (5.0, 0.0, (), ("twice as good",)),
+        (3.0, 0.415, brought, ("twice as good",)),
+    ):
+        answer = Told(100.0, std, 100 - 2 * std, 100 + 2 * std, None)
+        record = learned_of("mass_kg", answer, prior, brought, following)
+        assert record.bits == pytest.approx(bits_, abs=1e-3)
+        assert record.shares == kept
+        assert tuple(step.action for step in record.next) == steps
