@@ -31,8 +31,12 @@ from pipelines.vehicles.vehicle import Vehicle
 LEAST = 0.01
 """Information, in units of the fit's own weak priors, below which a direction is not handed on."""
 
-BANKED, BANKED_STD = 0.1, 0.2
-"""Share of the body's roll in bends that the road's own lean takes off what a gyro sees: as of the roll angle (`brake_roll`)."""
+BANKED, BANKED_STD = 0.03, 0.05
+"""Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it."""
+
+IMPOSSIBLE = 0.93
+"""Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much
+is not known."""
 
 DEPENDS = (
     "wheelbase", "track_front", "track_rear", "spring_base_front", "spring_base_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
@@ -128,6 +132,8 @@ def _off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coeffici
         return coefficients
     i, slow = coefficients.names.index("rate_gain"), min(max(slow_share, 0.0), 1.0)
     mean, covariance = coefficients.mean.copy(), coefficients.covariance.copy()
+    if mean[i] < IMPOSSIBLE:
+        covariance[i, i] += (100 * coefficients.prior_std[i]) ** 2
     mean[i] /= 1 - BANKED * slow
     covariance[i, i] += (BANKED_STD * slow * mean[i]) ** 2
     return replace(coefficients, mean=mean, covariance=covariance)
