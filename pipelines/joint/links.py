@@ -77,11 +77,10 @@ def _shaft_roll(book: Book) -> float:
     return SHAFT_ARM * min(1 - front + std, 1.0) if live else 0.0
 
 
-def links(book: Book) -> None:
-    """What the links carry: roll centres, pitch centre, jacking."""
-    vehicle = book.vehicle
+def _roll_links(book: Book) -> None:
+    """Roll centres, and what load and lean make of them."""
     for axle in AXLES:
-        live = axle == "rear" and vehicle.body in LIVE_REAR
+        live = axle == "rear" and book.vehicle.body in LIVE_REAR
         book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", *ROLL_CENTER[live])
     # under load wheels stand further apart by what roll centres at a constant height make of it; those that sink make less
     book.put("track_grows", 0.8, 0.4)
@@ -96,6 +95,11 @@ def links(book: Book) -> None:
     # it where travel is the wheel's own (1), less than none where an axle's springs sit above its roll centre, none in a model of
     # a body that turns about an axis
     book.put("side_path", 0.6, 0.5)
+
+
+def _pitch_links(book: Book) -> None:
+    """Pitch centres in braking and in driving."""
+    vehicle = book.vehicle
     stated = vehicle.get("pitch_center_height_m")
     mean, std = PITCH_CENTER if stated is None else (stated.value, stated.std)
     source = "the vehicle file is silent: usual for road vehicles" if stated is None else stated.source
@@ -111,17 +115,11 @@ def links(book: Book) -> None:
         # a driven rigid axle takes the shaft's torque on its links
         mean, std, source = 0.1, 0.11, "some to all of what a driven rear axle's links may carry"
     book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
-    # 1: the wheels stay upright, as those of a rigid axle; independent ones lean with the body in part, and their couples
-    # (inertia of the hubs, gyroscopes) then go into the springs in that part
-    camber = vehicle.get("camber_compensation")
-    if camber is None:
-        book.put("camber", 0.65, 0.25)
-    else:
-        # a rig's figure is that about rest: it changes with travel and steering
-        book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)
-    share = vehicle.get("drive_front_share")
-    book.put("drive_front", *((0.5, 0.5) if share is None else (share.value, share.std)))
-    book.put("shaft_roll", 0.0, _shaft_roll(book))
+
+
+def _feet(book: Book) -> None:
+    """Where the tyres' patches stand as the body pitches, brakes and corners."""
+    vehicle = book.vehicle
     radius = book.rows["radius"][0]
     # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
     # model without gravity's part in pitching: the CG's height
@@ -141,6 +139,25 @@ def links(book: Book) -> None:
     # simulators leave it out
     give = 0.25 * book.rows["empty_mass"][0] / (0.65 * book.rows["tyre_rate"][0])
     book.put("patch_side", 0.15 * give, 0.5 * give)
+
+
+def links(book: Book) -> None:
+    """What the links carry: roll centres, pitch centre, jacking."""
+    vehicle = book.vehicle
+    _roll_links(book)
+    _pitch_links(book)
+    # 1: the wheels stay upright, as those of a rigid axle; independent ones lean with the body in part, and their couples
+    # (inertia of the hubs, gyroscopes) then go into the springs in that part
+    camber = vehicle.get("camber_compensation")
+    if camber is None:
+        book.put("camber", 0.65, 0.25)
+    else:
+        # a rig's figure is that about rest: it changes with travel and steering
+        book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)
+    share = vehicle.get("drive_front_share")
+    book.put("drive_front", *((0.5, 0.5) if share is None else (share.value, share.std)))
+    book.put("shaft_roll", 0.0, _shaft_roll(book))
+    _feet(book)
     # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
     # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
     book.put("hubs_past", 0.1, 0.25)
