@@ -38,6 +38,7 @@ from pipelines.estimators.load_balance.forces import (
     by_side_path,
     stiffness_of,
 )
+from pipelines.estimators.load_balance.specific_force import forward, sideways, upward
 from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
 from pipelines.joint.laden import axis_lever, side_patches, widened
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
@@ -75,50 +76,6 @@ class Relation:
         return np.array(np.broadcast_arrays(*(terms[name] for name in self.columns)))
 
 
-def _place(p: Values, body: Body) -> tuple[float, float, float]:
-    """The inertial unit from the sprung CG: ahead, left, above."""
-    return body.x - p["imu_x"], p["imu_y"] - body.y, p["imu_h"] - body.h
-
-
-def _forward(
-    p: Values, body: Body, amount: float, terms: Terms, split: tuple[float, float] | None = None
-) -> None:
-    """Adds amount * f_x at the CG. split: other amounts while braking and while driving (offsets take the mean)."""
-    rx, ry, rz = _place(p, body)
-    for name, part in zip(("fx_brake", "fx_drive"), split or (amount, amount), strict=True):
-        add(terms, name, part)
-    add(terms, "one", amount * p["offset_x"])
-    add(terms, "fy", -amount * p["askew_yaw"])
-    add(terms, "fz", amount * p["askew_pitch"])
-    add(terms, "pitch_acc", -amount * rz)
-    add(terms, "yaw_acc", amount * ry)
-    add(terms, "yaw2", amount * rx)
-
-
-def _sideways(p: Values, body: Body, amount: float, terms: Terms) -> None:
-    """Adds amount * f_y at the CG."""
-    rx, ry, rz = _place(p, body)
-    add(terms, "fy", amount)
-    add(terms, "one", amount * p["offset_y"])
-    add(terms, "fx", amount * p["askew_yaw"])
-    add(terms, "fz", -amount * p["askew_roll"])
-    add(terms, "yaw_acc", -amount * rx)
-    add(terms, "roll_acc", amount * rz)
-    add(terms, "yaw2", amount * ry)
-
-
-def _upward(p: Values, body: Body, amount: float, terms: Terms) -> None:
-    """Adds amount * f along the road's normal at the CG."""
-    rx, ry, _ = _place(p, body)
-    add(terms, "fz", amount)
-    add(terms, "fz_tilt", amount)
-    add(terms, "one", amount * p["offset_z"])
-    add(terms, "fx", -amount * p["askew_pitch"])
-    add(terms, "fy", amount * p["askew_roll"])
-    add(terms, "roll_acc", -amount * ry)
-    add(terms, "pitch_acc", amount * rx)
-
-
 def _scaled(terms: Terms, by: float) -> Terms:
     return {name: value / by for name, value in terms.items()}
 
@@ -151,7 +108,7 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
         add(terms, "v2_on", -(links[0] - links[1]) * pressure)
         mean = 0.5 * (brake + drive)
-        _forward(p, body, mean, terms, (brake, drive))
+        forward(p, body, mean, terms, (brake, drive))
         add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])
         path = p["unsprung_front"] + p["unsprung_rear"]
         add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
@@ -218,7 +175,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         arm = gain * ((body.moment if whole else body.sprung * (body.h - axis) + hubs) + patches)
         inertia = body_inertias(p)[0] * (1 + p["swing_roll"])
         late = p[f"late_roll_{kind}"]
-        _sideways(p, body, arm, terms)
+        sideways(p, body, arm, terms)
         # one unit is as late with its gyros as with its accelerometers; the square is 5 % of the inertia at 20 ms
         add(terms, "dfy", -arm * late)
         add(terms, "ddfy", 0.5 * arm * late**2)
@@ -250,7 +207,7 @@ def vertical_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         body, terms = body_of(p, sag), Terms()
         FORCES[kind](p, lever, terms)
         mass = body.mass if whole else body.sprung
-        _upward(p, body, -mass, terms)
+        upward(p, body, -mass, terms)
         # at rest weight is weight: only what moves can be wrong in the model
         add(terms, "fz_dynamic", -mass * p[f"gain_vertical_{kind}"])
         add(terms, "dfz", mass * p[f"late_vertical_{kind}"])
