@@ -62,10 +62,18 @@ def run(payload: str) -> str:
         analysis = analyze_whole(request_of(job))
         files = files_of(analysis, job.choices.formats)
     except CogestError as error:
-        _failed(store, job.drive, key, facts, error)
-        raise
+        said = _of_drive(error, job.drive)
+        _failed(store, job.drive, key, facts, said)
+        raise said from error
     store.put(job.drive, key, facts, analysis.results, analysis.kept, files)
     return json.dumps({"key": key})
+
+
+def _of_drive(error: CogestError, drive: FoundDrive) -> CogestError:
+    """The error without its path where that is the drive's one log, which stands beside it wherever it is read."""
+    if len(drive.logs) != 1 or error.path is None or error.path != as_path(drive.logs[0]):
+        return error
+    return type(error)(error.problem, place=error.place, hint=error.hint)
 
 
 def _failed(store: Store, drive: FoundDrive, key: str, facts: dict[str, Facts], error: CogestError) -> None:

@@ -61,7 +61,10 @@ def test_a_broken_log_costs_that_drive_alone_and_the_code_is_3(done) -> None:
     failed = drives.filter(pl.col("status") != "done")
     assert failed["drive"].to_list() == ["suv/broken.mcap"]
     assert "broken.mcap" in run.out + run.err
+    # the row names the drive: its path is not said a second time
     assert failed["reason"][0]
+    assert "broken.mcap" not in failed["reason"][0]
+    assert (run.out + run.err).count("broken.mcap") == 2
     assert (store / "fleet.html").stat().st_size > 1000
 
 
