@@ -13,6 +13,9 @@ ROLL_CENTER = {False: (0.09, 0.06), True: (0.25, 0.15)}
 """m above ground, where the vehicle file is silent: of independent suspensions, and of live axles, which leaf springs hold at their
 own height and linkages lower."""
 
+CAMBER = {False: (0.65, 0.25), True: (0.8, 0.18)}
+"""How upright links hold the wheels, mean of both axles, where the vehicle file is silent; with a live rear axle, whose wheels stay upright."""
+
 PITCH_CENTER = (0.12, 0.08)
 """m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
 
@@ -150,7 +153,7 @@ def links(book: Book) -> None:
     # (inertia of the hubs, gyroscopes) then go into the springs in that part
     camber = vehicle.get("camber_compensation")
     if camber is None:
-        book.put("camber", 0.65, 0.25)
+        book.put("camber", *CAMBER[vehicle.body in LIVE_REAR])
     else:
         # a rig's figure is that about rest: it changes with travel and steering
         book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)

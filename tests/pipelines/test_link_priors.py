@@ -118,3 +118,12 @@ def test_a_rig_tells_how_upright_the_wheels_stay() -> None:
     assert told == (0.5, 0.06)
     # a figure without a spread of its own is no better than rigs are
     assert row(known(camber_compensation=(1.0, 0.0)), "camber") == (1.0, 0.05)
+
+
+def test_where_nobody_says_live_axles_hold_their_wheels_more_upright() -> None:
+    live = row(known(), "camber")
+    other = before_the_log(Vehicle("test", "Sedan", {"mass_kg": Quantity(1500.0, 20.0, "test")}))
+    independent = row(other, "camber")
+    assert independent[0] < live[0] < 1.0
+    # one of the two axles stays upright, and is all that is known better
+    assert 0.5 * independent[1] < live[1] < independent[1]
