@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
-from pipelines.evidence import Evidence, Values
+from pipelines.evidence import Evidence, Unknown, Values
 from pipelines.joint.book import AXLES
 from pipelines.joint.laden import axis_lever, roll_springs
 from pipelines.joint.outputs import (
@@ -33,6 +33,10 @@ LEAST = 0.01
 
 BANKED, BANKED_STD = 0.03, 0.05
 """Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it."""
+
+RUBS = Unknown("roll_rubs", 0.5, 0.4)
+"""Share of the dry friction that takes energy in roll: all of it where it slides at every turn, little where bushings and leaves give
+by more than the drive moves them."""
 
 IMPOSSIBLE = 0.93
 """Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much
@@ -63,7 +67,7 @@ class Motion:
 def _damping(values: Values, motion: Motion) -> FloatArray:
     """Of the suspension as this drive moved it, N m s/rad: of the dampers, and of dry friction, which no log tells from them."""
     held = sum(values[f"friction_{axle}"] * values[f"track_{axle}"] for axle in AXLES)
-    return np.asarray(roll_damping_of(values) + motion.friction * held)
+    return np.asarray(roll_damping_of(values) + values[RUBS.name] * motion.friction * held)
 
 
 def _coefficients(values: Values, motion: Motion) -> list[FloatArray]:
@@ -168,6 +172,8 @@ def evidence_of(
             weights, observed = seen
             predict = _predict(weights, motion)
             found.append(
-                Evidence("roll", carrier, title, source, observed, np.eye(len(observed)), predict, DEPENDS)
+                Evidence(
+                    "roll", carrier, title, source, observed, np.eye(len(observed)), predict, DEPENDS, (RUBS,)
+                )
             )
     return tuple(found)
