@@ -20,6 +20,7 @@ from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision, Drive, Signal
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import block_slopes
+from pipelines.prepare.decided import decided
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
@@ -147,7 +148,4 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
                 f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=fix,
             )
         )  # fmt: skip
-    if not said:
-        return drive
-    record = replace(drive.record, decisions=(*drive.record.decisions, *said))
-    return replace(drive, signals=signals, record=record)
+    return decided(drive, said, signals)

@@ -18,6 +18,7 @@ from parsers.checks.motion import smooth, vehicle_speed
 from parsers.drive import Decision, Drive
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import BLOCK_S, LEAST_BLOCKS, block_slopes
+from pipelines.prepare.decided import decided
 from pipelines.prepare.gravity import LEAST_MPS, NAMES, tilt_of
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
@@ -144,10 +145,7 @@ def _strange(felt: FloatArray, turning: FloatArray, there: float) -> LateralDoub
 
 def with_doubt(drive: Drive, doubt: LateralDoubt | None) -> Drive:
     """The drive with what was found in its record."""
-    if doubt is None:
-        return drive
-    record = replace(drive.record, decisions=(*drive.record.decisions, doubt.decision))
-    return replace(drive, record=record)
+    return drive if doubt is None else decided(drive, [doubt.decision])
 
 
 def as_sure_as_the_scale(

@@ -14,6 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from parsers.drive import Decision, Drive, Signal
+from pipelines.prepare.decided import decided
 from pipelines.results import FloatArray
 from pipelines.vehicles.spring_base import narrowing
 from pipelines.vehicles.vehicle import Vehicle
@@ -49,7 +50,4 @@ def at_the_wheels(drive: Drive, vehicle: Vehicle) -> Drive:
                     f"spring base over track {ratio:.3f} (vehicle file)", applied=True,
                 )
             )  # fmt: skip
-    if not said:
-        return drive
-    record = replace(drive.record, decisions=(*drive.record.decisions, *said))
-    return replace(drive, signals=signals, record=record)
+    return decided(drive, said, signals)
