@@ -8,8 +8,6 @@ from pipelines.results import Assumption
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 AXLES = ("front", "rear")
-LIVE_REAR = frozenset(("Pickup", "Van", "Truck"))
-"""Bodies whose rear axle is live or on leaf springs, as a rule."""
 SILENT = "the vehicle file is silent: usual for road vehicles"
 
 

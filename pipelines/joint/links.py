@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.joint.book import AXLES, LIVE_REAR, SILENT, Book
+from pipelines.joint.book import AXLES, SILENT, Book
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_inertia
+from pipelines.vehicles.spring_base import rigid_axle
 
 ROLL_CENTER = {False: (0.09, 0.06), True: (0.25, 0.15)}
 """m above ground, where the vehicle file is silent: of independent suspensions, and of live axles, which leaf springs hold at their
@@ -75,7 +76,7 @@ def _shaft_roll(book: Book) -> float:
     The engine turns the body as the pinion turns a live axle the other way; which way depends on the engine. A differential on the
     body keeps it to itself.
     """
-    live = book.vehicle.body in LIVE_REAR or book.vehicle.get("spring_base_rear_m") is not None
+    live = rigid_axle(book.vehicle, "rear")
     front, std = book.rows["drive_front"]
     return SHAFT_ARM * min(1 - front + std, 1.0) if live else 0.0
 
@@ -83,8 +84,8 @@ def _shaft_roll(book: Book) -> float:
 def _roll_links(book: Book) -> None:
     """Roll centres, and what load and lean make of them."""
     for axle in AXLES:
-        live = axle == "rear" and book.vehicle.body in LIVE_REAR
-        book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", *ROLL_CENTER[live])
+        usual = ROLL_CENTER[rigid_axle(book.vehicle, axle)]
+        book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", *usual)
     # under load wheels stand further apart by what roll centres at a constant height make of it; those that sink make less
     book.put("track_grows", 0.8, 0.4)
     book.put(
@@ -153,7 +154,7 @@ def links(book: Book) -> None:
     # (inertia of the hubs, gyroscopes) then go into the springs in that part
     camber = vehicle.get("camber_compensation")
     if camber is None:
-        book.put("camber", *CAMBER[vehicle.body in LIVE_REAR])
+        book.put("camber", *CAMBER[rigid_axle(vehicle, "rear")])
     else:
         # a rig's figure is that about rest: it changes with travel and steering
         book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)

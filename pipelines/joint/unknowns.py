@@ -7,12 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
-from pipelines.joint.book import AXLES, LIVE_REAR, Book
+from pipelines.joint.book import AXLES, Book
 from pipelines.joint.links import inertias, links
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
 from pipelines.vehicles.priors import measured_cg_height
-from pipelines.vehicles.spring_base import narrowing
+from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.vehicle import Vehicle
 
 __all__ = [
@@ -82,8 +82,8 @@ def _geometry(book: Book) -> None:
         ratio, std = narrowing(vehicle, axle)
         book.put(f"spring_base_{axle}", ratio, std)
         # forces in springs that nobody says stand between the wheels of a live axle
-        live = axle == "rear" and vehicle.body in LIVE_REAR and vehicle.get("spring_base_rear_m") is None
-        book.put(f"force_base_{axle}", *(FORCE_BASE if live else (1.0, std / ratio)))
+        unsaid = rigid_axle(vehicle, axle) and vehicle.get(f"spring_base_{axle}_m") is None
+        book.put(f"force_base_{axle}", *(FORCE_BASE if unsaid else (1.0, std / ratio)))
     book.quantity("radius", "wheel_radius_m", 0.33, 0.03)
     book.quantity("wheel_inertia", "wheel_inertia_kgm2", 1.2, 0.4)
     mass = vehicle.get("mass_kg")
@@ -164,8 +164,8 @@ def _bars(book: Book) -> None:
             book.put(name, part, 0.3 * springs[axle], title, "roll_stiffness_nmprad less springs")
         else:
             # a live axle's springs may stand closer together than anybody said
-            live = axle == "rear" and vehicle.body in LIVE_REAR and narrow[axle][0] == 1
-            mean = (0.1 if live else 0.6) * springs[axle] - lacks[axle]
+            unsaid = rigid_axle(vehicle, axle) and narrow[axle][0] == 1
+            mean = (0.1 if unsaid else 0.6) * springs[axle] - lacks[axle]
             book.put(name, mean, float(np.hypot(0.5 * springs[axle], unsure[axle])), title)
 
 
@@ -195,8 +195,7 @@ def _suspension(book: Book, kilos: float) -> bool:
         # dampers hold rebound more than bump; a knee takes some of both
         book.put(f"bump_{axle}", 0.75 * mean, spread * mean)
         book.put(f"rebound_{axle}", 1.2 * mean, spread * mean)
-        live = axle == "rear" and vehicle.body in LIVE_REAR
-        share, spread = SLIDING[live]
+        share, spread = SLIDING[rigid_axle(vehicle, axle)]
         book.put(f"friction_{axle}", share * GRAVITY * corner, spread * GRAVITY * corner)
     # how much of it turns round within millimetres only
     book.put("yielding", *YIELDING)

@@ -1,8 +1,13 @@
-"""How far apart an axle's springs stand: as far as its wheels, but for rigid axles with springs between them."""
+"""How far apart an axle's springs stand: as far as its wheels, but for rigid axles with springs between them; which axles are rigid."""
 
 from __future__ import annotations
 
 from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+RIGID_REAR = frozenset(("Pickup", "Van", "Truck"))
+"""Bodies whose rear axle is rigid, as a rule."""
+INSIDE = 0.95
+"""Springs closer together than this share of the track stand on a rigid axle: those of single wheels are reckoned at the wheels."""
 
 
 def spring_base(vehicle: Vehicle, axle: str) -> Quantity | None:
@@ -21,3 +26,8 @@ def narrowing(vehicle: Vehicle, axle: str) -> tuple[float, float]:
     if base is None or track is None:
         return 1.0, 0.0
     return base.value / track.value, base.std / track.value
+
+
+def rigid_axle(vehicle: Vehicle, axle: str) -> bool:
+    """Whether a rigid beam joins the wheels of an axle: its springs stand well inside the track, or it is the rear axle of a body that has one, as a rule."""
+    return narrowing(vehicle, axle)[0] < INSIDE or (axle == "rear" and vehicle.body in RIGID_REAR)

@@ -7,7 +7,7 @@ import pytest
 
 from pipelines.estimators.load_balance.relations import pitch_terms
 from pipelines.joint.body import body_of, pitch_centres
-from pipelines.joint.links import CAMBER
+from pipelines.joint.links import CAMBER, ROLL_CENTER
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.vehicles.vehicle import Quantity, Vehicle
@@ -128,3 +128,29 @@ def test_where_nobody_says_live_axles_hold_their_wheels_more_upright() -> None:
     assert independent[0] < live[0] < 1.0
     # one of the two axles stays upright, and is all that is known better
     assert 0.5 * independent[1] < live[1] < independent[1]
+
+
+@pytest.mark.parametrize(
+    ("body", "base", "rigid"),
+    [
+        ("Utility", None, False),
+        ("Utility", 1.1, True),
+        ("Utility", 1.58, False),
+        ("Pickup", None, True),
+        ("Pickup", 1.58, True),
+    ],
+)
+def test_springs_well_inside_the_track_stand_on_a_rigid_axle_of_any_body(
+    body: str, base: float | None, rigid: bool
+) -> None:
+    told = {"mass_kg": (2000.0, 20.0), "track_rear_m": (1.6, 0.01), "drive_front_share": (0.0, 0.0)}
+    if base is not None:
+        told["spring_base_rear_m"] = (base, 0.01)
+    vehicle = Vehicle("test", body, {k: Quantity(v, s, "test") for k, (v, s) in told.items()})
+    of = before_the_log(vehicle)
+    assert row(of, "camber") == CAMBER[rigid]
+    assert row(of, "roll_center_rear") == ROLL_CENTER[rigid]
+    assert row(of, "roll_center_front") == ROLL_CENTER[False]
+    assert (row(of, "shaft_roll")[1] > 0.01) is rigid
+    assert (row(of, "friction_rear")[0] > 1.5 * row(of, "friction_front")[0]) is rigid
+    assert (row(of, "force_base_rear")[0] < 1.0) is (rigid and base is None)
