@@ -168,10 +168,10 @@ def test_plans_repeat_and_loads_lie_on_either_side() -> None:
 
 
 def test_loads_weigh_what_was_planned_and_no_more_than_a_vehicle_may_carry() -> None:
-    for seed in range(40):
+    for seed in range(24):
+        vehicle = plan_vehicle(Plan(seed, "weave", "ins", "none", 0.0, 2.0))
         for load in LOADS:
             plan = Plan(seed, "weave", "ins", load, 300.0, 2.0)
-            vehicle = plan_vehicle(plan)
             most = PAYLOAD.get(vehicle.body, CAR_PAYLOAD) * vehicle.mass_kg
             carried = 0.0 if load in ("none", "driver") else min(300.0, most)
             driver = 0.0 if load == "none" else DRIVER_KG
