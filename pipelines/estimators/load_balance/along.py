@@ -14,10 +14,13 @@ import numpy as np
 from pipelines.estimators.load_balance.attitude import nod
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
-from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
+from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Coefficients, Relation, make_relation
 from pipelines.joint.body import even_factor
 from pipelines.joint.unknowns import Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
+
+SLOWEST = 3.0
+"""m/s: slower than that the brakes hold what they must, and wheel speeds are coarse."""
 
 BRAKED_FRONT = 0.65
 """Share of the front axle in braking: about its share of the load meanwhile."""
@@ -72,8 +75,10 @@ def along_terms(
         mean = scale["drive"] if drive else scale["brake"]
         add(terms, "vdot", -4 * p["wheel_inertia"] / radius / mean)
         add(terms, "fy2", -radius * p["corner_drag"])
-        # the steered wheels' side force points backwards: F_yf sin(steer), with steer = L r / v and F_yf = m b v r / L
-        add(terms, "yaw2", -radius * body.mass * (p["wheelbase"] - body.whole_x) / mean)
+        # the steered wheels' side force points backwards: F_yf sin(steer), with steer = L r / v and F_yf = (m b f_y + I_zz r') / L;
+        # what the tyres' slip adds to the angle goes with the square of the side force (`corner_drag`)
+        add(terms, "side_steer", -radius * body.mass * (p["wheelbase"] - body.whole_x) / mean)
+        add(terms, "turn_steer", -radius * YAW_OVER_PITCH * p["pitch_inertia"] / mean)
         add(terms, "dfx", radius * body.mass * p["late_long"])
         return terms
 
@@ -100,7 +105,7 @@ def pads_relation(data: Columns, known: Known) -> Relation | None:
         return None
     gain = float(known.mean[known.index("brake_gain")])
     # at rest brakes hold as much as they must and not what pressure gives
-    where = (c["v"] > 3.0) & (c["on"] > 0.98)
+    where = (c["v"] > SLOWEST) & (c["on"] > 0.98)
     return make_relation(
         "along by pressure", "brake torque against brake pressure", data, {}, pads_terms(gain), ("on", "pushed"),
         where.astype(float), known, least_s=5.0,
@@ -122,9 +127,13 @@ def along_relation(data: Columns, known: Known) -> Relation | None:
         "fx2_brake": c["fx_brake"] ** 2,
         "fx2_drive": c["fx_drive"] ** 2,
     }
+    if data.has("yaw"):
+        steer = c["yaw"] / np.maximum(c["v"], SLOWEST)
+        extra["turn_steer"] = c["yaw_acc"] * steer
+        extra["side_steer"] = c["fy"] * steer if data.has("fy") else c["yaw2"]
     if "fz" in c:
         extra |= {"fz_on": c["fz"] * on, "fz_off": c["fz"] * off}
-    where = (c["v"] > 3.0) & ~(np.abs(c.get("fy", np.zeros(len(on)))) > 3.0)
+    where = (c["v"] > SLOWEST) & ~(np.abs(c.get("fy", np.zeros(len(on)))) > 3.0)
     if not drive:
         where = where & (on > 0.98)
     if not brake:
