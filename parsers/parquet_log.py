@@ -11,13 +11,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import polars as pl
 
-from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
+from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
+from parsers.native_stderr import quiet_panics
+from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, time_of
 from parsers.places import remote
 from parsers.table_cells import NumberStyle
 from parsers.table_names import ColumnName, split_header, unique_names
-from parsers.table_stamps import BoolArray
+from parsers.table_repeats import RepeatedStamps
 from parsers.table_time import TimePlan, find_time, may_be_time
 
 if TYPE_CHECKING:
@@ -25,7 +27,6 @@ if TYPE_CHECKING:
 
 _MAGIC = b"PAR1"
 _CHUNK_BYTES = 16 * 1024 * 1024
-_SAMPLE_ROWS = 200
 _BESIDE = (".parquet", ".pq", ".json", ".toml", ".md")
 """What a folder of Parquet files may hold: the tables, and an import record or a description."""
 _FAILURES = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
@@ -124,14 +125,15 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
     _check_frame(path)
     far = _partly_filled(path)
     try:
-        frame = pl.scan_parquet(far.path if far else path, glob=False)
-        schema = frame.collect_schema()
-        rows = int(frame.select(pl.len()).collect().item())
-        names = tuple(split_header(name) for name in schema.names())
-        types = tuple(schema.dtypes())
-        if far is not None:
-            frame = frame.select(_fetched_sample(far, names, schema, options))
-        head = frame.head(_SAMPLE_ROWS).collect()
+        with quiet_panics():
+            frame = pl.scan_parquet(far.path if far else path, glob=False)
+            schema = frame.collect_schema()
+            rows = int(frame.select(pl.len()).collect().item())
+            names = tuple(split_header(name) for name in schema.names())
+            types = tuple(schema.dtypes())
+            if far is not None:
+                frame = frame.select(_fetched_sample(far, names, schema, options))
+            head = frame.head(SAMPLE_ROWS).collect()
     except _FAILURES as error:
         raise _damaged(path, error) from error
     if rows == 0:
@@ -179,12 +181,14 @@ def _fetched_sample(
         for column, (header, kind) in zip(names, schema.items(), strict=True)
         if kind == pl.String or (kind.is_numeric() and may_be_time(column, options))
     ]
-    far.fill(columns, _SAMPLE_ROWS)
+    far.fill(columns, SAMPLE_ROWS)
     return columns
 
 
 def _damaged(path: Path, error: BaseException) -> LogError:
     first_line = str(error).splitlines()[0] if str(error) else type(error).__name__
+    if isinstance(error, pl.exceptions.PanicException):
+        first_line = "a page of it cannot be decoded"
     return LogError(f"the Parquet file is damaged ({first_line})", path=path, hint="copy or convert it again")
 
 
@@ -255,7 +259,7 @@ class ParquetReader:
                 group.name,
                 column.unit,
                 "table",
-                "number" if _is_number(kind) else "text",
+                "number" if is_number(kind) else "text",
                 group.rows,
                 tags=MappingProxyType({"column": column.header}),
             )
@@ -296,16 +300,18 @@ class ParquetReader:
             for k, (column, header, kind) in enumerate(
                 zip(group.names, group.headers, group.types, strict=True)
             )
-            if column.name in wanted and k not in group.time.columns and _is_number(kind)
+            if column.name in wanted and k not in group.time.columns and is_number(kind)
         }
         if wanted and not columns:
             return
         times = [group.headers[k] for k in group.time.columns]
         frame = group.frame([*times, *columns.values()])
         step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
+        repeats: RepeatedStamps | None = None
         for start in range(0, group.rows, step):
             try:
-                part = frame.slice(start, step).collect()
+                with quiet_panics():
+                    part = frame.slice(start, step).collect()
             except _FAILURES as error:
                 if start == 0:
                     raise _damaged(group.path, error) from error
@@ -313,44 +319,22 @@ class ParquetReader:
                     "malformed", f"{group.path.name} is damaged after row {start} of {group.rows}"
                 )
                 self._log.reject("row in a damaged block", group.rows - start)
-                return
-            time_ns, valid = _time_of(part, times, group.time)
+                break
+            time_ns, valid = time_of(part, times, group.time)
             bad = len(valid) - int(valid.sum())
             self._log.reject("row without a valid time", bad)
             self._log.messages += len(valid) - bad
-            if bad < len(valid):
-                keep = slice(None) if bad == 0 else valid
-                values = {name: _floats(part[header])[keep] for name, header in columns.items()}
-                yield start + part.height, Chunk(group.name, time_ns[keep], values)
-
-
-def _is_number(kind: pl.DataType) -> bool:
-    return kind.is_numeric() or kind == pl.Boolean
-
-
-def _floats(column: pl.Series) -> FloatArray:
-    """A column as doubles, NaN where it has no value or an infinite one."""
-    values = column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
-    return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
-
-
-def _time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[IntArray, BoolArray]:
-    """time_ns and whether it is valid, each of shape (rows,)."""
-    if plan.kind == "calendar":
-        stamps = part[headers[0]].dt.cast_time_unit("ns").cast(pl.Int64)
-        return stamps.fill_null(0).to_numpy(), stamps.is_not_null().to_numpy()
-    units = (plan.unit_ns,) if plan.kind == "decimal" else (1_000_000_000, 1)
-    total = np.full(part.height, plan.origin_ns, dtype=np.int64)
-    valid = np.ones(part.height, dtype=np.bool_)
-    for header, unit_ns in zip(headers, units, strict=True):
-        column = part[header]
-        if column.dtype.is_integer():
-            whole = column.cast(pl.Int64, strict=False)
-            fits = (whole.is_not_null() & (whole.abs() <= 2**63 // unit_ns - 1)).fill_null(False).to_numpy()
-            total += np.where(fits, whole.fill_null(0).to_numpy(), 0) * unit_ns
-        else:
-            scaled = _floats(column) * unit_ns
-            fits = np.abs(scaled) < 9.2e18
-            total += np.rint(np.where(fits, scaled, 0.0)).astype(np.int64)
-        valid &= fits
-    return total, valid
+            if bad == len(valid):
+                continue
+            keep = slice(None) if bad == 0 else valid
+            time_ns = time_ns[keep]
+            values = {name: floats(part[header])[keep] for name, header in columns.items()}
+            if start == 0 and values and stamps_repeat(time_ns):
+                repeats = RepeatedStamps(self._log)
+            if repeats is not None:
+                time_ns, numbers = repeats.take(time_ns, np.stack(tuple(values.values())))
+                values = dict(zip(values, numbers, strict=True))
+            if len(time_ns):
+                yield start + part.height, Chunk(group.name, time_ns, values)
+        if repeats is not None and (rest := repeats.finish()) is not None:
+            yield group.rows, Chunk(group.name, rest[0], dict(zip(columns, rest[1], strict=True)))

@@ -26,6 +26,7 @@ from parsers.table_ranges import RangeRows, read_table
 from parsers.table_rows import RowBlock, RowPlan, RowRules
 from parsers.table_stamps import DAY_NS
 from parsers.table_text import Encoding, decode, find_encoding
+from parsers.vbo_fix import NAVIGATION, TOLD_BY, NoFix
 from parsers.vbo_header import VboColumn, name_columns, read_head
 
 _GROUP = "vbo"
@@ -218,7 +219,17 @@ class VboReader:
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield the wanted columns block by block; raises LogError where no row at all can be read."""
         places = {c.name: k for k, c in enumerate(self._columns) if c.name in wanted and k != self._time_at}
-        plan = RowPlan(self._rules, tuple(places.values()), (self._time_at,), _CLOCK)
+        standard = {c.name.lower(): k for k, c in enumerate(self._columns) if k != self._time_at}
+        # what tells whether the unit had a fix is read too, behind what is wanted
+        emptied = [k for k in places.values() if k in {standard.get(name) for name in NAVIGATION}]
+        told = [standard[name] for name in TOLD_BY if emptied and name in standard]
+        numbers = (*places.values(), *(k for k in told if k not in places.values()))
+        fix = NoFix(
+            self._log,
+            {name: numbers.index(standard[name]) for name in TOLD_BY if standard.get(name) in told},
+            [numbers.index(k) for k in emptied],
+        )
+        plan = RowPlan(self._rules, numbers, (self._time_at,), _CLOCK)
         clock = TableClock(self._log, time_of_day=True, midnight=self._midnight or 0)
         rows = 0
         for part in read_table(self._path, self._encoding, self._body, self._size, plan):
@@ -238,7 +249,7 @@ class VboReader:
             for block in blocks:
                 time_ns = clock.follow(block)
                 self._note_midnight(time_ns)
-                values = dict(zip(places, block.numbers, strict=True))
+                values = dict(zip(places, fix.apply(block.numbers), strict=False))
                 yield Chunk(_GROUP, time_ns, self._without_flags(values))
             if part.left_out:
                 clock.leave_out()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,6 +16,8 @@ SAME_CLOCK_NS = 60_000_000_000
 YEAR_2000_NS = 946_684_800_000_000_000
 """Receive times before this are not of a wall clock: simulated time, or a computer that never learnt the date."""
 SAID_FROM_S = 0.1
+ENOUGH = 32
+"""Messages of a batch from which on it shows whether header stamps move with them."""
 _KEPT = 256
 
 
@@ -55,7 +58,11 @@ def choose_stamps(
 
 @dataclass
 class _Topic:
-    """What is known of one topic. uses_header: None until the first message with a stamp."""
+    """What is known of one topic. uses_header: None until the first message with a stamp.
+
+    step_s: of header stamps that stand still for several messages, infinite where they never move; 0 where each moves on;
+    None until enough messages were seen.
+    """
 
     has_header: bool
     uses_header: bool | None = None
@@ -64,6 +71,7 @@ class _Topic:
     far: int = 0
     delays_s: list[FloatArray] = field(default_factory=list)
     other_clock_s: float = 0.0
+    step_s: float | None = None
 
 
 @dataclass
@@ -71,8 +79,9 @@ class StampChooser:
     """Chooses the time of messages, topic by topic, and writes down what it chose.
 
     A topic's first messages decide: their header stamps are used where the median is within 60 s of the receive
-    time. Single messages without a stamp, or with one further off than that, get the receive time. All topics keep
-    the one clock on which the recorder ran; nothing is shifted. Usage: `choose` for every batch, then `finish`.
+    time, and stamps move on with the messages (some drivers fill in whole seconds, or the first one's for all). Single messages
+    without a stamp, or with one further off than that, get the receive time. All topics keep the one clock on which the recorder
+    ran; nothing is shifted. Usage: `choose` for every batch, then `finish`.
     """
 
     topics: dict[str, _Topic] = field(default_factory=dict)
@@ -97,6 +106,9 @@ class StampChooser:
             middle = float(np.median(receive_ns[stamped].astype(np.float64) - header_ns[stamped]))
             state.uses_header = abs(middle) <= SAME_CLOCK_NS
             state.other_clock_s = middle / 1e9
+        if state.uses_header and state.step_s is None and len(receive_ns) >= ENOUGH:
+            state.step_s = _step_s(header_ns, receive_ns)
+            state.uses_header = state.step_s == 0
         if not state.uses_header:
             state.empty += int(np.count_nonzero(header_ns <= 0))
             return receive_ns
@@ -137,6 +149,9 @@ class StampChooser:
                 continue
             if state.uses_header is None:
                 log.note(f"{name}: header stamps are all zero, so the receive time is used")
+            elif state.step_s:
+                how = "stand still" if math.isinf(state.step_s) else f"come in steps of {state.step_s:g} s"
+                log.note(f"{name}: header stamps {how} while messages go on, so the receive time is used")
             elif not state.uses_header:
                 log.note(
                     f"{name}: header stamps are on another clock ({abs(state.other_clock_s):.0f} s "
@@ -157,6 +172,15 @@ class StampChooser:
         if abs(middle) > SAID_FROM_S:
             side = "before" if middle > 0 else "after"
             log.note(f"{name}: header stamps are {abs(middle):.2f} s {side} the receive time (median)")
+
+
+def _step_s(header_ns: IntArray, receive_ns: IntArray) -> float:
+    """How far apart in s stamps are that most messages share with the one before, though they came at moments of their own; else 0."""
+    moved = np.diff(header_ns)
+    if np.mean(moved == 0) < 2 / 3 or np.mean(np.diff(receive_ns) == 0) > 1 / 3:
+        return 0.0
+    steps = moved[moved != 0]
+    return float(np.median(np.abs(steps))) / 1e9 if len(steps) else math.inf
 
 
 def _some(names: list[str]) -> str:

@@ -7,6 +7,7 @@ import io
 import polars as pl
 
 from parsers.errors import StoreError
+from parsers.native_stderr import quiet_panics
 from pipelines.fleet.tables import TABLES
 
 AGAIN = "run `cogest batch` again"
@@ -28,9 +29,10 @@ def table_bytes(table: pl.DataFrame) -> bytes:
 def table_from(content: bytes, name: str, place: str, where: pl.Expr | None = None) -> pl.DataFrame:
     """The table again. where: only these rows; the others are hardly unpacked. Raises StoreError, which names the place."""
     try:
-        lazy = pl.scan_parquet(io.BytesIO(content))
-        schema = dict(lazy.collect_schema())
-        table = (lazy if where is None or schema != TABLES[name] else lazy.filter(where)).collect()
+        with quiet_panics():
+            lazy = pl.scan_parquet(io.BytesIO(content))
+            schema = dict(lazy.collect_schema())
+            table = (lazy if where is None or schema != TABLES[name] else lazy.filter(where)).collect()
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError) as error:
         reason = str(error).partition("\n")[0]
         raise StoreError(f"damaged ({reason})", path=place, hint=AGAIN) from error

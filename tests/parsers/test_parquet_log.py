@@ -189,3 +189,38 @@ def test_clocks_that_cannot_be_joined(tmp_path: Path) -> None:
     pl.DataFrame({"time_ns": [1_400_000_000_000_000_000], "b": [1.0]}).write_parquet(tmp_path / "b.parquet")
     with pytest.raises(LogError, match="common clock"):
         ParquetImporter().open(tmp_path, ReadOptions(), ImportLog())
+
+
+@pytest.mark.parametrize("chunk_bytes", [None, 4096])
+def test_whole_seconds_of_a_fast_table_are_spread(
+    chunk_bytes: int | None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    if chunk_bytes:
+        monkeypatch.setattr(parsers.parquet_log, "_CHUNK_BYTES", chunk_bytes)
+    rows = np.arange(3000)
+    path = tmp_path / "log.parquet"
+    pl.DataFrame(
+        {"time_ns": 1_700_000_000_000_000_000 + rows // 50 * 1_000_000_000, "accel_y_mps2": rows / 7}
+    ).write_parquet(path)
+    _, chunks, log = read(path)
+    time_ns = np.concatenate([c.time_ns for c in chunks])
+    np.testing.assert_array_equal(time_ns, 1_700_000_000_000_000_000 + rows * 20_000_000)
+    np.testing.assert_array_equal(np.concatenate([c.columns["accel_y_mps2"] for c in chunks]), rows / 7)
+    assert len(chunks) > 1 if chunk_bytes else len(chunks) == 2
+    assert log.messages == 3000
+    assert any("coarser than the rows" in note for note in log.notes)
+
+
+def test_rows_of_one_signal_each_become_one_row(tmp_path: Path) -> None:
+    path = tmp_path / "log.parquet"
+    pl.DataFrame(
+        {
+            "time_ns": np.repeat(np.arange(300) * 10_000_000, 2),
+            "accel_x_mps2": [1.0, None] * 300,
+            "accel_y_mps2": [None, 2.0] * 300,
+        }
+    ).write_parquet(path)
+    _, chunks, _ = read(path)
+    assert sum(len(c.time_ns) for c in chunks) == 300
+    for name, value in (("accel_x_mps2", 1.0), ("accel_y_mps2", 2.0)):
+        assert all((c.columns[name] == value).all() for c in chunks)

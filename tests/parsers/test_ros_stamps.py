@@ -74,3 +74,37 @@ def test_result_may_be_written_over_the_header_stamps() -> None:
     two = StampChooser().choose("/imu", header, receive, in_place=True)
     assert one.tolist() == two.tolist() == [*(receive[:2] - 5), receive[2], *(receive[3:] - 5)]
     assert two is header
+
+
+@pytest.mark.parametrize(
+    ("step_s", "said"),
+    [(1.0, "come in steps of 1 s"), (0.2, "come in steps of 0.2 s"), (None, "stand still")],
+)
+def test_header_stamps_that_do_not_move_with_the_messages_are_not_used(
+    step_s: float | None, said: str
+) -> None:
+    chooser, log = StampChooser(), ImportLog()
+    receive = np.arange(400, dtype=np.int64) * SECOND // 100 + 1_700_000_000 * SECOND
+    header = (
+        np.full(400, receive[0])
+        if step_s is None
+        else receive // round(step_s * SECOND) * round(step_s * SECOND)
+    )
+    for part in (slice(0, 200), slice(200, 400)):
+        np.testing.assert_array_equal(
+            chooser.choose("/imu", header[part].copy(), receive[part]), receive[part]
+        )
+    chooser.finish(log)
+    assert chooser.clock == "receive time"
+    assert any(f"/imu: header stamps {said} while messages go on" in note for note in log.notes)
+
+
+def test_header_stamps_of_bursts_and_pairs_are_used() -> None:
+    receive = np.arange(400, dtype=np.int64) * SECOND // 100 + 1_700_000_000 * SECOND
+    pairs = np.repeat(receive[::2], 2)
+    np.testing.assert_array_equal(StampChooser().choose("/both", pairs.copy(), receive), pairs)
+    # ten at one moment, received at one moment: nothing tells them apart
+    burst = np.repeat(receive[::10], 10)
+    np.testing.assert_array_equal(
+        StampChooser().choose("/burst", burst - SECOND // 4, burst), burst - SECOND // 4
+    )

@@ -1,0 +1,52 @@
+"""Columns of a Parquet table as numbers, and its rows' times."""
+
+from __future__ import annotations
+
+import numpy as np
+import polars as pl
+
+from parsers.channels import FloatArray, IntArray
+from parsers.table_repeats import LEAST_SHARE
+from parsers.table_stamps import BoolArray
+from parsers.table_time import TimePlan
+
+SAMPLE_ROWS = 200
+"""Rows by which a table is judged."""
+
+
+def stamps_repeat(time_ns: IntArray) -> bool:
+    """Whether the first rows share stamps with each other."""
+    moved = np.diff(time_ns[:SAMPLE_ROWS])
+    return len(moved) > 0 and float(np.mean(moved == 0)) > LEAST_SHARE
+
+
+def is_number(kind: pl.DataType) -> bool:
+    return kind.is_numeric() or kind == pl.Boolean
+
+
+def floats(column: pl.Series) -> FloatArray:
+    """A column as doubles, NaN where it has no value or an infinite one."""
+    values = column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
+    return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
+
+
+def time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[IntArray, BoolArray]:
+    """time_ns and whether it is valid, each of shape (rows,)."""
+    if plan.kind == "calendar":
+        stamps = part[headers[0]].dt.cast_time_unit("ns").cast(pl.Int64)
+        return stamps.fill_null(0).to_numpy(), stamps.is_not_null().to_numpy()
+    units = (plan.unit_ns,) if plan.kind == "decimal" else (1_000_000_000, 1)
+    total = np.full(part.height, plan.origin_ns, dtype=np.int64)
+    valid = np.ones(part.height, dtype=np.bool_)
+    for header, unit_ns in zip(headers, units, strict=True):
+        column = part[header]
+        if column.dtype.is_integer():
+            whole = column.cast(pl.Int64, strict=False)
+            fits = (whole.is_not_null() & (whole.abs() <= 2**63 // unit_ns - 1)).fill_null(False).to_numpy()
+            total += np.where(fits, whole.fill_null(0).to_numpy(), 0) * unit_ns
+        else:
+            scaled = floats(column) * unit_ns
+            fits = np.abs(scaled) < 9.2e18
+            total += np.rint(np.where(fits, scaled, 0.0)).astype(np.int64)
+        valid &= fits
+    return total, valid
