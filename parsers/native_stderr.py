@@ -28,6 +28,7 @@ class _Redirected:
         self._original = -1
 
     def enter(self) -> None:
+        """One more holder."""
         with self._lock:
             self._holders += 1
             if self._holders > 1:
@@ -40,6 +41,7 @@ class _Redirected:
                 self._kept = kept
 
     def leave(self, *, broke: bool) -> None:
+        """One holder less. broke: what was written is not worth telling."""
         with self._lock:
             self._holders -= 1
             if self._holders or self._kept is None:
