@@ -21,6 +21,7 @@ def stamps_repeat(time_ns: IntArray) -> bool:
 
 
 def is_number(kind: pl.DataType) -> bool:
+    """Whether a column can be taken as numbers; true and false are 1 and 0."""
     return kind.is_numeric() or kind == pl.Boolean
 
 

@@ -28,6 +28,10 @@ FORMATS: tuple[str, ...] = (
     "parsers.csv_log:CsvImporter",
 )
 
+_PACKED = ((b"\x1f\x8b", "gzip", "gunzip"), (b"PK\x03\x04", "ZIP", "unzip"), (b"7z\xbc\xaf\x27\x1c", "7-Zip", "7z x"),
+           (b"Rar!", "RAR", "unrar x"), (b"\xfd7zXZ\x00", "xz", "unxz"))  # fmt: skip
+"""Archives by their first bytes: what they are called, and what unpacks them."""
+
 
 @cache
 def importer_at(line: str) -> Importer:
@@ -91,6 +95,13 @@ def _unknown(path: Path, head: bytes) -> LogError:
             path=path,
             hint="give the log file itself" if logs else "give a log file",
         )
+    if path.suffix.lower() in (".xlsx", ".xlsm", ".xls", ".ods"):
+        return LogError("a spreadsheet", path=path, hint="save its sheet as CSV")
+    for magic, packed, unpack in _PACKED:
+        if head.startswith(magic):
+            return LogError(
+                f"a {packed} file", path=path, hint=f"unpack it ({unpack}) and give the log that is in it"
+            )
     titles = ", ".join(importer.title for importer in importers())
     return LogError(
         f"not a format that cogest knows (its first bytes are {head[:8]!r})",

@@ -38,7 +38,10 @@ _INVALID_LABEL = re.compile(
     r"|nicht[\s_-]*verf|\bfehler|\binit\b|\binit[_\s]|not[\s_-]*valid|signal[\s_-]*not|\bnot[\s_-]*present\b",
     re.IGNORECASE,
 )
-_VALID_LABEL = re.compile(r"\b(no|kein|without|ohne)[\s_-]*(error|fault|fehler)", re.IGNORECASE)
+_VALID_LABEL = re.compile(
+    r"(\b|_)(no|non|kein|keine|without|ohne)[\s_-]*(error|fault|fehler)|(error|fault|fehler)[\s_-]*(free|frei|none|off|inactive)\b",
+    re.IGNORECASE,
+)
 
 
 def load_databases(paths: Iterable[Path], log: ImportLog, *, given: bool = True) -> tuple[MessageDef, ...]:

@@ -39,6 +39,7 @@ _COST_INVERSE = 0.5
 _COST_ALONE = 2.0
 _MARGIN = 1.5
 _CLOSE = 1.3
+_LEAST_OF_PAIRS, _LEAST_ALONE = 0.5, 0.8
 _WHEELS = "wheels"
 _SENSED = ("acceleration", "angular_rate")
 _MAX_ROUNDS = 8
@@ -156,11 +157,15 @@ def _moves(problem: UnitProblem, best: Factors) -> Iterator[Factors]:
 
 
 def _close(problem: UnitProblem, name: str, best: Factors) -> bool:
-    """Whether every ratio that should be 1 is within `_CLOSE` of it, and in its range, after the repair."""
+    """Whether every ratio that should be 1 is within `_CLOSE` of it, and in its range, after the repair.
+
+    A signal against what no signal is behind (the path over ground) counts where it should be 1 within tenths.
+    """
     return all(
         each.low <= each.after(best) <= each.high and abs(math.log(each.after(best))) < math.log(_CLOSE)
         for each in problem.evidence
-        if name in each.powers and len(each.powers) > 1 and 0.5 < each.low < each.high < 2
+        if name in each.powers
+        and (_LEAST_OF_PAIRS if len(each.powers) > 1 else _LEAST_ALONE) < each.low < each.high < 2
     )
 
 

@@ -88,3 +88,16 @@ def test_a_factor_that_is_only_near_a_unit_is_said_and_left():
     fixed, decisions = check(wrong)
     assert [(each.signal, each.kind, each.applied) for each in decisions] == [("speed", "unit", False)]
     assert same(fixed, wrong)
+
+
+@pytest.mark.parametrize(("factor", "repaired"), [(4.72, False), (3.6, True)])
+def test_a_speed_is_repaired_where_the_path_bears_it_out_and_else_left(factor, repaired):
+    signals = only(drive(), "speed", "latitude", "longitude")
+    # half as fast, so that no speed is beyond all roads
+    slow = {
+        n: replace(s, values=0.5 * s.values + (0 if n == "speed" else 0.5 * s.values[0]))
+        for n, s in signals.items()
+    }
+    fixed, decisions = check(scaled(slow, speed=factor))
+    assert ("speed", repaired) in {(each.signal, each.applied) for each in decisions}
+    assert np.allclose(fixed["speed"].values, (1.0 if repaired else factor) * slow["speed"].values)

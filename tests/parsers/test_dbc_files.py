@@ -107,6 +107,8 @@ def test_group_numbers() -> None:
         ({3: "SNA"}, 2, (3,)),
         ({0: "off", 1: "on", 2: "fault", 3: "SNA"}, 2, ()),
         ({7: "no fault"}, 8, ()),
+        ({0: "Error free", 32767: "Fault_none", 32766: "Fehlerfrei", 1: "Signal_NoFault"}, 16, ()),
+        ({0: "Error_Offset", 1: "Fault"}, 16, (0, 1)),
         ({0: "Initial position"}, 8, ()),
     ],
 )

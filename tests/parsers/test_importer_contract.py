@@ -181,6 +181,16 @@ def test_what_is_no_log_is_refused(content: bytes, tmp_path: Path) -> None:
         load_drive([path])
 
 
+@pytest.mark.parametrize(
+    ("head", "kind"), [(b"\x1f\x8b\x08", "gzip"), (b"PK\x03\x04", "ZIP"), (b"\xfd7zXZ\x00", "xz")]
+)
+def test_a_packed_log_is_to_be_unpacked(head: bytes, kind: str, tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv.gz"
+    path.write_bytes(head + bytes(50))
+    with pytest.raises(CogestError, match=f"a {kind} file.*unpack it"):
+        find_importer(path)
+
+
 def test_a_missing_file_is_said(tmp_path: Path) -> None:
     with pytest.raises(CogestError, match="no such file"):
         read_head(tmp_path / "absent.csv")
