@@ -11,7 +11,10 @@ from parsers.table_numbers import MISSING_WORDS
 from parsers.table_rows import RowRules
 from parsers.table_stamps import MONTHS
 
-_EXPONENT = r"(?:[eEdD][+-]?\d+)?"
+MINUS = "\N{MINUS SIGN}"
+"""Written for the hyphen by spreadsheets of some languages, R and matplotlib."""
+_SIGN = f"[+{MINUS}-]?"
+_EXPONENT = rf"(?:[eEdD]{_SIGN}\d+)?"
 _CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?(?:\s*[AaPp][Mm])?"
 _ZONE = r"(?:\s*(?:[zZ]|UTC|[+-]\d{2}(?::?\d{2})?))?"
 _MONTH = rf"(?:{'|'.join(name for names in MONTHS for name in names)})[A-Za-z]*"
@@ -22,7 +25,7 @@ _DATE = (
 DATE_CELL = re.compile(rf"{_DATE}{_ZONE}")
 CLOCK_CELL = re.compile(rf"\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm])?{_ZONE}")
 CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}")
-DURATION_CELL = re.compile(rf"[+-]?\d+(?:[.,]\d*)?{_EXPONENT} (?P<unit>[num]?s|[mu]?sec|min|hr|h)")
+DURATION_CELL = re.compile(rf"{_SIGN}\d+(?:[.,]\d*)?{_EXPONENT} (?P<unit>[num]?s|[mu]?sec|min|hr|h)")
 """A number and its unit, as MATLAB writes durations: "0.02 sec"."""
 _BLANKS = re.compile("[ \t]+")
 _MISSING = frozenset(MISSING_WORDS) | {"inf", "-inf", "+inf", "infinity", "-infinity"}
@@ -50,7 +53,7 @@ class NumberStyle:
         whole = r"\d+"
         if self.thousands:
             whole = rf"(?:\d{{1,3}}(?:{re.escape(self.thousands)}\d{{3}})+|\d+)"
-        return rf"[+-]?(?:{whole}(?:{point}\d*)?|{point}\d+){_EXPONENT}"
+        return rf"{_SIGN}(?:{whole}(?:{point}\d*)?|{point}\d+){_EXPONENT}"
 
     def count(self, cells: Sequence[str]) -> int:
         """How many cells are numbers; of cells without line feeds."""
@@ -61,7 +64,7 @@ class NumberStyle:
         if not self.pattern.fullmatch(cell):
             return None
         text = cell.replace(self.thousands, "") if self.thousands else cell
-        return float(re.sub("[dD]", "e", text.replace(self.decimal, ".")))
+        return float(re.sub("[dD]", "e", text.replace(self.decimal, ".").replace(MINUS, "-")))
 
 
 STYLES: tuple[NumberStyle, ...] = (

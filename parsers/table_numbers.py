@@ -126,13 +126,25 @@ def to_double(digits: np.uint64, power: int) -> tuple[bool, float]:
 
 
 @kernel
+def after_sign(start: int, stop: int) -> tuple[int, bool]:
+    """Where a number goes on behind its sign (`start` where it has none), and whether it is negative.
+
+    A minus is the hyphen of ASCII or U+2212, which spreadsheets of some languages, R and matplotlib write.
+    """
+    if start >= stop:
+        return start, False
+    c = byte_at(start)
+    if c == 45 or c == 43:
+        return start + 1, c == 45
+    if c == 226 and start + 2 < stop and byte_at(start + 1) == 136 and byte_at(start + 2) == 146:
+        return start + 3, True
+    return start, False
+
+
+@kernel
 def parse_number(start: int, stop: int, decimal: int, thousands: int) -> tuple[int, float]:
     """The number in the text between two addresses and OK, or NaN and what stands there instead."""
-    i = start
-    negative = False
-    if i < stop and (byte_at(i) == 43 or byte_at(i) == 45):
-        negative = byte_at(i) == 45
-        i += 1
+    i, negative = after_sign(start, stop)
     mantissa = np.uint64(0)
     digits = 0
     power = 0
@@ -161,11 +173,7 @@ def parse_number(start: int, stop: int, decimal: int, thousands: int) -> tuple[i
     if not seen:
         return TEXT, math.nan
     if i < stop and (byte_at(i) | 32 == 101 or byte_at(i) | 32 == 100):
-        i += 1
-        minus = False
-        if i < stop and (byte_at(i) == 43 or byte_at(i) == 45):
-            minus = byte_at(i) == 45
-            i += 1
+        i, minus = after_sign(i + 1, stop)
         exponent = 0
         first = i
         while i < stop and 48 <= byte_at(i) <= 57:

@@ -13,6 +13,8 @@ from parsers.table_swar import PADDING
 _HARD_ROOM = 4096
 """Cells that a kernel leaves to Python's float before it comes back to have them read; real logs have next to none."""
 
+_MINUS = "\N{MINUS SIGN}".encode()
+
 
 @dataclass(frozen=True)
 class RowRules:
@@ -207,4 +209,5 @@ def plain_float(text: bytes, rules: RowRules) -> float:
     """A number's text read by Python: for the few cells whose nearest double the kernel could not settle."""
     if rules.thousands > 0:
         text = text.replace(bytes([rules.thousands]), b"")
-    return float(text.replace(bytes([rules.decimal]), b".").lower().replace(b"d", b"e"))
+    text = text.replace(_MINUS, b"-").replace(bytes([rules.decimal]), b".")
+    return float(text.lower().replace(b"d", b"e"))

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from parsers.channels import IntArray
 from parsers.jit import kernel
 from parsers.table_bytes import byte_at
+from parsers.table_numbers import after_sign
 
 BoolArray = NDArray[np.bool_]
 
@@ -55,10 +56,7 @@ def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: 
     A word behind a blank ("0.02 sec") is the unit, which `unit_ns` knows. False where the text is no number, or beyond
     int64.
     """
-    i = start
-    negative = i < stop and byte_at(i) == 45
-    if i < stop and (byte_at(i) == 43 or byte_at(i) == 45):
-        i += 1
+    i, negative = after_sign(start, stop)
     digits = np.int64(0)
     count = 0
     power = 0
@@ -106,10 +104,7 @@ def _word_end(start: int, stop: int) -> int:
 @kernel
 def _exponent(start: int, stop: int) -> tuple[int, int]:
     """The power behind an "e", and where it ends; -1 where there is none."""
-    i = start
-    minus = i < stop and byte_at(i) == 45
-    if i < stop and (byte_at(i) == 43 or byte_at(i) == 45):
-        i += 1
+    i, minus = after_sign(start, stop)
     exponent = 0
     first = i
     while i < stop and 48 <= byte_at(i) <= 57 and exponent < 1000:

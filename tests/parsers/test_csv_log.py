@@ -49,6 +49,11 @@ DIALECTS = {
     "separator at each row's end": PLAIN.replace("\n", ",\n").replace("^2],", "^2]"),
     "preamble": "Logger X,v1.0\nVehicle,Volvo\nDate,11/04/2014\n\n" + PLAIN,
     "plus signs and zeros": "t [s],AX [g],AY [m/s^2]\n+00.00,+0.5,+009.81\n+00.01,-1.25,+0\n0.02,+3,-2.5\n0.03,+1E-003,7.\n",
+    "minus signs of spreadsheets": PLAIN.replace("-", "\N{MINUS SIGN}"),
+    "minus signs and decimal commas": PLAIN.replace(",", ";")
+    .replace(".", ",")
+    .replace("-", "\N{MINUS SIGN}"),
+    "minus signs in quotes and utf-16": PLAIN.replace("-1.25", '"\N{MINUS SIGN}1.25"').encode("utf-16"),
     "no line end": PLAIN.rstrip("\n"),
     "quoted text with separators": 't [s],note,AX [g],AY [m/s^2]\n0,"a,b",0.5,9.81\n0.01,"c,d,e",-1.25,0\n0.02,"",3,-2.5\n0.03,x,1e-3,7.0\n',
 }

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from parsers.channels import ByteArray
 from parsers.jit import kernel
 from parsers.table_bytes import address_of
+from parsers.table_cells import MINUS
 from parsers.table_numbers import HARD, OK, TEXT, parse_number
 from parsers.table_rows import RowRules, plain_float
 
@@ -36,6 +37,7 @@ def test_shortest_texts_give_the_same_double(value: float) -> None:
 @given(st.from_regex(r"[+-]?[0-9]{1,25}(\.[0-9]{0,25})?([eE][+-]?[0-9]{1,3})?", fullmatch=True))
 def test_any_decimal_text_gives_what_python_gives(text: str) -> None:
     assert struct.pack("d", read_number(text)) == struct.pack("d", float(text))
+    assert struct.pack("d", read_number(text.replace("-", MINUS))) == struct.pack("d", float(text))
 
 
 def read_number(text: str) -> float:
@@ -45,7 +47,24 @@ def read_number(text: str) -> float:
 
 
 @pytest.mark.parametrize(
-    "text", ["", "+", ".", "e5", "1e", "1e+", "1.2.3", "12:30", "0x10", "1_000", "1 2", "--1", "1,5"]
+    "text",
+    [
+        "",
+        "+",
+        ".",
+        "e5",
+        "1e",
+        "1e+",
+        "1.2.3",
+        "12:30",
+        "0x10",
+        "1_000",
+        "1 2",
+        "--1",
+        "1,5",
+        "\N{MINUS SIGN}",
+        "\N{MINUS SIGN}-1",
+    ],
 )
 def test_what_is_no_number(text: str) -> None:
     assert number(text)[0] == TEXT

@@ -230,6 +230,8 @@ def test_decimal_seconds_are_exact(nanos: int) -> None:
     sign = "-" if nanos < 0 else ""
     text = f"{sign}{abs(nanos) // 10**9}.{abs(nanos) % 10**9:09d}"
     valid, stamp = decimal_bytes(np.frombuffer(text.encode(), dtype=np.uint8), 10**9)
+    other = np.frombuffer(text.replace("-", "\N{MINUS SIGN}").encode(), dtype=np.uint8)
+    assert decimal_bytes(other, 10**9) == (valid, stamp)
     assert valid
     assert abs(stamp - nanos) <= (0 if len(text.strip("-").replace(".", "").lstrip("0")) <= 18 else 9)
 

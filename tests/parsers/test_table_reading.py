@@ -112,6 +112,8 @@ ODD = st.sampled_from(
         ),
         *(
             "é",
+            "\N{MINUS SIGN}7.5",
+            "\N{MINUS SIGN}",
             "\x0b7",
             "#",
             "#7",
