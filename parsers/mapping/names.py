@@ -48,6 +48,8 @@ class NameTable:
     unit_free: frozenset[tuple[str, ...]]
     abbreviated: frozenset[str]
     blocked: frozenset[str]
+    commands: frozenset[str]
+    blocked_endings: frozenset[str]
     ambiguous: Mapping[tuple[str, ...], str]
 
 
@@ -70,7 +72,9 @@ def load_names() -> NameTable:
         weak=_spread(data["weak"]["sets"]),
         unit_free=_spread(data["weak"]["without_unit"]),
         abbreviated=frozenset(data["weak"]["abbreviated"].split()),
-        blocked=frozenset(data["blocked"]["words"].split()),
+        blocked=frozenset(f"{data['blocked']['words']} {data['blocked']['commands']}".split()),
+        commands=frozenset(data["blocked"]["commands"].split()),
+        blocked_endings=frozenset(data["blocked"]["endings"].split()),
         ambiguous={_key(row): reason for row, reason in data["ambiguous"].items()},
     )
 
@@ -171,9 +175,9 @@ def name_bindings(
 ) -> Iterator[Binding | Refusal]:
     """What a channel could be by its name: at most one signal. prefixes: those of `vendor_prefixes`."""
     table = load_names()
-    blocked = table.blocked & set(words_of(channel.name, table))
     texts = _texts(channel)
     last = _last_part(channel)
+    blocked = _blocked(channel, last, table)
     if last and (channel.group, prefix := _prefix(channel)) in prefixes:
         texts.append(last.removeprefix(f"{prefix}_"))
     found, bracket = None, None
@@ -218,6 +222,16 @@ def _last_part(channel: ChannelInfo) -> str:
     return (_parts(channel) or [""])[-1]
 
 
+def _blocked(channel: ChannelInfo, last: str, table: NameTable) -> frozenset[str]:
+    """The words of a channel's name that say that it is not measured. last: the last part of its path."""
+    found = table.blocked & set(words_of(channel.name, table))
+    if any(ending in last.lower() for ending in table.blocked_endings):
+        # the last word that is no unit: "ref" of "YawRateRef [deg/s]" and of "yaw_rate_ref_degps"
+        *_, (text, _) = _without_suffix(split_unit(last)[0])
+        found |= table.blocked_endings & set(words_of(text, table)[-1:])
+    return found
+
+
 def _texts(channel: ChannelInfo) -> list[str]:
     """The texts to look at: all parts of a path but the first ones, then fewer, to the last part alone.
 
@@ -242,9 +256,10 @@ class _Found:
 
 
 def _find(name: str, table: NameTable) -> _Found | None:
-    """Look a name up, with and without a unit glued to its end."""
+    """Look a name up, with and without a unit glued to its end; a command as what it commands, so that it can be said."""
     for text, suffix in _without_suffix(name):
         words = [word for word in words_of(text, table) if word not in table.noise]
+        words = [word for word in words if word not in table.commands]
         kept = [word for word in words if word not in table.worse]
         hit = table.sets.get(tuple(sorted(kept)))
         if hit is not None and hit[0] in ("latitude", "longitude") and _spelt_out(text, table):

@@ -26,6 +26,7 @@ where = { signal = "Axle", low = 0, high = 15, optional = true }
 [[unusable]]
 match = { type = "dbw_mkz_msgs/WheelSpeedReport" }
 reason = "…"                          # what `inspect` says of such a channel
+even_with_unit = true                 # its name says nothing either where the log states a unit: a command
 """
 
 from __future__ import annotations
@@ -83,6 +84,15 @@ class Rule:
 
 
 @dataclass(frozen=True)
+class Unusable:
+    """One [[unusable]] table: channels that are no signal, whatever their names look like."""
+
+    pattern: Pattern
+    reason: str
+    even_with_unit: bool = False
+
+
+@dataclass(frozen=True)
 class Profile:
     """One file. name: the file's name without suffix."""
 
@@ -90,7 +100,7 @@ class Profile:
     title: str
     families: frozenset[str]
     rules: tuple[Rule, ...]
-    unusable: tuple[tuple[Pattern, str], ...]
+    unusable: tuple[Unusable, ...]
 
 
 def tags_of(channel: ChannelInfo) -> Mapping[str, str]:
@@ -109,12 +119,31 @@ def fits(pattern: Pattern, tags: Mapping[str, str]) -> bool:
 
 def unusable_reason(channel: ChannelInfo, tags: Mapping[str, str]) -> str | None:
     """Why a profile says that a channel is no signal, or None where none says it. tags: those of `tags_of`."""
-    for profile in load_profiles():
-        if channel.family in profile.families:
-            for pattern, reason in profile.unusable:
-                if fits(pattern, tags):
-                    return reason
-    return None
+    found = _unusable(channel, tags)
+    return None if found is None else found.reason
+
+
+def may_be_named(channel: ChannelInfo, tags: Mapping[str, str]) -> bool:
+    """Whether a channel's name may tell its signal.
+
+    What a profile knows to be something else is not guessed by its name, unless the log states a unit; and what it
+    knows to be no measurement at all, not even then.
+    """
+    found = _unusable(channel, tags)
+    return found is None or (bool(channel.unit) and not found.even_with_unit)
+
+
+def _unusable(channel: ChannelInfo, tags: Mapping[str, str]) -> Unusable | None:
+    return next(
+        (
+            each
+            for profile in load_profiles()
+            if channel.family in profile.families
+            for each in profile.unusable
+            if fits(each.pattern, tags)
+        ),
+        None,
+    )
 
 
 @cache
@@ -143,7 +172,10 @@ def parse_profile(name: str, text: str) -> Profile:
     for number, table in enumerate(data.get("rules", []), start=1):
         rules += _parse_rule(table, int(data.get("rank", 10)), f"{place}, rule {number}")
     unusable = tuple(
-        (_pattern(table["match"], place), str(table["reason"])) for table in data.get("unusable", [])
+        Unusable(
+            _pattern(table["match"], place), str(table["reason"]), bool(table.get("even_with_unit", False))
+        )
+        for table in data.get("unusable", [])
     )
     families = frozenset(data.get("families", []))
     return Profile(name, str(data.get("title", name)), families, tuple(rules), unusable)

@@ -12,7 +12,7 @@ from parsers.mapping.bindings import Binding
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
 from parsers.mapping.names import name_bindings, vendor_prefixes
-from parsers.mapping.profiles import load_profiles, unusable_reason
+from parsers.mapping.profiles import load_profiles, may_be_named
 from parsers.signals import SIGNALS
 
 
@@ -51,8 +51,7 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
     for channel, tags in zip(index.channels, index.tags, strict=True):
-        # what a profile knows to be something else is not guessed by its name, unless the log states a unit
-        if channel.unit or unusable_reason(channel, tags) is None:
+        if may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes)
 
 

@@ -167,6 +167,10 @@ def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
     assert found.unit_stated
 
 
+def test_a_reference_instrument_is_measured():
+    assert list(best(column("RefImu.yaw_rate", "deg/s"))) == ["yaw_rate"]
+
+
 @pytest.mark.parametrize(
     ("name", "unit", "words"),
     [
@@ -182,6 +186,12 @@ def test_units_come_from_the_log_or_the_name(name, unit, signal, scale):
         ("GPS LatAcc", "g", "no specific force"),
         ("engine_speed", "rpm", "no profile knows it"),
         ("target.yaw_rate", "deg/s", "not a measurement"),
+        ("yaw_rate_ref", "deg/s", "'ref' in its name: not a measurement"),
+        ("YawRateRef [deg/s]", None, "not a measurement"),
+        ("ay_ref_mps2", None, "not a measurement"),
+        ("speed_setpoint", "m/s", "not a measurement"),
+        ("steering_angle_cmd", "deg", "not a measurement"),
+        ("speed_desired", "m/s", "not a measurement"),
         ("steer_torque", "Nm", "no profile knows it"),
         ("temperature", "°C", "no profile knows it"),
     ],

@@ -131,6 +131,30 @@ def test_ros_speed_sources_are_ranked():
     )
 
 
+COMMANDS = [
+    ("ackermann_msgs/AckermannDriveStamped", "drive.speed", "m/s"),
+    ("ackermann_msgs/AckermannDriveStamped", "drive.steering_angle", "rad"),
+    ("ackermann_msgs/AckermannDrive", "speed", None),
+    ("carla_msgs/CarlaEgoVehicleControl", "steer", None),
+    ("carla_msgs/CarlaEgoVehicleStatus", "control.steer", None),
+    ("autoware_auto_control_msgs/AckermannControlCommand", "longitudinal.speed", "m/s"),
+    ("autoware_control_msgs/Control", "longitudinal.velocity", None),
+    ("autoware_msgs/ControlCommandStamped", "cmd.linear_velocity", None),
+    ("px4_msgs/VehicleRatesSetpoint", "yaw_rate", "rad/s"),
+]
+
+
+@pytest.mark.parametrize(("kind", "field", "unit"), COMMANDS)
+def test_what_a_controller_wants_is_no_measurement(kind, field, unit):
+    command = ros("/drive", kind, field, unit)
+    assert mapped(command) == {}
+    assert "command" in unmapped_reason(command)
+
+
+def test_what_a_simulated_vehicle_measures_beside_its_command_is_mapped():
+    assert list(mapped(ros("/ego", "carla_msgs/CarlaEgoVehicleStatus", "velocity", "m/s"))) == ["speed"]
+
+
 def test_json_fields_without_a_known_type():
     found = mapped(
         ChannelInfo(
