@@ -12,6 +12,7 @@ from parsers.csv_dialect import TextTable, find_table, number_columns
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.table_clock import TableClock, clock_rule, write_counts
+from parsers.table_cut import cut_cell
 from parsers.table_hhmmss import UNIT, as_time_of_day, could_be, is_it
 from parsers.table_ranges import RangeRows, read_table
 from parsers.table_repeats import LEAST_SHARE, RepeatedStamps, repeat_share
@@ -191,8 +192,9 @@ class CsvReader:
         for part in read_table(
             self._path, self._encoding, self._table.body, self._size, plan, block_bytes=self._block_bytes
         ):
+            part = self._whole(part, rows)
             rows += part.rows
-            self._count(part, rows)
+            self._count(part)
             self._log.messages += part.rows
             self._options.progress(part.done, self._size)
             for block in part.blocks:
@@ -217,8 +219,27 @@ class CsvReader:
         cells = ["|".join(row) for row in zip(*map(self._table.column, self._plan.columns), strict=True)]
         return repeat_share(cells) > LEAST_SHARE
 
-    def _count(self, part: RangeRows, rows: int) -> None:
-        """Write down what a part of the file lacked. rows: read so far."""
+    def _whole(self, part: RangeRows, before: int) -> RangeRows:
+        """A part of the file without a last row that is cut, which is written down. before: rows in earlier parts."""
+        if not part.ends_open:
+            return part
+        rows, cut, cell = before + part.rows, "the last row breaks off", None
+        if part.last_kept:
+            cell = cut_cell(self._path, self._encoding, self._table, self._plan.columns, self._size)
+        if cell is not None:
+            part = replace(part, blocks=part.without_last_row())
+            rows, cut = rows - 1, f"{cut} (its last cell, {cell!r}, is shorter than those before it)"
+            self._log.reject("row cut off at the end of the file")
+        if part.last_short or cell is not None:
+            self._log.worsen("truncated", f"{cut}: the log was cut; {rows} rows before it are whole")
+        else:
+            self._log.note(
+                "the last line has no line end; if the log was cut there, its last value may be cut too"
+            )
+        return part
+
+    def _count(self, part: RangeRows) -> None:
+        """Write down what a part of the file lacked."""
         counts, log = part.counts, self._log
         write_counts(counts, log)
         if counts.first_text is not None:
@@ -227,9 +248,3 @@ class CsvReader:
             name = self._table.names[place].name
             if not any(note.startswith("text where") and f'"{name}"' in note for note in log.notes):
                 log.note(f'text where a number was expected in column "{name}", first {shown!r}')
-        if part.ends_open and part.last_short:
-            log.worsen(
-                "truncated", f"the last row breaks off: the log was cut; {rows} rows before it are whole"
-            )
-        elif part.ends_open:
-            log.note("the last line has no line end; if the log was cut there, its last value may be cut too")

@@ -48,6 +48,14 @@ class RangeRows:
         """Rows in all blocks."""
         return sum(len(block.time_ns) for block in self.blocks)
 
+    def without_last_row(self) -> list[RowBlock]:
+        """The blocks less their last row; there must be one."""
+        *whole, last = self.blocks
+        rows = len(last.time_ns) - 1
+        if rows == 0:
+            return whole
+        return [*whole, RowBlock(last.time_ns[:rows], last.numbers[:, :rows], last.gaps[last.gaps < rows])]
+
 
 def read_table(
     path: Path,

@@ -263,11 +263,7 @@ class VboReader:
         if not (part.ends_open and part.last_kept):
             return part.blocks
         self._log.reject("row cut off at the end of the file")
-        *whole, last = part.blocks
-        rows = len(last.time_ns) - 1
-        if rows == 0:
-            return whole
-        return [*whole, RowBlock(last.time_ns[:rows], last.numbers[:, :rows], last.gaps[last.gaps < rows])]
+        return part.without_last_row()
 
     def _note_midnight(self, time_ns: IntArray) -> None:
         if int(time_ns.max()) - (self._midnight or 0) >= DAY_NS:

@@ -64,6 +64,62 @@ def test_truncated_last_row(tmp_path: Path) -> None:
     assert "4 rows" in table.said
 
 
+WHOLE = "t,a,b\n" + "".join(f"{k / 10:.1f},{k},{20 + k / 100:.2f}\n" for k in range(200))
+CUTS: dict[str, str | bytes] = {
+    "decimals": WHOLE[:-4],
+    "one decimal": WHOLE[:-2],
+    "decimal commas": WHOLE[:-4].replace(",", ";").replace(".", ","),
+    "carriage returns": WHOLE[:-4].replace("\n", "\r\n"),
+    "old mac": WHOLE[:-4].replace("\n", "\r"),
+    "utf-16": WHOLE[:-4].encode("utf-16"),
+    "blanks": WHOLE[:-4].replace(",", "  "),
+    "quotes": WHOLE.replace(",", '","').replace("\n", '"\n"')[:-6],
+    "nothing left of it": WHOLE[:-6],
+    "an exponent": "t,b\n" + "".join(f"{k / 10},1.{k:03}e-03\n" for k in range(200))[:-2],
+    "the time": "a,t\n" + "".join(f"{k},{k / 10:.3f}\n" for k in range(200))[:-3],
+    "a time of day": "a,t\n" + "".join(f"{k},08:10:{k % 60:02}.000\n" for k in range(200))[:-3],
+    "separators at each end": WHOLE.replace("\n", ",\n")[:-3],
+}
+
+
+@pytest.mark.parametrize("case", CUTS)
+def test_a_cut_within_the_last_cell_costs_its_row(case: str, tmp_path: Path) -> None:
+    table = read(tmp_path, CUTS[case])
+    assert len(table.time) == table.log.messages == 199
+    assert table.log.rejected == {"row cut off at the end of the file": 1}
+    assert table.log.status == "truncated"
+    assert "199 rows before it are whole" in table.said
+
+
+def test_a_cut_last_row_that_is_a_block_of_its_own(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_text(WHOLE[:-4])
+    log = ImportLog()
+    reader = CsvImporter().open(path, ReadOptions(), log)
+    reader._block_bytes = 8
+    assert sum(len(chunk.time_ns) for chunk in reader.read(frozenset("ab"))) == 199
+    assert log.status == "truncated"
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        WHOLE[:-1],
+        "t,a\n" + "".join(f"{k / 10},{k % 12}\n" for k in range(200))[:-1],
+        "t,a,name\n" + "".join(f"{k},1.50,driver\n" for k in range(200)) + "200,1.50,end",
+        WHOLE + "# end",
+        "t,a\n0,1.50\n1,2",
+    ],
+    ids=["as long as usual", "others are as short", "a text", "a comment", "too few rows to tell"],
+)
+def test_a_last_line_without_end_that_may_be_whole_stays(text: str, tmp_path: Path) -> None:
+    table = read(tmp_path, text)
+    assert len(table.time) in (2, 200, 201)
+    assert table.log.status == "complete"
+    assert not table.log.rejected
+    assert "no line end" in table.said
+
+
 def test_zeros_in_the_middle(tmp_path: Path) -> None:
     lines = "".join(f"{k / 100},{k}\n" for k in range(1000))
     table = read(tmp_path, ("t,a\n" + lines).encode()[:6000] + bytes(700) + lines.encode()[6700:])
