@@ -9,7 +9,7 @@ import numpy as np
 from parsers.allocator import Slabs
 from parsers.channels import FloatArray, IntArray
 from parsers.mcap_batches import ENOUGH_CELLS, Part
-from parsers.ros.contract import Decoded
+from parsers.ros.contract import MISFIT, Decoded
 
 ENOUGH_ROWS = 1 << 16
 
@@ -54,4 +54,6 @@ def _join(parts: Sequence[Part], slabs: Slabs) -> Part:
     stamps: list[IntArray] = [each.stamp_ns for each in decoded if each.stamp_ns is not None]
     stamp_ns = np.concatenate(stamps) if len(stamps) == len(parts) else None
     log_ns = np.concatenate([part.log_ns for part in parts])
-    return Part(parts[0].number, log_ns, Decoded(columns, stamp_ns, sum(each.bad for each in decoded)))
+    why_bad = next((each.why_bad for each in decoded if each.bad), MISFIT)
+    bad = sum(each.bad for each in decoded)
+    return Part(parts[0].number, log_ns, Decoded(columns, stamp_ns, bad, why_bad))

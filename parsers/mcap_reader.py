@@ -104,6 +104,6 @@ class McapReader:
         """The columns of a topic's messages under their names, with the time chosen."""
         group, decoded = source.topic.group, part.decoded
         self._log.messages += part.log_ns.size
-        self._log.reject("message that does not fit its type's definition", decoded.bad)
-        time_ns = self._chooser.choose(group, decoded.stamp_ns, part.log_ns)
+        self._log.reject(decoded.why_bad, decoded.bad)
+        time_ns = self._chooser.choose(group, decoded.stamp_ns, part.log_ns, unread=decoded.bad)
         return Chunk(group, time_ns, {f"{group}.{path}": x for path, x in decoded.columns.items()})

@@ -16,6 +16,7 @@ from parsers.ros.bag1_index import BagIndex, IndexState, read_index, search
 from parsers.ros.bag1_read import ChunkReader, Lost, Wanted, jobs
 from parsers.ros.bag1_records import MAGIC, OP_BAG_HEADER, read_record
 from parsers.ros.clock import BagClock
+from parsers.ros.contract import MISFIT
 from parsers.ros.decoder import LayoutDecoder
 from parsers.ros.fields import short_name
 from parsers.ros.layout import Layout
@@ -59,7 +60,7 @@ class RosBag1Reader(BagClock):
             self.options.progress(result.last.start, self.size)
             for lost in result.lost:
                 self._lose(lost)
-            self.log.reject("message that does not fit its type's definition", result.bad)
+            self.log.reject(MISFIT, result.bad)
             for block in result.blocks:
                 topic = topics[block.topic]
                 self.log.messages += len(block.receive_ns)

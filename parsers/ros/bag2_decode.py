@@ -105,6 +105,6 @@ class Collector:
     def _chunk(self, piece: Piece) -> Chunk:
         group, decoded = piece.topic.group, piece.decoded
         self.log.messages += len(piece.receive_ns)
-        self.log.reject("message that does not fit its type's definition", decoded.bad)
-        time_ns = self.chooser.choose(group, decoded.stamp_ns, piece.receive_ns)
+        self.log.reject(decoded.why_bad, decoded.bad)
+        time_ns = self.chooser.choose(group, decoded.stamp_ns, piece.receive_ns, unread=decoded.bad)
         return Chunk(group, time_ns, {f"{group}.{path}": x for path, x in decoded.columns.items()})

@@ -25,18 +25,22 @@ Cells = Callable[[int], FloatArray]
 """Gives room for so many numbers, with anything in it."""
 
 
+MISFIT = "message that does not fit its type's definition"
+
+
 @dataclass(frozen=True)
 class Decoded:
     """Columns of a batch of payloads, in their order.
 
     columns: field path -> (n,) float64, NaN where a message has no such element or could not be decoded.
     stamp_ns: (n,) int64 header stamps, or None where the type has no header (0 where a header is empty).
-    bad: how many payloads were too short or malformed; their rows are NaN.
+    bad: how many payloads could not be read; their rows are NaN. why_bad: what they are, for the import record.
     """
 
     columns: Mapping[str, FloatArray]
     stamp_ns: IntArray | None
     bad: int
+    why_bad: str = MISFIT
 
 
 class MessageDecoder(Protocol):

@@ -8,13 +8,20 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.channels import ByteArray, IntArray
-from parsers.ros.contract import Cells, Decoded, FieldInfo
+from parsers.ros.contract import MISFIT, Cells, Decoded, FieldInfo
 from parsers.ros.fields import Encoding, full_name
 from parsers.ros.grammar import parse_types, standard_types
 from parsers.ros.kernels import Program, Rows
 from parsers.ros.layout import Layout, compile_layout
 from parsers.ros.program import make_program, make_rows, make_shapes
 from parsers.ros.replay import decode_rows
+
+_UNREAD = {
+    **dict.fromkeys((2, 3), "PL_CDR (parameter list)"),
+    **dict.fromkeys((8, 9), "XCDR2 with delimiters (DELIMITED_CDR2)"),
+    **dict.fromkeys((10, 11), "XCDR2 of mutable types (PL_CDR2)"),
+}
+"""Encapsulations that carry more than a type's fields (OMG DDS-XTYPES 1.3, table 60)."""
 
 
 @dataclass(frozen=True)
@@ -64,6 +71,7 @@ class LayoutDecoder:
             columns=dict(zip(wanted, columns, strict=True)),
             stamp_ns=rows.stamp if self.layout.has_header else None,
             bad=bad,
+            why_bad=_why_bad(view, offset, length, bad) if bad and self.encoding == "cdr" else MISFIT,
         )
 
     def program(self, wanted: Sequence[str]) -> Program:
@@ -81,6 +89,16 @@ class LayoutDecoder:
         rows = make_rows(program, np.array([n], dtype=np.int64), cells)
         shapes = make_shapes(program, self.layout.depth)
         return rows, decode_rows(data, offset, length, 0, 0, n, program, shapes, rows)
+
+
+def _why_bad(data: ByteArray, offset: IntArray, length: IntArray, bad: int) -> str:
+    """What payloads that could not be read are: of an encoding that is not read, where all of them say so."""
+    inside = (offset >= 0) & (length >= 4) & (offset <= len(data) - length)
+    first = data[offset[inside]].astype(np.int64) << 8 | data[offset[inside] + 1]
+    unread = first[np.isin(first, list(_UNREAD))]
+    if len(unread) < bad:
+        return MISFIT
+    return f"message in the encoding {_UNREAD[int(unread[0])]}, which is not read (cogest reads plain CDR and plain CDR2)"
 
 
 def make_decoder(

@@ -27,6 +27,10 @@ UNSIGNED_TIME, SIGNED_SECONDS, SIGNED_TIME = 11, 12, 13
 BIG = 32
 """Added to a code: the number is big-endian."""
 
+CDR2_BIG, CDR2_LITTLE = 6, 7
+"""Encapsulations of plain CDR of the second version, beside 0 and 1 of the first."""
+CDR_ALIGNMENT, CDR2_ALIGNMENT = 8, 4
+
 WAYS = 4
 """How many shapes of one topic's messages are remembered."""
 MAX_COUNTS = 48
@@ -43,7 +47,8 @@ CELL, ROOM, STAMP_ROW, FILL = range(4)
 class Program(NamedTuple):
     """The programs of some topics, one after the other. spec: (topics, 4); ops, table: see `layout.specialise`.
 
-    cdr: CDR payloads begin with four bytes of encapsulation; only plain CDR is taken (00 00 big, 00 01 little endian).
+    cdr: CDR payloads begin with four bytes of encapsulation; only plain CDR is taken (00 00 big, 00 01 little endian; 00 06
+    and 00 07 in its second version).
     wide: bytes of a wide character.
     """
 
@@ -94,9 +99,9 @@ def swapped(value: int) -> int:
 
 
 @lean_kernel
-def aligned(pos: int, base: int, size: int) -> int:
-    """The next place at or after `pos` that is a multiple of `size` (at most 8, a power of two) from `base`."""
-    step = min(size, 8)
+def aligned(pos: int, base: int, size: int, most: int) -> int:
+    """The next place at or after `pos` that is a multiple of `size` (at most `most`, a power of two) from `base`."""
+    step = min(size, most)
     return pos + (-(pos - base) & (step - 1)) if step > 1 else pos
 
 
@@ -167,6 +172,7 @@ def run_program(
     end: int,
     cdr: bool,
     big: bool,
+    most: int,
     wide: int,
     pc: int,
     last: int,
@@ -178,7 +184,11 @@ def run_program(
     places: IntArray,
     stack: IntArray,
 ) -> int:
-    """Run the program ops[pc:last] over data[start:end]; the place where it ended, or -1 where it does not fit."""
+    """Run the program ops[pc:last] over data[start:end]; the place where it ended, or -1 where it does not fit.
+
+    most: the widest alignment, 8 bytes in CDR, 4 in its second version, which also writes the size of a list's bytes
+    before a list of anything but numbers.
+    """
     base = start + 4 if cdr else start
     pos, top, context = base, -1, 0
     while pc < last and pos >= 0:
@@ -188,7 +198,9 @@ def run_program(
             continue
         counted = op in (SEQUENCE, STRING, WSTRING) or (op == LOOP and count < 0)
         if cdr and (counted or op == TIME):
-            pos = aligned(pos, base, 4)
+            pos = aligned(pos, base, 4, most)
+        if cdr and op == LOOP and most == CDR2_ALIGNMENT:
+            pos = aligned(pos, base, 4, most) + 4
         code, limit = ops[pc, CODE] + (BIG if big else 0), ops[pc, LIMIT]
         if op == TIME:
             code = note_time(pos - start, ops[pc, CODE] == 1, count == 1, big, cdr, row, heads)
@@ -201,7 +213,7 @@ def run_program(
         if op == WSTRING:
             size = wide
         elif cdr and op in (PRIMITIVE, SEQUENCE) and count > 0:
-            pos = aligned(pos, base, size)
+            pos = aligned(pos, base, size, most)
         # no product of a count and a size comes near 2**63
         if size > 0 and count * size > end - pos:
             return -1
@@ -245,15 +257,19 @@ def learn(
     heads[row, SIZE_OF], heads[row, COUNTS], heads[row, STAMP] = -1, 0, -1
     for column in range(wanted):
         places[shelf + column, PLACE] = -1
-    big = False
+    big, most = False, CDR_ALIGNMENT
     if cdr:
-        if size < 4 or data[start] != 0 or data[start + 1] > 1:
+        if size < 4 or data[start] != 0:
             return False
-        big = data[start + 1] == 0
-        heads[row, ENCAPSULATION] = int(data[start + 1])
+        kind = int(data[start + 1])
+        if kind > 1 and kind != CDR2_BIG and kind != CDR2_LITTLE:
+            return False
+        big = kind & 1 == 0
+        most = CDR2_ALIGNMENT if kind > 1 else CDR_ALIGNMENT
+        heads[row, ENCAPSULATION] = kind
     end, pc, last = start + size, spec[topic, FIRST], spec[topic, LAST]
     stop = run_program(
-        data, start, end, cdr, big, wide, pc, last, row, shelf, ops, table, heads, places, stack
+        data, start, end, cdr, big, most, wide, pc, last, row, shelf, ops, table, heads, places, stack
     )
     rest = end - stop
     if stop < 0 or rest < 0 or rest > (3 if cdr else 0):

@@ -58,7 +58,8 @@ def choose_stamps(
 
 @dataclass
 class _Topic:
-    """What is known of one topic. uses_header: None until the first message with a stamp.
+    """What is known of one topic. uses_header: None until the first message with a stamp. unread: messages that could not be
+    decoded, which look as if their stamps were zero.
 
     step_s: of header stamps that stand still for several messages, infinite where they never move; 0 where each moves on;
     None until enough messages were seen.
@@ -67,6 +68,7 @@ class _Topic:
     has_header: bool
     uses_header: bool | None = None
     messages: int = 0
+    unread: int = 0
     empty: int = 0
     far: int = 0
     delays_s: list[FloatArray] = field(default_factory=list)
@@ -91,14 +93,21 @@ class StampChooser:
         self.topics.setdefault(topic, _Topic(has_header))
 
     def choose(
-        self, topic: str, header_ns: IntArray | None, receive_ns: IntArray, *, in_place: bool = False
+        self,
+        topic: str,
+        header_ns: IntArray | None,
+        receive_ns: IntArray,
+        *,
+        in_place: bool = False,
+        unread: int = 0,
     ) -> IntArray:
         """The time of each message of a batch; both inputs and the output have shape (n,), int64 nanoseconds.
 
-        in_place: the result may be written over header_ns.
+        in_place: the result may be written over header_ns. unread: how many messages could not be decoded.
         """
         state = self.topics.setdefault(topic, _Topic(header_ns is not None))
         state.messages += len(receive_ns)
+        state.unread += unread
         if header_ns is None:
             return receive_ns
         if state.uses_header is None and (header_ns > 0).any():
@@ -147,6 +156,8 @@ class StampChooser:
         for name, state in read.items():
             if not state.has_header:
                 continue
+            if state.unread >= state.messages:
+                continue
             if state.uses_header is None:
                 log.note(f"{name}: header stamps are all zero, so the receive time is used")
             elif state.step_s:
@@ -163,8 +174,8 @@ class StampChooser:
 
     @staticmethod
     def _differences(name: str, state: _Topic, log: ImportLog) -> None:
-        if state.empty:
-            log.note(f"{name}: {state.empty} messages have no header stamp; they got the receive time")
+        if (empty := state.empty - state.unread) > 0:
+            log.note(f"{name}: {empty} messages have no header stamp; they got the receive time")
         if state.far:
             log.note(f"{name}: {state.far} header stamps are more than 60 s off; they got the receive time")
         delays = np.concatenate(state.delays_s) if state.delays_s else np.zeros(0)

@@ -104,8 +104,8 @@ def decode_chunk(
     offset, length, receive_ns = messages
     decoded = topic.decoder.decode(data, offset, length, paths)
     log.messages += len(offset)
-    log.reject("message that does not fit its type's definition", decoded.bad)
-    time_ns = chooser.choose(topic.group, decoded.stamp_ns, receive_ns)
+    log.reject(decoded.why_bad, decoded.bad)
+    time_ns = chooser.choose(topic.group, decoded.stamp_ns, receive_ns, unread=decoded.bad)
     return Chunk(topic.group, time_ns, {f"{topic.group}.{path}": x for path, x in decoded.columns.items()})
 
 
