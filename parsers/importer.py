@@ -47,6 +47,7 @@ class ImportLog:
     messages: rows, frames or messages read. rejected: reason -> count (a reason is a short phrase in words,
         e.g. "row with too few columns"). notes: sentences for the user. status only ever gets worse.
     lost_spans_ns: (start, end) of time that a damaged block took with it, where it can be told.
+    can_frames: whether the log holds CAN frames, for which databases are of use.
     """
 
     messages: int = 0
@@ -54,6 +55,7 @@ class ImportLog:
     notes: list[str] = field(default_factory=list)
     status: Status = "complete"
     lost_spans_ns: list[tuple[int, int]] = field(default_factory=list)
+    can_frames: bool = False
 
     def note(self, sentence: str) -> None:
         """Write a sentence down, once."""

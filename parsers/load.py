@@ -42,6 +42,8 @@ __all__ = [
     "read_chunks",
 ]
 
+_FRAME_TYPE = "can_msgs/Frame"
+
 
 def _require_mapped(parts: Sequence[PartFacts], mapping: MapFile | None) -> None:
     """Raise MappingError where a mapping file that the user gave names a channel that no log has."""
@@ -190,6 +192,20 @@ def options_of_each(paths: Sequence[Path], options: LoadOptions) -> LoadOptions:
     return lenient(options) if len(paths) > 1 else options
 
 
+def note_unused_databases(parts: Sequence[PartFacts], options: LoadOptions) -> None:
+    """Say in the first log's book where databases were given, and none of the logs holds CAN frames for them."""
+    if not (options.dbc and options.dbc_given) or any(part.opened.log.can_frames for part in parts):
+        return
+    channels = (info for part in parts for info in part.opened.reader.channels)
+    topics = list(dict.fromkeys(info.group for info in channels if info.tags.get("type") == _FRAME_TYPE))
+    beside = f"; messages of type {_FRAME_TYPE} ({', '.join(topics[:3])}) are not decoded" if topics else ""
+    names = ", ".join(path.name for path in options.dbc)
+    none = "the log holds none" if len(parts) == 1 else "none of the logs holds any"
+    parts[0].opened.log.note(
+        f"--dbc {names} was not used: it is for CAN frames, and {none} that cogest reads{beside}"
+    )
+
+
 def require_signals(parts: Sequence[PartFacts], found: bool, mapping: MapFile | None) -> None:
     """Raise MappingError where no log has a channel that the user named, LogError where no signal was found."""
     _require_mapped(parts, mapping)
@@ -215,6 +231,7 @@ def make_drive(
     paths: Sequence[Path], parts: Sequence[Part], options: LoadOptions, digest: BackgroundHash
 ) -> Drive:
     """Bring the parts together, check them against physics, and record it. Raises as `load_drive`."""
+    note_unused_databases(parts, options)
     require_signals(parts, any(part.signals for part in parts), options.map)
     merged = merge_parts(parts)
     options.progress("checking signs and units", 0.0)

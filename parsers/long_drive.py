@@ -14,6 +14,7 @@ from parsers.load import (
     Outcome,
     all_stated,
     make_record,
+    note_unused_databases,
     nothing_left,
     require_signals,
 )
@@ -57,6 +58,7 @@ class LongDrive:
         """Survey, judge, write, record: the record, how many signals there are, and the files."""
         self.options.progress("looking at what was read", 0.0)
         parts = [survey_part(taken.pop(0), self.budget.window) for _ in self.paths]
+        note_unused_databases(parts, self.options)
         require_signals(parts, any(part.tracks for part in parts), self.options.map)
         joined = join_pieces([part.opened for part in parts], [part.tracks for part in parts])
         strands = [Strand(name, tuple(tracks)) for name, tracks in joined.pieces.items()]

@@ -48,6 +48,7 @@ class CanReader:
         self._options = options
         self._log = log
         self._path = path
+        log.can_frames = True
         given = load_databases(options.dbc, log, given=options.dbc_given)
         builtin: tuple[MessageDef, ...] = ()
 

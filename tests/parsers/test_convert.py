@@ -374,6 +374,13 @@ def test_tables_of_others_are_said_before_the_work(tapes, tmp_path) -> None:
         convert_logs(tapes(Broken(drive())), LoadOptions(), folder)
 
 
+def test_a_database_without_frames_is_said_of_a_long_log(tapes, tmp_path) -> None:
+    folder = tmp_path / "out"
+    options = LoadOptions(dbc=(tmp_path / "a.dbc",))
+    record = convert_logs(tapes(Tape(drive())), options, folder, Budget(folder, **SMALL)).record
+    assert any("--dbc a.dbc was not used" in note for note in record.notes)
+
+
 def test_nothing_valid_in_a_long_log(tapes, tmp_path) -> None:
     rows = drive()
     for _, columns in rows.values():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
+from mcap.writer import Writer
 
 import parsers.load
 import parsers.read_log
@@ -174,6 +176,40 @@ def test_a_database_that_cannot_be_used_stops_only_where_it_was_named(tmp_path):
     assert any("bad.dbc beside the log is left out" in note for note in drive.record.notes)
     with pytest.raises(DatabaseError, match=r"bad\.dbc"):
         load_drive([path], LoadOptions(dbc=(bad, good)))
+
+
+def test_a_database_that_no_log_has_frames_for_is_said(tmp_path):
+    table, frames, base = tmp_path / "log.csv", tmp_path / "log.log", tmp_path / "a.dbc"
+    table.write_text("time_s,speed_mps\n" + "".join(f"{1700000000 + k / 100:.2f},{k}\n" for k in range(100)))
+    frames.write_text("".join(f"({1700000000 + k / 100:.6f}) can0 123#{k:02X}00\n" for k in range(100)))
+    base.write_text('VERSION ""\nBU_: E\nBO_ 291 M: 2 E\n SG_ v : 0|16@1+ (0.1,0) [0|0] "km/h" E\n')
+    said = [
+        any("--dbc a.dbc was not used" in note for note in load_drive(logs, options).record.notes)
+        for logs, options in (
+            ([table], LoadOptions(dbc=(base,))),
+            ([table], LoadOptions(dbc=(base,), dbc_given=False)),
+            ([table], LoadOptions()),
+            ([table, frames], LoadOptions(dbc=(base,))),
+        )
+    ]
+    assert said == [True, False, False, False]
+
+
+def test_frames_in_ros_messages_are_named_where_a_database_is_given(tmp_path):
+    path = tmp_path / "log.mcap"
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        schema = writer.register_schema("can_msgs/msg/Frame", "ros2msg", b"uint32 id\nuint8[8] data\n")
+        channel = writer.register_channel("/can0", "cdr", schema)
+        for k in range(50):
+            payload = bytes([0, 1, 0, 0]) + struct.pack("<I8x", 291)
+            writer.add_message(channel, 1_700_000_000_000_000_000 + k, payload, k)
+        writer.finish()
+    with pytest.raises(
+        LogError, match=r"--dbc a\.dbc was not used.*can_msgs/Frame \(/can0\) are not decoded"
+    ):
+        load_drive([path], LoadOptions(dbc=(tmp_path / "a.dbc",)))
 
 
 def test_parts_in_a_row_become_one_and_an_overlap_counts_once(play):
