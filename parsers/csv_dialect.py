@@ -20,6 +20,11 @@ _BROKEN_ROWS = 3
 _HEADER_LINES = 8
 _SAMPLED_ROWS = 500
 _SEPARATORS = ("\t", ";", ",", "|", " ")
+_WRAPPED_LINES = 60
+_WRAPPED_CELLS = 40
+"""A header with line ends within quotes stands in the first lines, and goes over so many of them at the most."""
+_OPEN_QUOTE = re.compile(rb'(?:^|[\t;,|]) *"[^"]*$')
+_ROW_START = re.compile(rb"^[ \t\"']*[-+.]?\d")
 _SEP_LINE = re.compile(r'^\s*"?sep=(.)"?\s*$', re.IGNORECASE)
 _COMMENT_START = re.compile(r"^\s*(?:#+|//|%%?(?=\s))\s*")
 
@@ -49,8 +54,10 @@ def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTabl
     raw_lines = sample.split(b"\n")
     if not complete and len(raw_lines) > 1:
         raw_lines = raw_lines[:-1]
-    raw_lines = raw_lines[:_MOST_LINES]
-    lines = [decode(line, encoding).rstrip("\r") for line in raw_lines]
+    raw_lines = _with_whole_headers(raw_lines[:_MOST_LINES])
+    lines = [
+        decode(line, encoding).rstrip("\r").replace("\r\n", " ").replace("\n", " ") for line in raw_lines
+    ]
     stated = next((_SEP_LINE.match(line) for line in lines[:1]), None)
     if stated is not None:
         lines[0] = ""
@@ -71,6 +78,22 @@ def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTabl
     names, rules, notes = _name_columns(lines, first, rules, style, rows)
     body = sum(len(line) + 1 for line in raw_lines[:first])
     return TextTable(rules, style, names, body, rows, tuple(notes + _style_notes(rules, style)))
+
+
+def _with_whole_headers(raw_lines: list[bytes]) -> list[bytes]:
+    """The lines, with those joined over which a header's cell in quotes goes on, as spreadsheets write two lines in one."""
+    lines = list(raw_lines)
+    for at in range(_WRAPPED_LINES):
+        if at >= len(lines):
+            break
+        if not _OPEN_QUOTE.search(lines[at]) or _ROW_START.match(lines[at]) or lines[at].count(b'"') % 2 == 0:
+            continue
+        for stop in range(at + 2, min(at + _WRAPPED_CELLS, len(lines)) + 1):
+            joined = b"\n".join(lines[at:stop])
+            if joined.count(b'"') % 2 == 0:
+                lines[at:stop] = [joined]
+                break
+    return lines
 
 
 def _is_filled(line: str) -> bool:
@@ -213,7 +236,8 @@ def _fit_header(
     """Bring a header to the rows' width where it is certain how; None where it is not."""
     if len(header) == width:
         return header, None
-    if len(header) == width + 1 and not header[-1]:
+    of_labview = header[0] == "X_Value" and header[-1] == "Comment"
+    if len(header) == width + 1 and (not header[-1] or of_labview):
         return header[:-1], None
     if len(header) > width:
         joined = _join_brackets(header)

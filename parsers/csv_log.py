@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -19,7 +20,7 @@ from parsers.table_repeats import LEAST_SHARE, RepeatedStamps, repeat_share
 from parsers.table_rows import RowPlan
 from parsers.table_text import BLOCK_BYTES, Encoding, decode, find_encoding, read_sample
 from parsers.table_time import TimePlan, find_time
-from parsers.table_wraps import turns_of
+from parsers.table_wraps import HOUR_NS, turns_of
 
 _GROUP = "table"
 _FRAME_TABLES = (
@@ -28,6 +29,7 @@ _FRAME_TABLES = (
     frozenset({"id", "dlc", "data"}),
     frozenset({"id", "databytes"}),
 )
+_LABVIEW = b"LabVIEW Measurement"
 _NO_TABLE = "no rows of numbers separated by comma, semicolon, tab, bar or spaces"
 
 
@@ -39,11 +41,12 @@ class CsvImporter:
     suffixes = (".csv", ".tsv", ".txt", ".dat", ".tab", ".asc")
 
     def claims(self, path: Path, head: bytes) -> bool:
-        """Whether the first bytes are text with rows of numbers; or any text, where the suffix says CSV or TSV."""
+        """Whether the first bytes are text with rows of numbers; or any text, where the suffix says CSV or TSV, or its
+        first words that LabVIEW wrote it."""
         encoding = find_encoding(head)
         if encoding is None or head.lstrip()[:1] in (b"{", b"<"):
             return False
-        if path.suffix.lower() in (".csv", ".tsv") and not encoding.damaged:
+        if (path.suffix.lower() in (".csv", ".tsv") and not encoding.damaged) or head.startswith(_LABVIEW):
             return True
         try:
             return find_table(read_sample(path, encoding), encoding, complete=False) is not None
@@ -72,6 +75,7 @@ class CsvImporter:
                 "not text: it holds bytes that no text has", path=path, hint="check what the file is"
             )
         sample = read_sample(path, encoding)
+        _refuse_spectra(sample, path)
         table = find_table(sample, encoding, complete=len(sample) + encoding.mark >= size)
         if table is None:
             raise LogError(
@@ -110,6 +114,22 @@ def _refuse_frames(table: TextTable, path: Path) -> None:
                 path=path,
                 hint="convert it to BLF, ASC or candump (for example `python -m can.logconvert log.csv log.blf`) "
                 "and give its DBC with --dbc",
+            )
+
+
+def _refuse_spectra(sample: bytes, path: Path) -> None:
+    """Raise LogError for a LabVIEW measurement file whose first column is not the time of all the others."""
+    if not sample.startswith(_LABVIEW):
+        return
+    for key, right in ((b"X_Columns", b"One"), (b"X_Dimension", b"Time")):
+        found = re.search(rb"^" + key + rb"[\t;, ]+(\w+)", sample, re.MULTILINE)
+        if found is None or found[1] != right:
+            said = f"says {found[1].decode()}" if found else "is not there"
+            raise LogError(
+                f"a LabVIEW measurement file (LVM) without one time column for all channels: {key.decode()} {said}, "
+                f"where {right.decode()} was expected",
+                path=path,
+                hint="write it with one X column, which is the time, or export it as CSV with a time column",
             )
 
 
@@ -180,12 +200,16 @@ class CsvReader:
         columns = tuple(self._places[name] for name in names)
         plan = RowPlan(self._table.rules, columns, self._plan.columns, clock_rule(self._plan))
         counter = self._plan.kind == "decimal" and not self._plan.absolute
+        turns = turns_of(self._plan.unit_ns) if counter else ()
+        if self._plan.kind == "elapsed":
+            # minutes and seconds of a time of day start again with the hour
+            turns = (HOUR_NS,)
         clock = TableClock(
             self._log,
             time_of_day=self._plan.kind == "hhmmss"
             or (self._plan.kind == "calendar" and not self._plan.absolute),
             midnight=self._plan.origin_ns,
-            turns=turns_of(self._plan.unit_ns) if counter else (),
+            turns=turns,
         )
         repeats = RepeatedStamps(self._log) if self._repeats() else None
         rows = 0

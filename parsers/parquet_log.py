@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from datetime import timedelta
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -148,7 +149,7 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
         options,
         path,
     )
-    if plan.kind == "calendar" and not types[plan.columns[0]].is_temporal():
+    if plan.kind in ("calendar", "elapsed") and not types[plan.columns[0]].is_temporal():
         raise LogError(
             f'the time in column "{names[plan.columns[0]].name}" is text',
             path=path,
@@ -179,7 +180,9 @@ def _fetched_sample(
     columns = [
         header
         for column, (header, kind) in zip(names, schema.items(), strict=True)
-        if kind == pl.String or (kind.is_numeric() and may_be_time(column, options))
+        if kind == pl.String
+        or isinstance(kind, pl.Duration)
+        or (kind.is_numeric() and may_be_time(column, options))
     ]
     far.fill(columns, SAMPLE_ROWS)
     return columns
@@ -194,6 +197,9 @@ def _damaged(path: Path, error: BaseException) -> LogError:
 
 def _cells(column: pl.Series, kind: pl.DataType) -> list[str]:
     """The first values as text, for the time column's recognition. Floats keep all their digits."""
+    if isinstance(kind, pl.Duration):
+        # as pandas writes a stretch of time
+        return ["" if v is None else f"{v.days} days {v - timedelta(v.days)}" for v in column.to_list()]
     if not kind.is_numeric() and kind != pl.String:
         return []
     return ["" if value is None else str(value) for value in column.to_list()]

@@ -27,6 +27,12 @@ CLOCK_CELL = re.compile(rf"\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm
 CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}")
 DURATION_CELL = re.compile(rf"{_SIGN}\d+(?:[.,]\d*)?{_EXPONENT} (?P<unit>[num]?s|[mu]?sec|min|hr|h)")
 """A number and its unit, as MATLAB writes durations: "0.02 sec"."""
+ELAPSED_CELL = re.compile(
+    rf"{_SIGN}\d{{1,5}}:[0-5]\d[.,]\d+|-?\d+ days?,? [+]?\d{{1,2}}:[0-5]\d:[0-5]\d(?:[.,]\d+)?"
+)
+"""Minutes and seconds as spreadsheets show them ("03:00.020"), or what pandas and Python write of a stretch of time
+("0 days 00:00:00.020000")."""
+_TIME_CELLS = (CALENDAR_CELL, DATE_CELL, CLOCK_CELL, DURATION_CELL, ELAPSED_CELL)
 _BLANKS = re.compile("[ \t]+")
 _MISSING = frozenset(MISSING_WORDS) | {"inf", "-inf", "+inf", "infinity", "-infinity"}
 
@@ -85,8 +91,8 @@ def is_missing(cell: str) -> bool:
 
 
 def is_time(cell: str) -> bool:
-    """Whether a cell is a date, a time of day, both, or a duration with its unit."""
-    return any(pattern.fullmatch(cell) for pattern in (CALENDAR_CELL, DATE_CELL, CLOCK_CELL, DURATION_CELL))
+    """Whether a cell is a date, a time of day, both, or a stretch of time."""
+    return any(pattern.fullmatch(cell) for pattern in _TIME_CELLS)
 
 
 def best_style(cells: Iterable[str]) -> NumberStyle:

@@ -19,7 +19,7 @@ from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.jit import kernel, lean_kernel
 from parsers.table_bytes import address_of, byte_at, int_at, put_float, put_int
 from parsers.table_numbers import EMPTY, HARD, INFINITE, OK, TEXT, odd_cell, parse_number
-from parsers.table_stamps import calendar_stamp, clock_stamp, decimal_stamp
+from parsers.table_stamps import calendar_stamp, clock_stamp, decimal_stamp, elapsed_stamp
 from parsers.table_swar import cell_end, quick_number, skip_cells
 
 # places in the rules
@@ -28,8 +28,9 @@ Rules = tuple[int, int, int, int, int, int, int, int, int, int]
 # places in what says how time is told: what kind, a date's order, how many columns, the unit of each
 CLOCK_KIND, DATE_ORDER, TIME_COLUMNS, UNITS = range(4)
 Clock = tuple[int, int, int, int, int]
-DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS = range(4)
-"""Kinds: sums of decimal numbers; times of day; dates with times of day; decimal numbers that spell HHMMSS."""
+DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS, ELAPSED = range(5)
+"""Kinds: sums of decimal numbers; times of day; dates with times of day; decimal numbers that spell HHMMSS; minutes and
+seconds, or days and a time."""
 # places in the state: how far the kernel came, then what it counted
 ROWS, LEFT_OUT, GAPS, TOO_FEW, TOO_MANY, BINARY, NO_TIME, TEXTS, INFINITES, HARDS, LAST_SHORT, LAST_KEPT = (
     range(12)
@@ -249,6 +250,8 @@ def _stamp(spans: int, rules: Rules, clock: Clock) -> tuple[bool, int]:
         start, stop = int_at(spans + 16 * k), int_at(spans + 16 * k + 8)
         if clock[CLOCK_KIND] == DECIMALS or clock[CLOCK_KIND] == HHMMSS:
             valid, part = decimal_stamp(start, stop, rules[DECIMAL], rules[THOUSANDS], clock[UNITS + k])
+        elif clock[CLOCK_KIND] == ELAPSED:
+            valid, part = elapsed_stamp(start, stop)
         else:
             valid, day, part = calendar_stamp(start, stop, clock[DATE_ORDER])
             days += day

@@ -27,6 +27,8 @@ _MONTH_KEYS = np.array(
 _TENS = 10 ** np.arange(19, dtype=np.int64)
 _SECOND_NS = 1_000_000_000
 _MINUTE_NS = 60 * _SECOND_NS
+_MOST_DAYS = 50_000
+"""Of a stretch of time, so that it and as many hours as have six digits fit into int64."""
 
 
 @kernel
@@ -179,6 +181,19 @@ def _date(start: int, stop: int, order: int) -> tuple[int, int]:
 
 
 @kernel
+def _fraction(start: int, stop: int) -> tuple[int, int]:
+    """The digits behind a second's decimal sign as nanoseconds, and where they end."""
+    nanos = 0
+    scale = 100_000_000
+    i = start
+    while i < stop and 48 <= byte_at(i) <= 57:
+        nanos += int(scale * (np.int64(byte_at(i)) - 48))
+        scale //= 10
+        i += 1
+    return nanos, i
+
+
+@kernel
 def _clock(start: int, stop: int) -> tuple[int, int]:
     """Nanoseconds since midnight of HH:MM[:SS[.fraction]] [AM|PM], and where it ends (`start`: there is none)."""
     hour, i = _digits(start, stop, 2)
@@ -195,12 +210,7 @@ def _clock(start: int, stop: int) -> tuple[int, int]:
             return 0, start
         j = k
         if j < stop and (byte_at(j) == 46 or byte_at(j) == 44 or byte_at(j) == 58):
-            scale = 100_000_000
-            j += 1
-            while j < stop and 48 <= byte_at(j) <= 57:
-                nanos += int(scale * (np.int64(byte_at(j)) - 48))
-                scale //= 10
-                j += 1
+            nanos, j = _fraction(j + 1, stop)
     k = j
     while k < stop and byte_at(k) == 32:
         k += 1
@@ -254,6 +264,41 @@ def calendar_stamp(start: int, stop: int, order: int) -> tuple[bool, int, int]:
     if k > j:
         clock -= zone * _MINUTE_NS
     return k == stop and stop > start, day * DAY_NS, clock
+
+
+@kernel
+def elapsed_stamp(start: int, stop: int) -> tuple[bool, int]:
+    """A stretch of time in nanoseconds: "03:00.020", "1:03:00.02", "0 days 00:03:00.02", "1 day, 0:03:00"; with a sign
+    before it, and after days. False where the text was not understood to its end."""
+    i, negative = after_sign(start, stop)
+    days = 0
+    number, j = _digits(i, stop, 6)
+    if j > i and j < stop and byte_at(j) == 32:
+        # pandas writes -1 days +23:59:59: the sign is that of the days alone
+        days = -number if negative else number
+        i = _word_end(j + 1, stop)
+        if i < j + 4 or byte_at(j + 1) | 32 != 100 or number > _MOST_DAYS:
+            return False, 0
+        while i < stop and (byte_at(i) == 44 or byte_at(i) == 32):
+            i += 1
+        i, negative = after_sign(i, stop)
+        number, j = _digits(i, stop, 6)
+    if j == i or j >= stop or byte_at(j) != 58:
+        return False, 0
+    second, k = _digits(j + 1, stop, 2)
+    if k != j + 3:
+        return False, 0
+    total = number * 60 + second
+    valid = second < 60
+    if k < stop and byte_at(k) == 58:
+        third, i = _digits(k + 1, stop, 2)
+        valid = valid and i == k + 3 and third < 61
+        total, k = total * 60 + third, i
+    nanos = 0
+    if k < stop and (byte_at(k) == 46 or byte_at(k) == 44):
+        nanos, k = _fraction(k + 1, stop)
+    total = total * _SECOND_NS + nanos
+    return valid and k == stop, days * DAY_NS + (-total if negative else total)
 
 
 @kernel

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import difflib
 import re
-import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
@@ -18,9 +16,11 @@ from parsers.table_cells import (
     CLOCK_CELL,
     DATE_CELL,
     DURATION_CELL,
+    ELAPSED_CELL,
     NumberStyle,
     is_missing,
 )
+from parsers.table_guess import DATENUMS, SERIAL_1970, are_days, guess_unit
 from parsers.table_names import ColumnName
 from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST, YEAR_FIRST
 from parsers.units import find_unit
@@ -29,16 +29,10 @@ ABSOLUTE_FROM_NS = 630_000_000_000_000_000
 ABSOLUTE_TO_NS = 4_100_000_000_000_000_000
 """A stamp between 1990 and 2100 counts from 1970: no logger has run that long."""
 
-_SERIAL_DATES = (20_000.0, 80_000.0)
-_SERIAL_1970 = 25_569
-_DATENUMS = (690_000.0, 800_000.0)
-"""Days since 1899-12-30 and since the year 0, from about 1955 to 2119 and 1889 to 2190."""
-_DAY_STEP = 1.5e-4
-"""Days: seconds in steps as small would be a log of more than 6 kHz."""
 _UNIT_TEXTS = {1: "ns", 1000: "us", 1_000_000: "ms", DAY_NS: "days"}
 
-Shape = Literal["number", "duration", "moment", "date", "clock", "text"]
-Kind = Literal["decimal", "seconds_nanos", "calendar", "hhmmss"]
+Shape = Literal["number", "duration", "elapsed", "moment", "date", "clock", "text"]
+Kind = Literal["decimal", "seconds_nanos", "calendar", "hhmmss", "elapsed"]
 
 
 @dataclass(frozen=True)
@@ -46,7 +40,8 @@ class TimePlan:
     """How a table tells time.
 
     kind: "decimal", one column of numbers in `unit_ns`; "seconds_nanos", two columns; "calendar", one column, or a
-    date's and a time of day's; "hhmmss", one column of numbers that spell a time of day. columns: their places. order: of a date's parts. absolute: since 1970; else, for a
+    date's and a time of day's; "hhmmss", one column of numbers that spell a time of day; "elapsed", one of minutes and seconds, or of
+    days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
     calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. guessed: the unit is
     stated nowhere.
     """
@@ -68,7 +63,7 @@ _TIME_WORDS = """
     reltime relativetime rectime recordtime logtime logtimestamp systemtime systime sampletime timesec timesecs
     timeseconds timens timems timeus rosbagtimestamp rosbagtime bagtime runtime clock localtime measurementtime testtime
     gpsutctime xtime timestampns timestampms timestampus timestamputc utctimestamp gpstimestamp hosttime secondselapsed elapsedseconds
-    elapseds timeelapseds datenum exceltime serialdate
+    elapseds timeelapseds datenum exceltime serialdate xvalue
 """
 _TIME_NAMES = frozenset(_TIME_WORDS.split())
 _WITH_ZONE = re.compile(r"(?:[zZ]|UTC|:\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$")
@@ -93,6 +88,7 @@ def shape_of(cells: Sequence[str], style: NumberStyle) -> Shape:
         ("moment", CALENDAR_CELL),
         ("date", DATE_CELL),
         ("clock", CLOCK_CELL),
+        ("elapsed", ELAPSED_CELL),
     )
     for shape, pattern in shapes:
         if sum(pattern.fullmatch(cell) is not None for cell in kept) > 0.5 * len(kept):
@@ -203,7 +199,7 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
     if shape in ("moment", "clock", "duration") and plain in _TIME_NAMES:
         return 2
     if plain in _TIME_NAMES and not (shape == "number" and plain in ("date", "datum")):
-        return 4 if shape == "date" else 3
+        return 4 if shape in ("date", "elapsed") else 3
     if shape in ("moment", "duration"):
         return 5
     if (
@@ -212,7 +208,7 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
         and re.search("time|stamp", name, re.IGNORECASE)
     ):
         return 6
-    return 7 if shape == "clock" else None
+    return 7 if shape in ("clock", "elapsed") else None
 
 
 def _plan_for(
@@ -227,7 +223,7 @@ def _plan_for(
     """The plan for a chosen column."""
     shape, column = shapes[place], names[place]
     if shape == "text":
-        shown = next((cell for cell in samples[place] if cell), "")
+        shown = _first(samples[place])
         raise LogError(
             f'column "{column.name}" holds no time that cogest knows ({shown!r})',
             path=path,
@@ -241,6 +237,13 @@ def _plan_for(
                 hint="give its unit: s, ms, us or ns",
             )
         return _decimal_plan(place, column, samples[place], style, options, path)
+    if shape == "elapsed":
+        notes = (
+            ()
+            if "day" in _first(samples[place])
+            else (f'column "{column.name}" is read as minutes and seconds',)
+        )
+        return TimePlan("elapsed", (place,), f'time (column "{column.name}")', False, notes=notes)
     columns = [place]
     partner: Shape | None = {"date": "clock", "clock": "date"}.get(shape)  # type: ignore[assignment]
     if partner is not None:
@@ -252,6 +255,10 @@ def _plan_for(
             hint="name the time column in the map file: [time] channel",
         )
     return _calendar_plan(tuple(columns), names, samples)
+
+
+def _first(cells: Sequence[str]) -> str:
+    return next((cell for cell in cells if cell), "")
 
 
 def _dates(cells: Sequence[str]) -> list[str]:
@@ -323,7 +330,7 @@ def _decimal_plan(
         unit_ns = round(unit.scale * 1e9)
     else:
         values = [v for cell in cells if (v := style.value(cell)) is not None]
-        if _are_days(values, _DATENUMS):
+        if are_days(values, DATENUMS):
             raise LogError(
                 f'column "{column.name}" holds days since the year 0 (MATLAB\'s datenum): not read',
                 path=path,
@@ -337,37 +344,9 @@ def _decimal_plan(
     origin_ns = 0
     if unit is None and unit_ns == DAY_NS:
         # a spreadsheet's dates count days from 1899-12-30
-        absolute, origin_ns = True, -_SERIAL_1970 * DAY_NS
+        absolute, origin_ns = True, -SERIAL_1970 * DAY_NS
     stamp = "header stamp" if _HEADER_STAMP.search(column.name) else "time"
     clock = f'{stamp} (column "{column.name}"{", since 1970" if absolute else ""})'
     return TimePlan(
         "decimal", (place,), clock, absolute, unit_ns, notes=notes, origin_ns=origin_ns, guessed=unit is None
     )
-
-
-def _are_days(values: Sequence[float], span: tuple[float, float]) -> bool:
-    """Whether numbers are dates counted in days: in `span`, and in steps of less than a quarter of a minute."""
-    steps = [b - a for a, b in pairwise(values) if b > a]
-    return (
-        bool(steps)
-        and span[0] < min(values) <= max(values) < span[1]
-        and statistics.median(steps) < _DAY_STEP
-    )
-
-
-def guess_unit(values: Sequence[float]) -> tuple[int, str]:
-    """The unit, in ns, of time stamps that state none; and the reason, for the import record."""
-    if not values:
-        return 1_000_000_000, "as most logs are"
-    size = statistics.median(abs(value) for value in values)
-    for least, unit_ns in ((1e17, 1), (1e14, 1000), (1e11, 1_000_000), (3e8, 1_000_000_000)):
-        if size >= least:
-            return unit_ns, f"since values near {size:.4g} are then times since 1970"
-    if _are_days(values, _SERIAL_DATES):
-        return DAY_NS, f"since values near {size:.0f} with so small steps are a spreadsheet's dates"
-    steps = [b - a for a, b in pairwise(values) if b > a]
-    step = statistics.median(steps) if steps else 0.0
-    for least, unit_ns in ((2e6, 1), (2e3, 1000), (2.0, 1_000_000)):
-        if step >= least:
-            return unit_ns, f"since its steps are {step:g}"
-    return 1_000_000_000, f"since its steps are {step:g}"

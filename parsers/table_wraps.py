@@ -12,6 +12,7 @@ from parsers.importer import ImportLog
 _NEAR_STEPS = 20
 _MOST_STEPS_BACK = 1000
 _SECOND_NS = 1_000_000_000
+HOUR_NS = 3600 * _SECOND_NS
 
 
 def turns_of(unit_ns: int) -> tuple[int, ...]:

@@ -146,7 +146,7 @@ def _no_time_in_parquet(path: Path) -> str:
         schema: Mapping[str, pl.DataType] = pl.read_parquet_schema(path if filled is None else filled.path)
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, LogError, OSError, ValueError):
         return ""
-    if any(isinstance(kind, pl.Datetime) for kind in schema.values()):
+    if any(isinstance(kind, (pl.Datetime, pl.Duration)) for kind in schema.values()):
         return ""
     numbers = [name for name, kind in schema.items() if kind.is_numeric()]
     names = [split_header(name) for name in numbers]

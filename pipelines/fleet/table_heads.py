@@ -50,6 +50,8 @@ class TableLook:
             return None
         if self.plan.kind == "calendar":
             return _moment(" ".join(texts)) if self.plan.absolute else None
+        if self.plan.kind == "elapsed":
+            return None
         values = [self.table.style.value(text) for text in texts]
         units = (self.plan.unit_ns,) if self.plan.kind == "decimal" else (_NS, 1)
         total = 0

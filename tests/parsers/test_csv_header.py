@@ -56,6 +56,43 @@ def test_comma_inside_header_brackets(tmp_path: Path) -> None:
     assert "brackets" in table.said
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_line_ends_within_a_header_cell(end: str, tmp_path: Path) -> None:
+    header = f'time,"ay{end}[m/s2]","yaw{end}rate [deg/s]"'
+    table = read(tmp_path, f"{header}{end}" + "".join(f"{k},{k}.5,3{end}" for k in range(9)))
+    assert [(c.name, c.unit) for c in table.reader.channels] == [("ay", "m/s2"), ("yaw rate", "deg/s")]
+    assert table.columns["ay"].tolist() == [k + 0.5 for k in range(9)]
+    assert not table.log.rejected
+
+
+def test_a_quote_that_stands_for_inches_opens_no_cell(tmp_path: Path) -> None:
+    table = read(tmp_path, 'tyre 18"\ntime,ay\n0,1\n1,2\n2,4\n3,"5"\n')
+    assert table.columns["ay"].tolist() == [1, 2, 4, 5]
+
+
+LVM = (
+    "LabVIEW Measurement\t\nWriter_Version\t2\nSeparator\tTab\nDecimal_Separator\t,\nX_Columns\tOne\n"
+    "Date\t2024/03/05\n***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t4\t4\t\nX_Dimension\tTime\tTime\t\n"
+    "Delta_X\t0,02\t0,02\t\n***End_of_Header***\t\t\t\nX_Value\tay\tspeed\tComment\n"
+    + "".join(f"{k / 50:.6f}\t{k / 10}\t{10 + k / 10}\n" for k in range(40)).replace(".", ",")
+)
+
+
+def test_labview_measurement(tmp_path: Path) -> None:
+    table = read(tmp_path, LVM, name="log.lvm")
+    assert table.time.tolist() == [k * 20_000_000 for k in range(40)]
+    assert table.columns["ay"].tolist() == [k / 10 for k in range(40)]
+    assert table.columns["speed"].tolist() == [10 + k / 10 for k in range(40)]
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"), [("X_Columns\tOne", "X_Columns\tMulti"), ("Time\tTime", "Frequency\tTime")]
+)
+def test_labview_measurement_of_something_else_is_named(right: str, wrong: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r"LabVIEW measurement file \(LVM\).*(Multi|Frequency)"):
+        read(tmp_path, LVM.replace(right, wrong), name="log.lvm")
+
+
 def test_latin1_units(tmp_path: Path) -> None:
     table = read(tmp_path, "t;Drehrate [°/s];T [°C]\n0;1,5;20\n0,5;2,5;20\n1;3,5;21\n".encode("latin-1"))
     assert table.info["Drehrate"].unit == "°/s"

@@ -17,8 +17,8 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.jit import kernel
 from parsers.table_bytes import address_of
+from parsers.table_guess import guess_unit
 from parsers.table_stamps import calendar_stamp, decimal_stamp, unwrap_days
-from parsers.table_time import guess_unit
 
 TIMES = {
     "ms": ("Time (ms),a\n0,1\n10,1\n20,1\n", ReadOptions(), [0, 10_000_000, 20_000_000]),
@@ -128,6 +128,36 @@ TIMES = {
         ReadOptions(),
         [500000000, 1500000000],
     ),
+    "minutes and seconds": (
+        "time,a\n03:00.000,1\n03:00.020,2\n03:59.5,3\n",
+        ReadOptions(),
+        [180_000_000_000, 180_020_000_000, 239_500_000_000],
+    ),
+    "minutes and seconds that the map file names": (
+        "x;a\n03:00,000;1\n03:00,020;2\n03:59,5;3\n",
+        ReadOptions(time_channel="x"),
+        [180_000_000_000, 180_020_000_000, 239_500_000_000],
+    ),
+    "minutes and seconds that start again with the hour": (
+        "time,a\n59:59.0,1\n59:59.5,2\n00:00.0,3\n00:00.5,4\n",
+        ReadOptions(),
+        [3599_000_000_000, 3599_500_000_000, 3600_000_000_000, 3600_500_000_000],
+    ),
+    "minutes and seconds that go on with hours": (
+        "time,a\n59:59.0,1\n59:59.5,2\n1:00:00.0,3\n61:00.5,4\n-0:01.5,5\n",
+        ReadOptions(),
+        [3599_000_000_000, 3599_500_000_000, 3600_000_000_000, 3660_500_000_000, -1_500_000_000],
+    ),
+    "timedelta of pandas": (
+        "time,a\n-1 days +23:59:59.980000,1\n0 days 00:00:00,2\n0 days 00:00:00.020000,3\n1 days 00:00:00.5,4\n",
+        ReadOptions(),
+        [-20_000_000, 0, 20_000_000, 86_400_500_000_000],
+    ),
+    "timedelta of Python": (
+        "time;a\n1 day, 0:00:00;1\n1 day, 0:00:00.020000;2\n2 days, 0:00:00;3\n",
+        ReadOptions(),
+        [86_400_000_000_000, 86_400_020_000_000, 172_800_000_000_000],
+    ),
     "time of day": (
         "Time,a\n23:59:59.5,1\n00:00:00.5,2\n00:00:01.5,2\n",
         ReadOptions(),
@@ -193,6 +223,25 @@ def test_seconds_of_the_week_stay_seconds(tmp_path: Path, first: float) -> None:
     assert read(tmp_path, "gps_time,a\n" + rows).time[-1] == round((first + 299.9) * 1e9)
     stated = "".join(f"{t},1\n" for t in spelled(8 * 3600, 10, 3000))
     assert read(tmp_path, "gps_time [s],a\n" + stated).time[0] == 80_000 * 10**9
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        "03:60.5",
+        "03:5",
+        "3.5",
+        "0 cats 00:00:01",
+        "1 day",
+        "0 days 00:00:61.5",
+        "99999 days 0:00:00",
+        "03:00.5x",
+    ],
+)
+def test_what_is_no_stretch_of_time_costs_its_row(bad: str, tmp_path: Path) -> None:
+    table = read(tmp_path, f"time,a\n03:00.0,1\n03:00.5,1\n{bad},1\n03:01.5,1\n")
+    assert table.time.tolist() == [180_000_000_000, 180_500_000_000, 181_500_000_000]
+    assert table.log.rejected == {"row without a valid time": 1}
 
 
 def test_dates_of_matlab_are_refused_not_taken_for_seconds(tmp_path: Path) -> None:

@@ -124,6 +124,25 @@ def test_times_as_numbers(
     assert set(chunk.columns["a"].tolist()) <= {0.0, 1.0}
 
 
+@pytest.mark.parametrize("unit", ["ns", "us", "ms"])
+def test_a_stretch_of_time_as_parquet_has_it(unit: str, tmp_path: Path) -> None:
+    stretch = pl.Series([0, 20, None, 86_400_040], dtype=pl.Int64) * (10 ** {"ns": 6, "us": 3, "ms": 0}[unit])
+    frame = pl.DataFrame({"time": stretch.cast(pl.Duration(unit)), "ay": [1.0, 2.0, 3.0, 4.0]})  # type: ignore[arg-type]
+    frame.write_parquet(tmp_path / "log.parquet")
+    reader, (chunk,), log = read(tmp_path / "log.parquet")
+    assert not reader.absolute
+    assert chunk.time_ns.tolist() == [0, 20_000_000, 86_400_040_000_000]
+    assert log.rejected == {"row without a valid time": 1}
+    assert not log.notes
+
+
+def test_a_number_that_is_the_time_by_its_name_stays_it(tmp_path: Path) -> None:
+    since = pl.Series([5, 25, 45]).cast(pl.Duration("ms"))
+    frame = pl.DataFrame({"since_start": since, "time_s": [0.0, 0.5, 1.0], "ay": [1.0, 2.0, 3.0]})
+    frame.write_parquet(tmp_path / "log.parquet")
+    assert read(tmp_path / "log.parquet")[1][0].time_ns.tolist() == [0, 500_000_000, 1_000_000_000]
+
+
 def test_slices_join_without_a_seam(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(parsers.parquet_log, "_CHUNK_BYTES", 1)
     path = tmp_path / "log.parquet"

@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import parsers.table_ranges
-from parsers.table_lines import DECIMALS, HHMMSS, MOMENT, TIME_OF_DAY, Clock
+from parsers.table_lines import DECIMALS, ELAPSED, HHMMSS, MOMENT, TIME_OF_DAY, Clock
 from parsers.table_ranges import RangeRows, read_table
 from parsers.table_rows import RowBlock, RowCollector, RowCounts, RowPlan, RowRules
 from parsers.table_swar import PADDING
@@ -124,6 +124,8 @@ ODD = st.sampled_from(
             "2014-04-11",
             "2014-04-11 08:00:00",
             "235959.99",
+            "03:00.5",
+            "1 days 00:00:01.5",
         ),
     ]
 )
@@ -154,7 +156,11 @@ def tables(draw: st.DrawFn) -> tuple[bytes, RowPlan]:
     columns = draw(st.permutations(range(width)))
     times = tuple(columns[: draw(st.integers(0, min(2, width)))])
     numbers = tuple(sorted(columns[len(times) : draw(st.integers(len(times), width))]))
-    kind = draw(st.sampled_from([DECIMALS, DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS])) if times else DECIMALS
+    kind = (
+        draw(st.sampled_from([DECIMALS, DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS, ELAPSED]))
+        if times
+        else DECIMALS
+    )
     odd = draw(st.integers(0, 6))
     lines = []
     for row in range(draw(st.integers(1, 12))):

@@ -1,0 +1,44 @@
+"""The unit of time stamps that state none, by their size and steps."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Sequence
+from itertools import pairwise
+
+from parsers.table_stamps import DAY_NS
+
+SERIAL_DATES = (20_000.0, 80_000.0)
+SERIAL_1970 = 25_569
+DATENUMS = (690_000.0, 800_000.0)
+"""Days since 1899-12-30 and since the year 0, from about 1955 to 2119 and 1889 to 2190."""
+_DAY_STEP = 1.5e-4
+"""Days: seconds in steps as small would be a log of more than 6 kHz."""
+
+
+def are_days(values: Sequence[float], span: tuple[float, float]) -> bool:
+    """Whether numbers are dates counted in days: in `span`, and in steps of less than a quarter of a minute."""
+    steps = [b - a for a, b in pairwise(values) if b > a]
+    return (
+        bool(steps)
+        and span[0] < min(values) <= max(values) < span[1]
+        and statistics.median(steps) < _DAY_STEP
+    )
+
+
+def guess_unit(values: Sequence[float]) -> tuple[int, str]:
+    """The unit, in ns, of time stamps that state none; and the reason, for the import record."""
+    if not values:
+        return 1_000_000_000, "as most logs are"
+    size = statistics.median(abs(value) for value in values)
+    for least, unit_ns in ((1e17, 1), (1e14, 1000), (1e11, 1_000_000), (3e8, 1_000_000_000)):
+        if size >= least:
+            return unit_ns, f"since values near {size:.4g} are then times since 1970"
+    if are_days(values, SERIAL_DATES):
+        return DAY_NS, f"since values near {size:.0f} with so small steps are a spreadsheet's dates"
+    steps = [b - a for a, b in pairwise(values) if b > a]
+    step = statistics.median(steps) if steps else 0.0
+    for least, unit_ns in ((2e6, 1), (2e3, 1000), (2.0, 1_000_000)):
+        if step >= least:
+            return unit_ns, f"since its steps are {step:g}"
+    return 1_000_000_000, f"since its steps are {step:g}"
