@@ -25,7 +25,7 @@ from parsers.json_tree import (
 from parsers.mcap_records import gather
 from parsers.ros.contract import Cells, Decoded, FieldInfo
 
-SAMPLES = 64
+SAMPLES = 96
 """So many messages are looked at for the fields that a schema does not name."""
 
 _SLOW_BYTES = 4
@@ -119,7 +119,7 @@ class NewKeys:
         if not self.count:
             return ()
         return (
-            f"a key that neither the schema nor the first messages have came up later and was not read "
+            f"a key that neither the schema nor the messages that were looked at have came up and was not read "
             f"({self.count} times, the first is {self.first!r})",
         )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from parsers.channels import ChannelInfo, Family
+from parsers.channels import ChannelInfo, Family, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.json_decode import SAMPLES, JsonDecoder, make_json_decoder, needs_samples
@@ -72,14 +72,29 @@ def _streams(survey: Survey, log: ImportLog) -> dict[_Stream, list[ChannelRecord
     return found
 
 
+def _spread(rows: IntArray, count: int, shift: float) -> IntArray:
+    """So many of some rows: the first ones, and others all over the rest, by `shift` (0 to 1) of their distance further."""
+    ahead = count // 3
+    if len(rows) <= count:
+        return rows
+    rest = rows[ahead:]
+    at = ((np.arange(count - ahead) + shift) * len(rest) / (count - ahead)).astype(np.int64)
+    return np.concatenate([rows[:ahead], rest[at]])
+
+
 def _sample_span(
-    file: McapFile, span: Span, found: dict[int, list[bytes]], missing: set[int], enough: int
+    file: McapFile,
+    span: Span,
+    found: dict[int, list[bytes]],
+    missing: set[int],
+    enough: int,
+    shift: float,
 ) -> None:
     """Collect payloads of the missing channels from one span; those that have enough are missing no more."""
     for messages in messages_in(file, span, frozenset(missing)):
         for channel in sorted(missing):
             rows = np.flatnonzero((messages.channel == channel) & (messages.length <= _LARGE_SAMPLE))
-            for i in rows[: enough - len(found[channel])].tolist():
+            for i in _spread(rows, enough - len(found[channel]), shift).tolist():
                 start = int(messages.offset[i])
                 found[channel].append(messages.data[start : start + int(messages.length[i])].tobytes())
         missing -= {channel for channel in missing if len(found[channel]) >= enough}
@@ -88,7 +103,10 @@ def _sample_span(
 
 
 def _samples(file: McapFile, survey: Survey, ids: frozenset[int]) -> dict[int, list[bytes]]:
-    """Some messages of channels, by channel id: the first ones, and some of the last chunk that has any."""
+    """Some messages of channels, by channel id: of the first chunks and of the last one that has any.
+
+    A key may come up late, when a sensor is ready: not only a chunk's first messages are looked at.
+    """
     found: dict[int, list[bytes]] = {channel: [] for channel in ids}
     missing = {channel for channel in ids if survey.counts is None or survey.counts.get(channel)}
     looked: dict[int, int] = dict.fromkeys(ids, 0)
@@ -97,14 +115,14 @@ def _samples(file: McapFile, survey: Survey, ids: frozenset[int]) -> dict[int, l
             break
         if not holds(span, frozenset(missing)):
             continue
-        _sample_span(file, span, found, missing, SAMPLES // 2)
+        _sample_span(file, span, found, missing, SAMPLES // 2, 0.9)
         # a few chunks are enough where messages are rare
         for channel in found:
             looked[channel] += bool(found[channel])
         missing -= {channel for channel, spans in looked.items() if spans >= _SAMPLE_CHUNKS}
     last = next((s for s in reversed(survey.spans) if isinstance(s, ChunkSpan) and holds(s, ids)), None)
     if last is not None:
-        _sample_span(file, last, found, set(ids), SAMPLES)
+        _sample_span(file, last, found, set(ids), SAMPLES, 0.4)
     return found
 
 

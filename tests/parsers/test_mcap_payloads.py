@@ -50,6 +50,28 @@ def test_one_topic_with_two_types(tmp_path: Path) -> None:
     assert columns["t.a"].tolist() == [1, 3]
 
 
+@pytest.mark.parametrize("chunk_size", [2_000, 1 << 20])
+@pytest.mark.parametrize(("first", "every"), [(50, 1), (70, 2), (1000, 1)])
+def test_a_key_of_json_messages_that_comes_up_late(
+    first: int, every: int, chunk_size: int, tmp_path: Path
+) -> None:
+    stream = io.BytesIO()
+    writer = Writer(stream, chunk_size=chunk_size)
+    writer.start()
+    schema = writer.register_schema("S", "jsonschema", b"{}")
+    channel = writer.register_channel("t", "json", schema)
+    for k in range(2000):
+        late = f', "accel_y": {k}' if k >= first and k % every == 0 else ""
+        writer.add_message(channel, START + k * MS, f'{{"speed": {k}{late}}}'.encode(), 0)
+    writer.finish()
+    path = tmp_path / "a.mcap"
+    path.write_bytes(stream.getvalue())
+    columns, _, log = read(path)
+    ay = columns["t.accel_y"]
+    assert ay[np.isfinite(ay)].tolist() == list(range(first, 2000, every))
+    assert not log.notes
+
+
 def vehicle_class() -> Any:
     file = FileDescriptorProto(name="v.proto", package="my", syntax="proto3")
     file.dependency.append("google/protobuf/timestamp.proto")
