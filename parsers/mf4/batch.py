@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from parsers.channels import ByteArray, IntArray
+from parsers.mf4.invalidation import BitSource
 from parsers.mf4.model import Group
 
 
@@ -29,6 +30,12 @@ class Window:
         """Place behind the window's last byte."""
         return self.base + self.data.size
 
+    def behind(self, place: int) -> Window:
+        """Without the records that begin before a place."""
+        skip = int(np.searchsorted(self.starts, place))
+        base = int(self.starts[skip]) if skip < self.starts.size else self.end
+        return Window(base, self.data[base - self.base :], self.first + skip, self.starts[skip:])
+
 
 EMPTY = Window(0, np.zeros(0, np.uint8), 0, np.zeros(0, np.int64))
 
@@ -38,6 +45,7 @@ class Batch:
     """Records of one group, one every `stride` bytes of `data` (contiguous, at least count * stride bytes).
 
     first: number of the first. skip: bytes of each that are no record (its id). windows: by the VLSD group's place.
+    bits: where the invalidation bytes are, if they are not in the records.
     """
 
     group: Group
@@ -48,11 +56,18 @@ class Batch:
     skip: int = 0
     windows: dict[int, Window] = field(default_factory=dict)
     file_at: int = 0
+    bits: BitSource | None = None
 
     @property
     def rows(self) -> ByteArray:
         """The records, shape (count, record bytes): a view."""
         return self.data[: self.count * self.stride].reshape(self.count, self.stride)[:, self.skip :]
+
+    def invalid_rows(self) -> ByteArray:
+        """The records' invalidation bytes, shape (count, bytes)."""
+        if self.bits is not None:
+            return self.bits.rows(self.first, self.count)
+        return self.rows[:, self.group.invalid_at :]
 
     def part(self, begin: int, end: int) -> Batch:
         """The records from begin to end (a view)."""

@@ -106,6 +106,9 @@ class _DataGroupReader:
             begin = int(np.argmax(payload.late))
             self.waiting[batch.group.number] = _GroupState(batch.rows[begin:].copy(), batch.first + begin)
             columns, payload = columns.rows(slice(0, begin)), payload.first(begin)
+        window = batch.windows.get(layout.fields["DataBytes"].data_link)
+        if window is not None and window.lost:
+            self.gaps.without_payload(columns.time_ns[~payload.good])
         if columns.time_ns.size:
             yield self._made(columns, payload)
 

@@ -14,17 +14,16 @@ from parsers.mf4.batch import Batch
 from parsers.mf4.bus_layout import BusLayout
 from parsers.mf4.clock import NO_TIME
 from parsers.mf4.conversions import LINEAR, convert, gives_text
-from parsers.mf4.conversions import fault as rule_fault
 from parsers.mf4.model import Channel
 from parsers.mf4.stamps import StampReader, stamp_reader
-from parsers.mf4.values import UINT_LE, Raw, fault, is_virtual, raw_values
+from parsers.mf4.values import UINT_LE, Raw, is_virtual, raw_values
 from parsers.mf4.words import word_of
 
 MOST_BYTES = 64
 CODES = np.array([0, 1, 2, 3, 4, 5, 6, 7, 8, 12, 16, 20, 24, 32, 48, 64], np.int64)
 """Payload bytes of the length codes of FD frames."""
-IDE, BUS, FD = ("IDE", 0), ("BusChannel", 1), ("EDL", 0)
-"""Fields, and what they are where a group does not have them."""
+IDE, BUS, FD = ("IDE", 0), "BusChannel", ("EDL", 0)
+"""Fields, and what they are where a group does not have them (the bus: as the layout says)."""
 BITS = 32
 """The widest identifier that the kernel takes."""
 
@@ -95,9 +94,9 @@ def _plan(layout: BusLayout) -> _Plan | None:
     fields[k.ID] = word.at, word.shift, word.mask
     raw = np.arange(k.TABLE, dtype=np.int64)
     size = _size_field(layout)
-    for which, (name, default) in ((k.IDE, IDE), (k.BUS, BUS), (k.FD, FD), (k.LENGTH, size)):
+    for which, (name, default) in ((k.IDE, IDE), (k.BUS, (BUS, layout.bus)), (k.FD, FD), (k.LENGTH, size)):
         channel = layout.fields.get(name)
-        if not _readable(layout, channel):
+        if not layout.readable(name):
             tables[which] = default
         elif channel is not None and is_virtual(channel):
             rule = channel.conversion
@@ -131,14 +130,6 @@ def _sizes(layout: BusLayout, raw: IntArray, fd: NDArray[np.bool_]) -> IntArray:
     return np.clip(raw, 0, widest)
 
 
-def _readable(layout: BusLayout, channel: Channel | None) -> bool:
-    return (
-        channel is not None
-        and fault(channel, layout.group) is None
-        and rule_fault(channel.conversion) is None
-    )
-
-
 def _converted(channel: Channel, raw: Raw) -> IntArray:
     """A field's values as whole numbers."""
     if channel.conversion is None or gives_text(channel.conversion):
@@ -150,7 +141,7 @@ def _converted(channel: Channel, raw: Raw) -> IntArray:
 def _number(layout: BusLayout, field: tuple[str, int], batch: Batch) -> IntArray:
     """A field (name, default) of a batch as whole numbers, the default where the group does not have it."""
     channel = layout.fields.get(field[0])
-    if channel is None or not _readable(layout, channel):
+    if channel is None or not layout.readable(field[0]):
         return np.full(batch.count, field[1], np.int64)
     return _converted(channel, raw_values(batch.rows, channel, batch.first))
 
@@ -169,7 +160,7 @@ def _by_column(
     begin = batch.skip + layout.fields["DataBytes"].byte_offset
     return (
         _identifiers(layout, batch),
-        np.clip(_number(layout, BUS, batch), 0, 32767).astype(np.int16),
+        np.clip(_number(layout, (BUS, layout.bus), batch), 0, 32767).astype(np.int16),
         _sizes(layout, size, _number(layout, FD, batch) != 0).astype(np.uint8),
         np.arange(batch.count, dtype=np.int64) * batch.stride + begin,
     )

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from parsers.importer import ImportLog
 from parsers.mf4.clock import find_master
+from parsers.mf4.conversions import fault as rule_fault
 from parsers.mf4.model import CG_VLSD, VLSC, VLSD, Channel, Group
 from parsers.mf4.payload import reference_fault
 from parsers.mf4.values import fault
@@ -20,17 +21,33 @@ _REJECTED = {
 
 @dataclass(frozen=True)
 class BusLayout:
-    """Which channels of a group make up its frames. rejected: the reason where the group holds no data frames."""
+    """Which channels of a group make up its frames. rejected: the reason where the group holds no data frames.
+
+    bus: of frames that do not name theirs.
+    """
 
     group: Group
     master: Channel
     fields: dict[str, Channel]
     rejected: str = ""
+    bus: int = 1
 
     @property
     def by_reference(self) -> bool:
         """Whether the record holds only the place of the payload."""
         return self.fields["DataBytes"].kind == VLSD
+
+    @property
+    def names_bus(self) -> bool:
+        """Whether each frame says which bus it was on."""
+        return self.readable("BusChannel")
+
+    def readable(self, name: str) -> bool:
+        """Whether there is a field of this name whose numbers can be read."""
+        channel = self.fields.get(name)
+        if channel is None or fault(channel, self.group) is not None:
+            return False
+        return rule_fault(channel.conversion) is None
 
 
 def _structure(group: Group) -> tuple[str, str]:

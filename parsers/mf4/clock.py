@@ -10,7 +10,7 @@ from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.mf4.conversions import IDENTITY, LINEAR, convert
 from parsers.mf4.conversions import fault as rule_fault
 from parsers.mf4.model import MASTER, VIRTUAL_MASTER, Channel, Group
-from parsers.mf4.values import UINT_LE, fault, raw_values
+from parsers.mf4.values import FLOAT_LE, UINT_LE, fault, raw_values
 
 _NS = 1e9
 LATEST_NS = 1 << 61
@@ -66,6 +66,13 @@ def ns_per_count(channel: Channel) -> int | None:
     plain = channel.kind == MASTER and channel.data_type == UINT_LE and channel.bit_offset == 0
     exact = _exact(channel) if plain and channel.bit_count % 8 == 0 else None
     return exact[0] if exact is not None else None
+
+
+def is_double(channel: Channel) -> bool:
+    """Whether the stamp is a float of eight bytes that grows with the time: then its bits, as a whole number, do too."""
+    rule = find_rule(channel)
+    plain = channel.kind == MASTER and channel.data_type == FLOAT_LE and channel.bit_count == 64
+    return plain and rule is not None and rule.factor > 0
 
 
 def times_ns(rows: ByteArray, channel: Channel, first: int) -> IntArray:

@@ -6,6 +6,7 @@ import sys
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from parsers.channels import FloatArray, IntArray
 from parsers.mf4 import column_kernel as k
@@ -18,6 +19,19 @@ from parsers.mf4.words import word_of
 _KINDS = {values.UINT_LE: k.UNSIGNED, values.INT_LE: k.SIGNED, values.FLOAT_LE: k.FLOAT_64}
 
 
+INVALID = "invalid by the log's own invalidation bit"
+TEXT = "a text of the channel's value table"
+NO_NUMBER = "no number by the channel's conversion"
+
+
+@dataclass(frozen=True)
+class Columns:
+    """Name -> values, shape (records,): NaN where there is none. left_out: channel, reason, and of which records."""
+
+    values: dict[str, FloatArray]
+    left_out: list[tuple[str, str, NDArray[np.bool_]]]
+
+
 @dataclass(frozen=True)
 class ColumnReader:
     """Reads some channels of a group. plain: the kernel's, with its rules and linear; others: the rest of them."""
@@ -28,8 +42,8 @@ class ColumnReader:
     rules: IntArray
     linear: FloatArray
 
-    def read(self, batch: Batch) -> dict[str, FloatArray]:
-        """Name -> values, shape (records,): NaN where the records say that they are not valid."""
+    def read(self, batch: Batch) -> Columns:
+        """The values; NaN where the records say that they are not valid, or that they are no numbers."""
         quick = np.empty((len(self.plain), batch.count), np.float64)
         if quick.size:
             words = np.zeros(k.BLOCK, np.int64)
@@ -38,18 +52,31 @@ class ColumnReader:
                 batch.data, batch.stride, batch.skip, self.rules, self.linear, words, singles, quick
             )
         done = dict(zip(self.plain, quick, strict=True))
-        out = {}
+        marked = any(map(values.has_invalid_bit, self.channels.values()))
+        bits = batch.invalid_rows() if marked else np.zeros((batch.count, 0), np.uint8)
+        out = Columns({}, [])
         for name, channel in self.channels.items():
-            column = done[name] if name in done else _slow(batch, channel)
-            bad = values.invalid(batch.rows, channel, self.group)
-            out[name] = column if bad is None else np.where(bad, np.nan, column)
+            column, none = (done[name], None) if name in done else _slow(batch, channel)
+            bad = values.invalid(bits, channel)
+            if bad is not None:
+                out.left_out.append((name, INVALID, bad))
+                column = np.where(bad, np.nan, column)
+            if none is not None:
+                why = TEXT if conversions.names_values(channel.conversion) else NO_NUMBER
+                out.left_out.append((name, why, none if bad is None else none & ~bad))
+            out.values[name] = column
         return out
 
 
-def _slow(batch: Batch, channel: Channel) -> FloatArray:
+def _slow(batch: Batch, channel: Channel) -> tuple[FloatArray, NDArray[np.bool_] | None]:
+    """The values, and where the conversion makes none of a raw value; None where it can always."""
     raw = values.raw_values(batch.rows, channel, batch.first)
     whole = raw.dtype.kind != "f"
-    return conversions.convert(channel.conversion, raw.astype(np.float64), whole_numbers=whole)
+    numbers = raw.astype(np.float64)
+    column = conversions.convert(channel.conversion, numbers, whole_numbers=whole)
+    if find_rule(channel) is not None:
+        return column, None
+    return column, np.isnan(column) & ~np.isnan(numbers)
 
 
 def column_reader(channels: dict[str, Channel], group: Group, *, compiled: bool = True) -> ColumnReader:

@@ -18,6 +18,11 @@ def _default(rule: Conversion) -> str | Conversion | None:
     return rule.refs[listed] if len(rule.refs) > listed else None
 
 
+def names_values(rule: Conversion | None) -> bool:
+    """Whether a rule is a table of texts."""
+    return rule is not None and rule.kind in (TEXTS, RANGE_TEXTS)
+
+
 def gives_text(rule: Conversion | None) -> bool:
     """Whether a rule makes texts of most values: such a channel is no number.
 
@@ -25,7 +30,7 @@ def gives_text(rule: Conversion | None) -> bool:
     """
     if rule is None or rule.kind <= RANGES:
         return False
-    if rule.kind not in (TEXTS, RANGE_TEXTS):
+    if not names_values(rule):
         return True
     other = _default(rule)
     return isinstance(other, str) or (isinstance(other, Conversion) and gives_text(other))

@@ -10,12 +10,26 @@ from parsers.channels import IntArray
 from parsers.importer import ImportLog
 from parsers.mf4.clock import NO_TIME
 
+PADDING = 8
+"""Zero bytes behind the records that mean nothing."""
+
+
+def say_zeros(log: ImportLog, end: str, count: int) -> None:
+    """Say that the records end before zeros. end: where, in words. count: of the zero bytes."""
+    if count >= PADDING:
+        log.worsen(
+            "truncated",
+            f"the records of the MF4 file end at {end}: the {count} bytes behind them are zeros, as a recorder "
+            "leaves them where it did not come to an end; all records before them were used",
+        )
+
 
 @dataclass
 class Gaps:
     """Watches the numbers of the records as they come, group by group; writes gaps into `log.lost_spans_ns`."""
 
     log: ImportLog
+    _bare: tuple[int, int] | None = None
     _ends: dict[int, tuple[int, int]] = field(default_factory=dict)
 
     def see(self, group: int, first: int, time_ns: IntArray) -> None:
@@ -28,3 +42,16 @@ class Gaps:
         if ends and first > expected and before != NO_TIME and ends[0] > before:
             self.log.lost_spans_ns.append((before, ends[0]))
         self._ends[group] = first + int(np.size(time_ns)), ends[1] if ends else before
+
+    def without_payload(self, time_ns: IntArray) -> None:
+        """Frames whose payloads damage made uncertain; those of one batch after another are one gap."""
+        known = time_ns[time_ns != NO_TIME]
+        if not known.size:
+            return
+        begin, end = int(known.min()), int(known.max())
+        spans = self.log.lost_spans_ns
+        if self._bare is not None and spans and spans[-1] == self._bare and begin >= self._bare[0]:
+            begin = spans.pop()[0]
+        if end > begin:
+            self._bare = begin, max(end, begin)
+            spans.append(self._bare)

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+
+import numpy as np
 
 from parsers.channels import ChannelInfo, Chunk
 from parsers.importer import ImportLog
@@ -162,6 +164,7 @@ class MeasuredReader:
     """Reads the values of measured channels, one group of one batch at a time.
 
     told: data groups (their data links) whose damage is in the log book already, since frames were read from them.
+    _counted: channels of which is counted what was left out, so that a second reading does not count it again.
     """
 
     path: Path
@@ -170,6 +173,7 @@ class MeasuredReader:
     log: ImportLog
     progress: Callable[[int, int], None]
     told: frozenset[int] = frozenset()
+    _counted: set[str] = field(default_factory=set)
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Chunks with the wanted columns; data groups without one are not read."""
@@ -182,6 +186,7 @@ class MeasuredReader:
             for data_group in self.measurement.data_groups:
                 yield from self._read_group(file, data_group, by_group)
             self.progress(file.size, file.size)
+        self._counted.update(column.info.name for columns in by_group.values() for column in columns)
 
     def _read_group(
         self, file: BlockFile, data_group: DataGroup, by_group: dict[int, list[Column]]
@@ -222,7 +227,13 @@ class MeasuredReader:
         else:
             return None
         gaps.see(batch.group.number, batch.first, time_ns)
-        decoded = reader.columns.read(batch)
+        read = reader.columns.read(batch)
+        decoded = read.values
+        for name, reason, where in read.left_out:
+            if name not in self._counted:
+                # records without a time are counted as such
+                lost = where & (time_ns != NO_TIME) if timeless else where
+                self.log.reject(f"{name}: {reason}", int(np.count_nonzero(lost)))
         if timeless:
             self.log.reject("record with an impossible time stamp", timeless)
             good = time_ns != NO_TIME

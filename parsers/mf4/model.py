@@ -64,7 +64,8 @@ class Group:
     """A channel group (CG block): records of one kind.
 
     number: 1 for the file's first. cycles: records, as the file says. size: bytes of a record without its id,
-    invalidation bytes included; invalid_at: where those begin. master_link: of a remote master.
+    invalidation bytes included; invalid_at: where those begin. master_link: of a remote master. source: name and path of the
+    acquisition source, read only for frames that do not name their bus.
     """
 
     number: int
@@ -77,6 +78,7 @@ class Group:
     name: str
     channels: tuple[Channel, ...]
     master_link: int = 0
+    source: tuple[str, str] = ("", "")
 
 
 @dataclass(frozen=True)

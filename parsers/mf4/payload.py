@@ -43,11 +43,9 @@ def reference_fault(channel: Channel, group: Group) -> str | None:
     return fault(replace(channel, kind=FIXED, data_type=UINT_LE), group)
 
 
-def _references(batch: Batch, channel: Channel) -> IntArray:
+def references(rows: ByteArray, channel: Channel) -> IntArray:
     """Places of the payloads, as the records say (in 4 or 8 bytes); -1 where the number is impossible."""
-    raw = raw_values(batch.rows, replace(channel, kind=FIXED, data_type=UINT_LE), batch.first).astype(
-        np.uint64
-    )
+    raw = raw_values(rows, replace(channel, kind=FIXED, data_type=UINT_LE), 0).astype(np.uint64)
     possible = raw < np.uint64(1 << 62)
     return np.where(possible, np.where(possible, raw, 0).astype(np.int64), -1)
 
@@ -86,7 +84,7 @@ def window_payload(
         place = np.full(number.size, -1, np.int64)
         place[known] = window.starts[number[known]] - window.base
     else:
-        reference = _references(batch, channel)
+        reference = references(batch.rows, channel)
         late = (reference >= window.end) & (reference < window.end + MAX_SPAN)
         place = np.where(reference >= 0, reference - window.base, -1)
     if window.lost:
@@ -96,7 +94,7 @@ def window_payload(
 
 def stream_payload(batch: Batch, channel: Channel, length: IntArray, stream: DataStream) -> Payload:
     """Payloads in a data stream of their own (SD blocks). Records are read in pieces where they are far apart."""
-    reference = _references(batch, channel)
+    reference = references(batch.rows, channel)
     count = reference.size
     inside = (reference >= 0) & (reference + 4 <= stream.size)
     parts: list[ByteArray] = []

@@ -12,6 +12,7 @@ from parsers.importer import ImportLog, LogReader, ReadOptions
 from parsers.mf4.blocks import BlockFile
 from parsers.mf4.bus import Mf4Frames
 from parsers.mf4.bus_layout import BusLayout, find_layout
+from parsers.mf4.bus_sources import tell_buses_apart
 from parsers.mf4.measured import MeasuredReader, list_columns
 from parsers.mf4.model import Measurement
 from parsers.mf4.tree import read_measurement
@@ -64,7 +65,7 @@ def _layouts(measurement: Measurement, log: ImportLog) -> dict[int, BusLayout]:
             layout = find_layout(group, log)
             if layout is not None:
                 found[group.number] = layout
-    return found
+    return tell_buses_apart(found, log)
 
 
 def _say_what_it_is(measurement: Measurement, log: ImportLog) -> None:

@@ -8,7 +8,18 @@ import numpy as np
 
 from parsers.importer import ImportLog
 from parsers.mf4.batch import Batch
-from parsers.mf4.model import CG_VLSD, UNFINISHED_CYCLES, DataGroup, Group, Measurement
+from parsers.mf4.clock import find_master
+from parsers.mf4.gaps import say_zeros
+from parsers.mf4.invalidation import BitSource
+from parsers.mf4.model import (
+    CG_VLSD,
+    MASTER,
+    UNFINISHED_CYCLES,
+    UNFINISHED_OFFSETS,
+    DataGroup,
+    Group,
+    Measurement,
+)
 from parsers.mf4.streams import DataStream
 from parsers.mf4.unsorted import UnsortedWalk, walked
 
@@ -33,6 +44,10 @@ def _sorted(
             "truncated",
             f"channel group {group.number} has {there} of the {group.cycles} records that it should have",
         )
+    if unfinished:
+        total = min(total, _written(group, stream, size, total, log))
+    apart = stream.values_only and group.size > group.invalid_at
+    bits = BitSource(group, stream.bits, log) if apart else None
     tail = np.zeros(0, np.uint8)
     tail_at = 0
     for at, data, file_at in stream.chunks(size):
@@ -45,9 +60,21 @@ def _sorted(
         first, whole = tail_at // size, joined.size // size
         count = min(whole, max(0, total - first))
         if count:
-            yield Batch(group, first, joined, count, size, id_size, {}, file_at)
+            yield Batch(group, first, joined, count, size, id_size, {}, file_at, bits)
         tail = joined[whole * size :]
         tail_at += whole * size
+
+
+def _written(group: Group, stream: DataStream, size: int, total: int, log: ImportLog) -> int:
+    """How many records the recorder filled of the space that it had reserved: a record of zeros has no time of its own."""
+    master = find_master(group)
+    if master is None or master.kind != MASTER:
+        return total
+    count = -(-stream.filled() // size)
+    if count < total:
+        end = count * size
+        say_zeros(log, f"byte {stream.place(end)} (record {count})", stream.size - end)
+    return count
 
 
 def _empty_records(group: Group) -> Iterator[Batch]:
@@ -76,7 +103,8 @@ def batches(
         yield from _sorted(groups[0], stream, data_group.id_size, measurement.unfinished, log)
     elif data_group.id_size:
         if stream.size:
-            walk = UnsortedWalk(groups, data_group.id_size, wanted, windowed)
+            by_order = bool(measurement.unfinished & UNFINISHED_OFFSETS)
+            walk = UnsortedWalk(groups, data_group.id_size, wanted, windowed, by_order=by_order)
             yield from walked(stream, walk, log, measurement.start_ns)
     else:
         log.worsen("malformed", "a data group with several channel groups has no record ids and was left out")

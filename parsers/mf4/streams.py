@@ -15,6 +15,7 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.mf4.blocks import HEADER, BlockFile
 from parsers.mf4.compression import first_bytes
+from parsers.mf4.invalidation import ALL_VALID, UNREADABLE, BitBlocks
 from parsers.mf4.model import UNFINISHED_LENGTH, UNFINISHED_LIST
 from parsers.mf4.pieces import CHUNK, Fragment, Piece, parts, unpack
 
@@ -30,7 +31,7 @@ _KEPT, _KEPT_BYTES = 4, 32 << 20
 class DataStream:
     """The fragments in order; `starts[i]` is the place in the stream of fragment i, `size` the stream's length.
 
-    values_only: records without invalidation bytes (DV blocks).
+    values_only: records without invalidation bytes (DV blocks); those are in `bits`, if anywhere.
     """
 
     file: BlockFile
@@ -39,6 +40,7 @@ class DataStream:
     starts: list[int] = field(default_factory=list)
     size: int = 0
     values_only: bool = False
+    bits: BitBlocks | None = None
     _kept: OrderedDict[int, ByteArray] = field(default_factory=OrderedDict)
 
     @property
@@ -52,6 +54,12 @@ class DataStream:
             self.fragments.append(fragment)
             self.starts.append(self.size)
             self.size += fragment.size
+
+    def place(self, at: int) -> int:
+        """Where in the file a place of the stream is; of a compressed block its beginning."""
+        index = max(bisect.bisect_right(self.starts, at) - 1, 0)
+        fragment = self.fragments[index]
+        return fragment.at + (at - self.starts[index] if fragment.method < 0 else 0)
 
     def _inflated(self, index: int) -> ByteArray:
         """A compressed fragment's bytes; the last few are kept. Raises LogError where it is damaged."""
@@ -85,6 +93,22 @@ class DataStream:
                 into[:] = self._inflated(index)[at - begin : end - begin]
             at, index = end, index + 1
         return out
+
+    def filled(self) -> int:
+        """The place behind the last byte that is not zero, or behind the last compressed block."""
+        index = len(self.fragments)
+        while index and self.fragments[index - 1].method < 0:
+            index -= 1
+        first = self.starts[index] if index < len(self.fragments) else self.size
+        # most files have none behind their records: a little look is enough
+        stop, step = self.size, 4096
+        while stop > first:
+            begin, step = max(stop - step, first), min(4 * step, CHUNK)
+            used = np.flatnonzero(self.read(begin, stop))
+            if used.size:
+                return begin + int(used[-1]) + 1
+            stop = begin
+        return first
 
     def _plain(self, index: int, unit: int) -> Iterator[Piece]:
         """The plain fragments from one on, up to the next compressed one: whole units, wherever the blocks end."""
@@ -191,22 +215,43 @@ class _Builder:
 
     def data_list(self, at: int) -> None:
         """Add all blocks of a list of lists."""
-        blocks: list[int] = []
+        blocks: list[tuple[int, int]] = []
+        marked = False
         while at and at not in self.visited and len(self.visited) < MAX_LISTS:
             self.visited.add(at)
             block = self.file.block(at, "DL", "LD")
             self.end = at + HEADER.size + 8 * len(block.links) + len(block.data)
             count = int.from_bytes(block.data[4:8], "little")
-            # behind them an LD block has links to invalidation bits
-            for link in block.links[1 : 1 + count]:
+            # behind them an LD block has links to invalidation bits, if the highest of its flags says so
+            apart = block.kind == "LD" and bool(block.data[3] & 0x80)
+            marked = marked or apart
+            for number, link in enumerate(block.links[1 : 1 + count]):
                 if not link:
                     break
-                blocks.append(link)
+                blocks.append((link, block.link(1 + count + number) if apart else 0))
             at = block.link(0)
-        for index, link in enumerate(blocks):
+        bits = self.stream.bits = BitBlocks(DataStream(self.file, self.log)) if marked else None
+        for index, (link, bits_link) in enumerate(blocks):
             if link not in self.visited:
                 self.visited.add(link)
+                begin = self.stream.size
                 self.data_block(link, last=index + 1 == len(blocks))
+                if bits is not None and self.stream.size > begin:
+                    bits.add(begin, self._bits(bits_link, bits.bits))
+
+    def _bits(self, link: int, into: DataStream) -> int:
+        """Add a block of invalidation bits to their stream: its place there, or why there is none."""
+        if not link:
+            return ALL_VALID
+        other = _Builder(self.file, ImportLog(), 0)
+        try:
+            other.data_block(link, last=False)
+        except LogError:
+            return UNREADABLE
+        begin = into.size
+        for fragment in other.stream.fragments:
+            into.add(fragment)
+        return begin
 
     def follow(self) -> None:
         """The last list of an unfinished file misses blocks that stand behind it in the file: add them."""

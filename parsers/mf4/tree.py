@@ -148,9 +148,33 @@ class TreeReader:
         channels = tuple(self.channels(block.link(1)))
         remote = block.link(6) if flags & CG_REMOTE_MASTER else 0
         name = self.text(block.link(2))
+        # sources cost a few reads each: only where frames do not name their bus
+        frames = any("CAN_DataFrame" in channel.name for channel in channels)
+        silent = frames and not any("BusChannel" in channel.name for channel in channels)
+        source = self.source(block.link(3)) if silent else ("", "")
         return Group(
-            self.groups, block.at, record_id, cycles, flags, size + invalid, size, name, channels, remote
+            self.groups,
+            block.at,
+            record_id,
+            cycles,
+            flags,
+            size + invalid,
+            size,
+            name,
+            channels,
+            remote,
+            source,
         )
+
+    def source(self, at: int) -> tuple[str, str]:
+        """Name and path of a source (SI block); empty where there is none or it is damaged."""
+        if not at:
+            return "", ""
+        try:
+            block = self.file.block(at, "SI")
+        except LogError:
+            return "", ""
+        return self.text(block.link(0)), self.text(block.link(1))
 
     def data_groups(self, at: int) -> Iterator[DataGroup]:
         """All data groups."""

@@ -12,6 +12,10 @@ MAX_PAYLOAD = 16 << 20
 """Bytes of one record of variable length; more is damage."""
 CHAIN = 32
 """Records that must follow each other before the walk goes on behind damage."""
+SHORT = 68
+"""Bytes of a payload of CAN with its length: nothing longer is believed to be the first record behind damage."""
+SECOND = 3600
+"""A leap is so many seconds."""
 POS, COUNT, BAD, LAST = range(4)
 
 
@@ -64,6 +68,12 @@ def _stamp(data: ByteArray, at: int, stamps: IntArray, slot: int) -> int:
 
 
 @kernel
+def _blank(data: ByteArray, at: int, size: int) -> bool:
+    """Whether a record holds nothing but zeros."""
+    return not data[at : at + size].any()
+
+
+@kernel
 def _walk_plain(
     data: ByteArray,
     id_size: int,
@@ -102,6 +112,8 @@ def _walk_plain(
                 load_u64(data, begin) & (np.uint64(0xFFFFFFFFFFFFFFFF) >> np.uint64(64 - 8 * width))
             )
             if last >= 0 and abs(stamp - last) > leap:
+                break
+            if stamp == 0 and number == 0 and last > leap // SECOND and _blank(data, pos, id_size + size):
                 break
             last = stamp
         slot[count], place[count], length[count] = number, at, size
@@ -148,6 +160,16 @@ def walk_records(
                 if state[LAST] >= 0 and abs(stamp - state[LAST]) > leap:
                     state[BAD] = 1
                     break
+                # id 0 stands in the first slot: bytes that were never written look like its records
+                size = id_size + found[2]
+                if (
+                    stamp == 0
+                    and found[0] == 0
+                    and state[LAST] > leap // SECOND
+                    and _blank(data, state[POS], size)
+                ):
+                    state[BAD] = 1
+                    break
                 state[LAST] = stamp
         slot[count], place[count], length[count] = found[0], found[1], found[2]
         state[COUNT] = count + 1
@@ -158,7 +180,10 @@ def walk_records(
 def find_records(
     data: ByteArray, begin: int, id_size: int, ids: IntArray, sizes: IntArray, stamps: IntArray, leap: int
 ) -> int:
-    """The first place from which CHAIN records follow each other with rising stamps (at the end: at least 4), or -1."""
+    """The first place from which CHAIN records follow each other with rising stamps (at the end: at least 4), or -1.
+
+    The first stamp is above 0: zeros are no records.
+    """
     found = np.zeros(3, np.int64)
     for start in range(begin, data.shape[0]):
         pos, count, last = start, 0, -1
@@ -172,8 +197,10 @@ def find_records(
             if stamp >= 0:
                 if last >= 0 and (stamp < last or stamp - last > leap):
                     break
+                if last < 0 and stamp == 0:
+                    break
                 last = stamp
-            elif found[2] > 4096:
+            elif found[2] > (4096 if count > 0 else SHORT):
                 break
             pos = found[1] + found[2]
             count += 1

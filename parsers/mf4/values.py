@@ -79,11 +79,16 @@ def raw_values(rows: ByteArray, channel: Channel, first: int) -> Raw:
     return _bits(rows, channel) if whole is None else whole
 
 
-def invalid(rows: ByteArray, channel: Channel, group: Group) -> NDArray[np.bool_] | None:
-    """Where the records say that the channel has no valid value; None where they say nothing."""
+def has_invalid_bit(channel: Channel) -> bool:
+    """Whether a bit of each record says if the channel's value is valid."""
+    return channel.flags & 3 == 2
+
+
+def invalid(rows: ByteArray, channel: Channel) -> NDArray[np.bool_] | None:
+    """Where the channel has no valid value; None where nothing is said. rows: invalidation bytes, shape (n, bytes)."""
     if channel.flags & 1:
         return np.ones(rows.shape[0], np.bool_)
-    at = group.invalid_at + channel.invalid_bit // 8
+    at = channel.invalid_bit // 8
     if not channel.flags & 2 or at >= rows.shape[1]:
         return None
     return np.asarray((rows[:, at] >> np.uint8(channel.invalid_bit % 8)) & np.uint8(1), np.bool_)

@@ -184,3 +184,41 @@ def bus_builder(kind: str, *, flags: int = 0, wide: int = 8) -> Builder:
     if kind == "blocks":
         b.add("sd", "SD", [], stream)
     return b
+
+
+def long_bus(
+    count: int, *, double: bool = False, order: str = "before", flags: int = 0x05, first_id: int = 1
+) -> tuple[Builder, list[Frame], list[int]]:
+    """CAN frames a millisecond apart in an unfinished, unsorted file as recorders leave it: file, frames, and where each ends.
+
+    double: stamps are floats of seconds. order: the payload stands "before" its record, "behind" it, or now here now there
+    ("mixed"). first_id: the record id of the frames; the next one is that of the payloads. A frame's first bytes are its
+    number, so that a wrong payload shows.
+    """
+    parts, frames, ends, stream, size = [], [], [], 0, 0
+    for k in range(count):
+        payload = struct.pack("<I", k + 1) + bytes([7]) * (k % 5)
+        stamp = struct.pack("<d", k / 1000) if double else struct.pack("<Q", k * 1000)
+        place = 0xDEAD if flags & 0x40 else stream
+        record = bytes([first_id]) + stamp + struct.pack("<IBBQ", 0x100 + k % 3, len(payload), 2, place)
+        variable = bytes([first_id + 1]) + struct.pack("<I", len(payload)) + payload
+        before = order == "before" or (order == "mixed" and k % 2)
+        parts.append(variable + record if before else record + variable)
+        stream += 4 + len(payload)
+        size += len(parts[-1])
+        ends.append(size)
+        frames.append((k * 1_000_000, 0x100 + k % 3, 2, payload))
+    b = Builder(mark=b"UnFinMF ", flags=flags)
+    b.header("dg")
+    b.data_group("dg", "cg", "dt", id_size=1)
+    b.group("cg", "t", 22, ident=first_id, flags=2, after="vlsd")
+    b.group("vlsd", "", 0, ident=first_id + 1, flags=1)
+    rule = "" if double else b.rule("us", 1, [0.0, 1e-6])
+    b.channel("t", 0, 64, kind=2, data_type=4 if double else 0, rule=rule, after="frame")
+    b.channel("CAN_DataFrame", 8, 112, data_type=10, parts="id", key="frame", flags=0x400)
+    b.channel("CAN_DataFrame.ID", 8, 29, key="id", after="len")
+    b.channel("CAN_DataFrame.DataLength", 12, 8, key="len", after="bus")
+    b.channel("CAN_DataFrame.BusChannel", 13, 8, key="bus", after="data")
+    b.channel("CAN_DataFrame.DataBytes", 14, 64, kind=1, data_type=10, key="data", data="vlsd")
+    b.add("dt", "DT", [], b"".join(parts))
+    return b, frames, ends
