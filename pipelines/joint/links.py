@@ -20,6 +20,10 @@ CAMBER = {False: (0.65, 0.25), True: (0.8, 0.18)}
 PITCH_CENTER = (0.12, 0.08)
 """m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
 
+RIGID_DRIVEN = (0.22, 0.14)
+"""m above ground, where the file has no pitch_center_height_drive_m, of a driven rigid axle: from none, as simple models have it, to leaf
+springs and links that carry most of the load transfer."""
+
 
 def drive_jacking(book: Book) -> tuple[float, float]:
     """Drop of the springs' force over the driving force: mean and spread.
@@ -90,8 +94,8 @@ def _roll_links(book: Book) -> None:
     book.put("track_grows", 0.8, 0.4)
     book.put(
         "axis_sinks",
-        0.2,
-        0.5,
+        0.4,
+        0.55,
         "how far roll centres sink for a metre that a load presses the springs",
         SILENT,
     )
@@ -115,8 +119,11 @@ def _pitch_links(book: Book) -> None:
         mean, std, source = driven.value, driven.std, driven.source
     elif (share := vehicle.get("drive_front_share")) is not None and share.value > 0.9:
         mean, std, source = 0.7 * mean, float(np.hypot(std, 0.03)), "between none and that of braking"
+    elif rigid_axle(vehicle, "rear"):
+        # its links hold the torque that drives its wheels, where a differential on the body keeps it from them
+        mean, std = RIGID_DRIVEN
+        source = "what the links or leaf springs of a driven rigid axle carry"
     else:
-        # a driven rigid axle takes the shaft's torque on its links
         mean, std, source = 0.1, 0.11, "some to all of what a driven rear axle's links may carry"
     book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
 
@@ -138,7 +145,7 @@ def _feet(book: Book) -> None:
     # a braked tyre's patch lags behind its axle, a driven one's runs ahead (`patch_shift`): by two thirds of the squash where no
     # power comes from nowhere, by nothing where torque is force on the loaded radius
     third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
-    book.put("patch_lag", 1.35 * third, 0.75 * third)
+    book.put("patch_lag", 1.2 * third, 1.0 * third)
     # a tyre that gives sideways has its patch move by what its share of the side force makes of two thirds of its rate; most
     # simulators leave it out
     give = 0.25 * book.rows["empty_mass"][0] / (0.65 * book.rows["tyre_rate"][0])
