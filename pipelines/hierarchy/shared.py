@@ -79,7 +79,7 @@ RULES: Mapping[str, Belongs] = {
     "imu": PLACED, "askew": PLACED, "scale": MOUNTED, "suspension_scale": MOUNTED, "tyre_scale": MOUNTED,
     "axle_scale": MOUNTED, "drive_scale": ENGINE, "brake_scale": ENGINE,
     "late": DELAY, "gain": DELAY,
-    "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "banked_bends": ROAD, "air": ROAD,
+    "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "nod_wound": WOUND, "banked_bends": ROAD, "air": ROAD,
     "offset": DRIFT, "zero": DRIFT, "suspension_zero": DRIFT, "tyre_zero": DRIFT, "axle_zero": DRIFT,
     "brake_zero": DRIFT, "pitch_bias": DRIFT,
     "tyre_rate": TYRE, "radius": WHEEL, "bump": OIL, "rebound": OIL, "friction": OIL, "drag": AIR, "rolling": ROLLING,

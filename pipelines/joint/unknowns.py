@@ -72,6 +72,10 @@ class Known:
         return self.names.index(name)
 
 
+NOD_WOUND = 0.004
+"""rad of pitch that held brakes leave: a fifth of a stop's force between the axles, on links that dive and lift by a tenth of it."""
+
+
 def _geometry(book: Book) -> None:
     vehicle = book.vehicle
     book.quantity("wheelbase", "wheelbase_m", 2.7, 0.2)
@@ -301,6 +305,7 @@ def _long(book: Book, kilos: float) -> None:
     # what brakes that hold wind up in the links: 6 mm of CG place at rest; dampers' one-sidedness and the like: 3 mm moving
     book.put("pitch_bias", 0.0, 0.003 * GRAVITY * kilos)
     book.put("pitch_wound", 0.0, 0.006 * GRAVITY * kilos)
+    book.put("nod_wound", 0.0, NOD_WOUND)
     book.put("late_long", 0.0, 0.05)
     book.put("tilt", 1.0, 0.3)
     book.put("gain_long", 0.0, 0.01)

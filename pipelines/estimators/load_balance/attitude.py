@@ -80,6 +80,8 @@ def attitude_terms(sag: float | None) -> Coefficients:
         add(terms, "quick_on_rolling", -apart * p["rolling"] * body.mass * GRAVITY)
         add(terms, "quick_pitch_acc", both * body_inertias(p)[1])
         add(terms, "quick_fz", -tipped(p, body) * body.sprung)
+        # brakes that hold a vehicle keep its axles pushing against each other as they came to rest, and the links turn that into pitch
+        add(terms, "quick_held", p["nod_wound"])
         rub = sum(p[f"friction_{a}"] / p[f"spring_{a}"] for a in AXLES) / p["wheelbase"]
         add(terms, "tip_stick", p["rub"] * rub * (1 - p["yielding"]))
         add(terms, "tip_yield", p["rub"] * rub * p["yielding"])

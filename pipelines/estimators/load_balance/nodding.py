@@ -33,6 +33,14 @@ def _quick(column: FloatArray, rate_hz: float, breaks: FloatArray) -> FloatArray
     return out
 
 
+def _held(prepared: Prepared) -> FloatArray:
+    """(n,) 1 at rest after a drive, 0 elsewhere: where the brakes hold what they wound up."""
+    still = prepared.standstill
+    if len(still) == 0:
+        return np.zeros(len(prepared.time_s))
+    return np.asarray(still & np.maximum.accumulate(~still), dtype=np.float64)
+
+
 def _tip(prepared: Prepared) -> FloatArray | None:
     """(n,) pitch against the horizon where it is logged, else what the gyro sums to; None without either."""
     c = prepared.columns
@@ -70,6 +78,7 @@ def nodding_columns(
         made[name] = quick(smooth(friction_state(nodded, prepared, limit)))
     for name in ("fx_brake", "fx_drive", "dfx", "vdot", "v2", "v2_on", "on_rolling", "pitch_acc"):
         made[f"quick_{name}"] = quick(found[name])
+    made["quick_held"] = quick(smooth(_held(prepared)))
     made["quick_fz"] = quick(found["fz"]) if "fz" in found else np.zeros(len(breaks))
     weight = 1 / (1 + (found["v"] / SLOW_MPS) ** 2) / (1 + (found["yaw"] / STRAIGHT_RADPS) ** 2)
     slope = found["vdot"]
