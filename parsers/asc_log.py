@@ -15,6 +15,7 @@ from parsers.channels import ByteArray
 from parsers.importer import HEAD_BYTES, ImportLog, ReadOptions
 
 _DATE = re.compile(r"^\s*date\s+(\S.*)", re.IGNORECASE)
+_TRIGGER = re.compile(r"^\s*begin\s+triggerblock\s+(\S.*)", re.IGNORECASE)
 _BASE = re.compile(r"^\s*base\s+(hex|dec)\b(?:\s+timestamps\s+(absolute|relative)\b)?", re.IGNORECASE)
 _FRAME = re.compile(
     r"^\s*\d+[.,]\d+\s+(?:\d+\s+[0-9A-F]+x?\s+(?:Rx|Tx|TxRq)\s+[dr]\b|CANFD\s+\d+\s+(?:Rx|Tx)\s)",
@@ -94,6 +95,9 @@ def read_header(lines: list[str]) -> AscHeader:
             relative = (match[2] or "").lower() == "relative"
         elif start is None and _DATE.match(line):
             start = read_date(line)
+        elif start is not None and _TRIGGER.match(line):
+            # some writers date a file when they write it, and its trigger block when it was recorded
+            start = min(start, read_date(line) or start)
         elif _FRAME.match(line):
             break
     if not found_base:

@@ -108,7 +108,7 @@ class Tally:
             sentence = (
                 f"{damaged} of {self.lines} lines are malformed and were left out; the first is line {first}"
             )
-            if damaged * 1000 > self.lines:
+            if damaged * 1000 > self.lines or self.spans:
                 log.worsen("malformed", sentence)
             else:
                 log.note(sentence)

@@ -73,6 +73,8 @@ def _offset(name: str, values: FloatArray, where: str, doubt: float, kind: str =
         return []
     found = f"{name} has an offset of {show(name, mean)}"
     evidence = f"{where}, ± {show(name, error)}"
+    if name == "roll":
+        evidence += "; the unit's mount, or roads that fall to one side"
     return [Decision(name, "offset", found, _KEPT, evidence, applied=False)]
 
 

@@ -161,8 +161,20 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
-def reason_of(name: str, status: Identification, shares: Sequence[Share], file_std: float, std: float) -> str:
-    """In words: which relations brought it, and what it would have been without."""
+def lacks_of(name: str, seen: bool, following: Sequence[NextMeasurement]) -> str:
+    """What is missing. seen: the drive has relations that see the parameter; following: what would narrow it, the best first."""
+    if not seen:
+        return _needs(name)
+    if not following:
+        return "the relations that see it are there, and what is known of the vehicle leaves them open"
+    action = following[0].action
+    return f"the relations that see it are there; what would help most: {action[:1].lower()}{action[1:].rstrip('.')}"
+
+
+def reason_of(
+    name: str, status: Identification, shares: Sequence[Share], file_std: float, std: float, lacks: str
+) -> str:
+    """In words: which relations brought it, and what it would have been without; where it is wide, what it lacks."""
     digits = digits_of(name)
     brought = [s for s in shares if s.bits > HARDLY]
     words = listed([f"{s.relation} (± {s.std_without:.{digits}f} without it)" for s in brought])
@@ -171,9 +183,9 @@ def reason_of(name: str, status: Identification, shares: Sequence[Share], file_s
     if status == "not_identifiable":
         if std < 0.02 * file_std:
             return f"known before to ± {file_std:.{digits}f}"
-        return f"this drive adds little to what was known: {_needs(name)}"
+        return f"this drive adds little to what was known: {lacks}"
     if status == "weak":
-        return f"from {words}; the interval is still wide: {_needs(name)}"
+        return f"from {words}; the interval is still wide: {lacks}"
     return f"from {words}"
 
 
@@ -189,14 +201,15 @@ def estimate_of(
     shares: Sequence[Share],
     reference: float | None,
     evidence: Sequence[Evidence],
+    following: Sequence[NextMeasurement] = (),
 ) -> ParameterEstimate:
-    """The verdict's entry. evidence: the drive's relations that were counted."""
+    """The verdict's entry. evidence: the drive's relations that were counted; following: what would narrow it, the best first."""
     blind = NOT_LEVEL if name == "cg_lateral_offset_m" else ()
-    status = status_of(
-        name, answer.value, answer.std, prior, {e.kind for e in evidence if e.carrier not in blind}
-    )
+    kinds = {e.kind for e in evidence if e.carrier not in blind}
+    status = status_of(name, answer.value, answer.std, prior, kinds)
     file_std = prior.std if prior is not None else math.inf
-    reason = reason_of(name, status, shares, file_std, answer.std)
+    lacks = lacks_of(name, bool(kinds & set(SEEN_BY.get(name, ()))), following)
+    reason = reason_of(name, status, shares, file_std, answer.std, lacks)
     if prior is None and status == "not_identifiable":
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
     if prior is not None and status == "not_identifiable":

@@ -172,7 +172,9 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     brought = shares(joint, gradients, wider)
     following = next_measurements(joint, gradients, wider)
     parameters = {
-        name: estimate_of(name, answer, priors.get(name), brought[name], vehicle.reference.get(name), kept)
+        name: estimate_of(
+            name, answer, priors.get(name), brought[name], vehicle.reference.get(name), kept, following[name]
+        )
         for name, answer in answers.items()
     }
     learned = {

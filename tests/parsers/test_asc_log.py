@@ -10,7 +10,7 @@ import can
 import pytest
 from frame_rows import Frame, text_frames
 
-from parsers.asc_log import AscImporter, read_date
+from parsers.asc_log import AscImporter, read_date, read_header
 from parsers.can.frames import EXTENDED
 from parsers.importer import ImportLog, ReadOptions
 
@@ -174,3 +174,20 @@ def test_claims_by_content(tmp_path: Path) -> None:
     assert not claims(tmp_path, b"date;speed;base\n2020-01-01;1;2\n")
     assert not claims(tmp_path, b"time,ax\n0.1,2\n")
     assert not claims(tmp_path, HEADER.encode() + b"\x00\x00")
+
+
+@pytest.mark.parametrize(
+    ("trigger", "hour"),
+    [("Tue Nov 14 10:13:20.000 PM 2023", 22), ("Tue Nov 14 11:50:00.000 PM 2023", 23), ("", 23)],
+)
+def test_a_file_that_was_written_later_was_recorded_when_its_trigger_block_began(
+    trigger: str, hour: int
+) -> None:
+    lines = [
+        "date Tue Nov 14 11:20:00 PM 2023",
+        "base hex  timestamps absolute",
+        f"Begin Triggerblock {trigger}",
+    ]
+    start = read_header(lines).start
+    assert start is not None
+    assert (start.day, start.hour, start.minute) == (14, hour, 13 if hour == 22 else 20)
