@@ -35,6 +35,7 @@ MIN_SECONDS = 1.0
 _MIN_LATERAL_CENTRED = 0.7
 _MIN_TILT = 0.003
 _LEAST = 0.55
+_LEAST_QUICK = 0.6
 _LEAST_RATE = 0.5
 _SURE = 1.0
 # what it costs to say that a channel's sign is wrong
@@ -286,12 +287,16 @@ def other_signs(grid: Grid) -> SignResult:
     if pitch is not None and forward is None:
         unchecked.append("sign of pitch: no longitudinal acceleration")
     if pitch is not None and forward is not None:
-        found = compare(pitch, forward) if varied(forward, 1.0) else None
-        if found is None or abs(found.correlation) < 0.65:
+        found, least = compare(pitch, forward) if varied(forward, 1.0) else None, 0.65
+        if found is not None and abs(found.correlation) < least:
+            # hills are in both, with another slope than the nod's: quick changes are the pedals'
+            quick = compare(grid.rate(pitch), grid.rate(forward))
+            found, least = (found, least) if quick is None else (quick, _LEAST_QUICK)
+        if found is None or abs(found.correlation) < least:
             unchecked.append("sign of pitch: braking and driving move it too little")
         elif found.sign > 0:
             inverted.add("pitch")
-            evidence = f"correlation {found.correlation:+.2f} with accel_x over {found.seconds:.0f} s"
+            evidence = f"correlation {found.correlation:+.2f} with accel_x{'' if least > _LEAST_QUICK else ', changes of both,'} over {found.seconds:.0f} s"
             text = "pitch rises with accel_x, but braking tips the nose down (pitch > 0)"
             decisions.append(Decision("pitch", "sign", text, "inverted", evidence, applied=True))
     decisions += _gravity(grid, inverted)

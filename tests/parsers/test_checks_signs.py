@@ -81,3 +81,25 @@ def test_deflections_that_count_extension_are_turned():
     assert found(decisions, "sign") == {"suspension_deflection_fl"}
     turned = fixed["suspension_deflection_fr"].values
     assert np.array_equal(turned, -signals["suspension_deflection_fr"].values)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_the_sign_of_pitch_is_told_in_hills_by_its_quick_changes(sign):
+    signals = drive()
+    seconds = (signals["pitch"].time_ns - signals["pitch"].time_ns[0]) / 1e9
+    grade = 0.05 * np.sin(2 * np.pi * seconds / 70)
+    pitch, forward = signals["pitch"], signals["accel_x"]
+    signals |= {
+        "pitch": replace(pitch, values=pitch.values - grade),
+        "accel_x": replace(forward, values=forward.values + 9.81 * grade),
+    }
+    plain = np.corrcoef(signals["pitch"].values, signals["accel_x"].values)[0, 1]
+    assert abs(plain) < 0.65
+    fixed, decisions = check(scaled(signals, pitch=sign))
+    assert ("pitch" in found(decisions, "sign")) is (sign < 0)
+    assert np.array_equal(fixed["pitch"].values, signals["pitch"].values)
+    assert all(
+        "changes of both" in each.evidence
+        for each in decisions
+        if each.signal == "pitch" and each.kind == "sign"
+    )
