@@ -168,7 +168,7 @@ def lacks_of(name: str, seen: bool, following: Sequence[NextMeasurement]) -> str
     if not following:
         return "the relations that see it are there, and what is known of the vehicle leaves them open"
     action = following[0].action
-    return f"the relations that see it are there; what would help most: {action[:1].lower()}{action[1:].rstrip('.')}"
+    return f"what would help most: {action[:1].lower()}{action[1:].rstrip('.')}"
 
 
 def reason_of(
@@ -183,9 +183,9 @@ def reason_of(
     if status == "not_identifiable":
         if std < 0.02 * file_std:
             return f"known before to ± {file_std:.{digits}f}"
-        return f"this drive adds little to what was known: {lacks}"
+        return f"this drive adds little to what was known; {lacks}"
     if status == "weak":
-        return f"from {words}; the interval is still wide: {lacks}"
+        return f"from {words}; the interval is still wide; {lacks}"
     return f"from {words}"
 
 
