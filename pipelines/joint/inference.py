@@ -154,11 +154,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     doubts = doubts_of(joint, vehicle)
     draws, method = _draws(joint, modes, gradients, rng)
     priors = prior_spreads(known, stated, rng) if known.mass else {}
-    if draws is None:
-        columns = bent(joint, middle, gradients, rng)
-    else:
-        found = outputs_of(values_at(joint.known, draws), joint.given)
-        columns = {name: np.broadcast_to(column, len(draws)) for name, column in found.items()}
+    columns = bent(joint, middle, gradients, rng) if draws is None else _drawn(joint, draws)
     rough = 1.0 if draws is None else SAMPLED
     answers = {
         name: doubted(
@@ -193,6 +189,12 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         doubtful,
         shared,
     )
+
+
+def _drawn(joint: Joint, draws: FloatArray) -> dict[str, FloatArray]:
+    """The parameters of draws (n, k): (n,) each."""
+    found = outputs_of(values_at(joint.known, draws), joint.given)
+    return {name: np.broadcast_to(column, len(draws)) for name, column in found.items()}
 
 
 def _laplace(joint: Joint, gradient: FloatArray) -> float:
