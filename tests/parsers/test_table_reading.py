@@ -4,7 +4,6 @@ file is cut into ranges, pieces and threads."""
 from __future__ import annotations
 
 import random
-import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -366,37 +365,3 @@ def test_unwanted_columns_are_skipped_by_count(wanted: tuple[int, ...]) -> None:
     if len(wanted) == 10:
         kept = [[float(cell) for cell in cells] for cells in rows if len(cells) == 10]
         assert found[1] == [np.array(column).tobytes() for column in zip(*kept, strict=True)]
-
-
-def test_room_is_made_by_what_can_be_there() -> None:
-    """Blank lines promise rows that never come: no room is made for them beyond what the bytes could hold."""
-    collector = RowCollector(RowPlan(RowRules(44, 1000, 1000), tuple(range(1000))))
-    text = bytearray(b"\n" * 200_000 + bytes(PADDING))
-    tracemalloc.start()
-    collector.take(text, 0, 200_000, 200_000, 8_000_000)
-    _, peak = tracemalloc.get_traced_memory()
-    tracemalloc.stop()
-    assert peak < 80_000_000
-    assert collector.finish() == []
-
-
-def test_memory_does_not_grow_with_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    text = b"".join(b"%d.5,1.25,-3.75,8\n" % k for k in range(20_000))
-    with path.open("wb") as file:
-        for _ in range(40):
-            file.write(text)
-    plan = RowPlan(RowRules(44, 4, 4), (1, 2, 3), (0,), SECONDS)
-    size = path.stat().st_size
-    peaks = []
-    for part_of in (8, 1):
-        tracemalloc.start()
-        rows = sum(
-            part.rows
-            for part in read_table(path, Encoding("utf-8"), 0, size // part_of, plan, block_bytes=500_000)
-        )
-        peaks.append(tracemalloc.get_traced_memory()[1])
-        tracemalloc.stop()
-    assert rows == 800_000
-    assert peaks[1] < 1.5 * peaks[0]
-    assert peaks[1] < 8_000_000
