@@ -73,6 +73,16 @@ class ImportLog:
             self.status = status
         self.note(sentence)
 
+    def take_over(self, other: ImportLog) -> None:
+        """Write down what another log book says, of the same log read in another pass."""
+        self.messages += other.messages
+        self.rejected.update(other.rejected)
+        self.lost_spans_ns += other.lost_spans_ns
+        if _SEVERITY[other.status] > _SEVERITY[self.status]:
+            self.status = other.status
+        for sentence in other.notes:
+            self.note(sentence)
+
 
 class LogReader(Protocol):
     """An opened log.

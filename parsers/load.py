@@ -42,8 +42,6 @@ __all__ = [
     "read_chunks",
 ]
 
-_FRAME_TYPE = "can_msgs/Frame"
-
 
 def _require_mapped(parts: Sequence[PartFacts], mapping: MapFile | None) -> None:
     """Raise MappingError where a mapping file that the user gave names a channel that no log has."""
@@ -196,13 +194,10 @@ def note_unused_databases(parts: Sequence[PartFacts], options: LoadOptions) -> N
     """Say in the first log's book where databases were given, and none of the logs holds CAN frames for them."""
     if not (options.dbc and options.dbc_given) or any(part.opened.log.can_frames for part in parts):
         return
-    channels = (info for part in parts for info in part.opened.reader.channels)
-    topics = list(dict.fromkeys(info.group for info in channels if info.tags.get("type") == _FRAME_TYPE))
-    beside = f"; messages of type {_FRAME_TYPE} ({', '.join(topics[:3])}) are not decoded" if topics else ""
     names = ", ".join(path.name for path in options.dbc)
     none = "the log holds none" if len(parts) == 1 else "none of the logs holds any"
     parts[0].opened.log.note(
-        f"--dbc {names} was not used: it is for CAN frames, and {none} that cogest reads{beside}"
+        f"--dbc {names} was not used: it is for CAN frames, and {none} that cogest reads"
     )
 
 

@@ -55,6 +55,15 @@ def _library() -> _Library | None:
     return _Library(make, free, reset, decompress, is_error)
 
 
+@dataclass(frozen=True)
+class Addresses:
+    """Where liblz4's LZ4F_resetDecompressionContext, LZ4F_decompress and a context lie, for kernels; 0 without them."""
+
+    reset: int = 0
+    decompress: int = 0
+    context: int = 0
+
+
 class FrameUnpacker:
     """Unpacks one frame after the other; of one thread at a time."""
 
@@ -67,6 +76,17 @@ class FrameUnpacker:
             self._library = None
             return
         weakref.finalize(self, self._library.free, self._context)
+
+    @property
+    def addresses(self) -> Addresses:
+        """What `unpack` calls, and with what; good as long as this object is."""
+        if self._library is None:
+            return Addresses()
+        reset, decompress = (
+            ctypes.cast(function, ctypes.c_void_p).value or 0
+            for function in (self._library.reset, self._library.decompress)
+        )
+        return Addresses(reset, decompress, self._context.value or 0)
 
     def unpack(self, packed: memoryview | bytes | ByteArray, out: ByteArray) -> int:
         """How many bytes of the frame came to `out`: all that there is room for, or all that `packed` holds.

@@ -17,6 +17,7 @@ from parsers.intake import Group, Intake, LogRows
 from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose
 from parsers.places import remote
 from parsers.registry import find_importer
+from parsers.ros.frame_topics import with_frame_topics
 from parsers.signals import SIGNALS
 from parsers.timebase import LATEST_NS, usual_period_s
 from parsers.units import SI_TEXT
@@ -134,6 +135,9 @@ def open_log(
     )
     try:
         reader = importer.open(path, read_options, log)
+        reader = with_frame_topics(
+            reader, lambda book: importer.open(path, read_options, book), read_options, log, path
+        )
     except OSError as error:
         raise _unreadable(path, error) from error
     return OpenedLog(path, importer, reader, log)

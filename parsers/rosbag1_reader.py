@@ -13,7 +13,7 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog, LogReader, ReadOptions
 from parsers.parallel import in_order
 from parsers.ros.bag1_index import BagIndex, IndexState, read_index, search
-from parsers.ros.bag1_read import ChunkReader, Lost, Wanted, jobs
+from parsers.ros.bag1_read import ChunkReader, Lost, Wanted, following, jobs
 from parsers.ros.bag1_records import MAGIC, OP_BAG_HEADER, read_record
 from parsers.ros.clock import BagClock
 from parsers.ros.contract import MISFIT
@@ -51,7 +51,7 @@ class RosBag1Reader(BagClock):
         if chosen is None:
             return
         keep_freed_memory()
-        reader = ChunkReader(self.path, self.size, chosen)
+        reader = ChunkReader(self.path, self.size, chosen, following(self.index.chunks))
         paths = [topic.wanted_paths(wanted) for topic in topics]
         names = [
             [f"{topic.group}.{path}" for path in found] for topic, found in zip(topics, paths, strict=True)

@@ -206,7 +206,7 @@ def _message(message: Any, whole_j1939: bool, path: Path, log: ImportLog) -> Mes
         can_id=int(message.frame_id) | (EXTENDED if extended else 0),
         signals=tuple(signals),
         j1939=j1939,
-        by_exact_id=plain and extended and not j1939,
+        by_exact_id=plain and extended,
         origin=path.name,
     )
 

@@ -58,7 +58,8 @@ class MessageDef:
     """One message. can_id: with the EXTENDED bit for 29-bit ids. j1939: to be matched by PGN.
 
     by_exact_id: the database says in so many words that it is a plain extended frame, so that a frame with the same
-    PGN and another sender is another message. origin: the database's file name, for notes.
+    PGN and another sender is another message. With `j1939` as well (an id that ends in FE, which nobody sends from) that holds
+    for a log in which just this id is. origin: the database's file name, for notes.
     """
 
     name: str

@@ -49,7 +49,8 @@ def _index(messages: Iterable[MessageDef], known: set[int]) -> _Index:
     for message in messages:
         index.by_id.setdefault(message.can_id, message)
         pgn = pgn_of(message.can_id)
-        if pgn is None or (message.by_exact_id and pgn not in known):
+        exactly = message.by_exact_id and not message.j1939
+        if pgn is None or (exactly and pgn not in known):
             continue
         if message.j1939:
             index.by_pgn_and_sender.setdefault((pgn, sender_of(message.can_id)), message)
@@ -68,10 +69,15 @@ def match_streams(
     messages for parameter groups that those do not define.
     """
     known = {pgn for message in builtin if (pgn := pgn_of(message.can_id)) is not None}
+    ids = {key & 0xFFFF_FFFF for key in seen}
+    given = tuple(
+        replace(message, j1939=False) if message.by_exact_id and message.can_id in ids else message
+        for message in given
+    )
     index = _index(given, known)
     defined = {pgn for message in given if (pgn := pgn_of(message.can_id)) is not None}
     spare = {pgn: m for m in builtin if (pgn := pgn_of(m.can_id)) is not None and pgn not in defined}
-    exact = {key & 0xFFFF_FFFF for key in seen} & set(index.by_id)
+    exact = ids & set(index.by_id)
     rank = {id(message): place for place, message in enumerate((*given, *builtin))}
     found: dict[tuple[int, int, int | None], list[int]] = defaultdict(list)
     loosely: set[str] = set()

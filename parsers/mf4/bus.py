@@ -22,7 +22,7 @@ from parsers.mf4.model import UNFINISHED_OFFSETS, DataGroup, Measurement
 from parsers.mf4.payload import Payload, stream_payload, window_payload
 from parsers.mf4.records import batches
 from parsers.mf4.streams import DataStream, open_stream
-from parsers.parallel import in_advance
+from parsers.parallel import in_order
 
 MAX_WAITING = 1 << 20
 """Frames that may wait for payloads further on in the file."""
@@ -64,23 +64,27 @@ class _DataGroupReader:
         wanted, windowed = frozenset(self.layouts), frozenset(linked & places)
         return batches(self.data_group, stream, wanted, windowed, self.measurement, self.log)
 
-    def _columns(self, layout: BusLayout, batch: Batch) -> FrameColumns:
+    def _reader(self, batch: Batch) -> FrameColumnsReader:
         number = batch.group.number
         if number not in self.readers:
-            self.readers[number] = columns_reader(layout, self.measurement.start_ns)
-        columns = self.readers[number].read(batch)
-        self.gaps.see(number, batch.first, columns.time_ns)
-        return columns
+            self.readers[number] = columns_reader(self.layouts[number], self.measurement.start_ns)
+        return self.readers[number]
 
-    def frames(self, batch: Batch) -> Iterator[CanFrames]:
-        """The frames of a batch whose payloads are there."""
+    def work(self, stream: DataStream) -> Iterator[tuple[Batch, FrameColumnsReader | None]]:
+        """The batches, each with what reads its columns; None where they are read in turn, or not at all."""
+        for batch in self.batches(stream):
+            layout = self.layouts[batch.group.number]
+            yield batch, None if layout.rejected or layout.by_reference else self._reader(batch)
+
+    def frames(self, batch: Batch, columns: FrameColumns | None) -> Iterator[CanFrames]:
+        """The frames of a batch whose payloads are there. columns: as its reader gave them."""
         layout = self.layouts[batch.group.number]
         if layout.rejected:
             self.counts[layout.rejected] += batch.count
-        elif layout.by_reference:
+        elif columns is None:
             yield from self._referring(layout, batch)
         else:
-            columns = self._columns(layout, batch)
+            self.gaps.see(batch.group.number, batch.first, columns.time_ns)
             if columns.timeless:
                 self.counts[NO_STAMP] += columns.timeless
                 columns = columns.rows(columns.time_ns != NO_TIME)
@@ -97,7 +101,8 @@ class _DataGroupReader:
             batch = replace(
                 batch, first=kept.first, data=rows.reshape(-1), count=count, stride=stride, skip=0
             )
-        columns = self._columns(layout, batch)
+        columns = self._reader(batch).read(batch)
+        self.gaps.see(batch.group.number, batch.first, columns.time_ns)
         payload = self._payload(layout, batch, columns)
         if kept is not None and kept.rows.shape[0] > MAX_WAITING:
             payload = replace(payload, good=payload.good & ~payload.late, late=np.zeros_like(payload.late))
@@ -141,6 +146,11 @@ class _DataGroupReader:
             self.log.worsen("truncated", "the payloads of the last CAN frames are missing")
 
 
+def _with_columns(work: tuple[Batch, FrameColumnsReader | None]) -> tuple[Batch, FrameColumns | None]:
+    batch, reader = work
+    return batch, None if reader is None else reader.read(batch)
+
+
 @dataclass(frozen=True)
 class Mf4Frames:
     """The CAN frames of an MF4 file. See `parsers.can.frames.FrameSource`."""
@@ -179,11 +189,7 @@ class Mf4Frames:
                 if not mine:
                     continue
                 reader = _DataGroupReader(file, data_group, mine, self.measurement, log, counts, Gaps(log))
-                stream = reader.stream()
-                found = self._of_group(reader, stream, counting)
-                # bytes that need not be unpacked by all cores are read beside what is done with them
-                alone = stream.plain and len(data_group.groups) == 1
-                yield from in_advance(found) if alone else found
+                yield from self._of_group(reader, reader.stream(), counting)
             if counting:
                 self.progress(file.size, file.size)
         for reason, count in counts.items():
@@ -194,8 +200,8 @@ class Mf4Frames:
     ) -> Generator[CanFrames, None, None]:
         """The frames of one data group. They stay good when the next are asked for."""
         size = reader.file.size
-        for batch in reader.batches(stream):
-            for frames in reader.frames(batch):
+        for batch, columns in in_order(_with_columns, reader.work(stream)):
+            for frames in reader.frames(batch, columns):
                 reader.log.messages += frames.time_ns.size
                 yield frames
             if counting:

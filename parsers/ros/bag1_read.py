@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import pairwise
 from pathlib import Path
 from typing import BinaryIO, cast
 
 import numpy as np
 
 from parsers.channels import ByteArray, FloatArray, IntArray
+from parsers.jit_foreign import descriptor_of, pread_address
 from parsers.ros import topics as ros_topics
 from parsers.ros.bag1_chunks import ChunkData, ChunkError, ChunkRef, chunk_data, unpack
 from parsers.ros.bag1_kernels import (
@@ -21,6 +23,20 @@ from parsers.ros.bag1_kernels import (
     SEEN,
     TALLY,
     decode_records,
+)
+from parsers.ros.bag1_train import (
+    AT,
+    BEFORE,
+    CHUNK,
+    DAMAGED,
+    DONE,
+    NO_ROOM,
+    NO_ROW,
+    ODD,
+    STATE,
+    STOP,
+    WHY,
+    decode_chunks,
 )
 from parsers.ros.kernels import COLUMNS, FILL, Program, Rows, Shapes
 from parsers.ros.memory import Memory, Scratch
@@ -125,6 +141,49 @@ class _Job:
         # not to be written, as bytes are not, so that the kernels need to be compiled only once
         return target[:done].toreadonly()
 
+    def train(self, file: int, starts: Sequence[int], state: IntArray) -> None:
+        """Decode chunks that lie one behind the other, from state[CHUNK] on; why it stopped is in the state.
+
+        file: its descriptor. starts: where each begins in the file, and the end of the last.
+        """
+        places = np.array(starts, np.int64)
+        longest = int(np.diff(places).max())
+        if len(self.scratch.raw) < longest:
+            self.scratch.raw = bytearray(longest * 5 // 4)
+        # not to be written, as bytes are not, so that the kernels need to be compiled only once
+        data = np.frombuffer(memoryview(self.scratch.raw).toreadonly(), np.uint8)
+        unpacker, wanted = self.scratch.frames.addresses, self.wanted
+        while True:
+            room = self.scratch.unpacked.view()
+            room.flags.writeable = False
+            decode_chunks(
+                pread_address(),
+                file,
+                places,
+                data,
+                room,
+                unpacker.reset,
+                unpacker.decompress,
+                unpacker.context,
+                wanted.ids,
+                wanted.topics,
+                wanted.program,
+                self.shapes,
+                self.rows,
+                self.scratch.places[0],
+                self.scratch.places[1],
+                self.receive,
+                self.tally,
+                state,
+            )
+            if state[WHY] == NO_ROW:
+                self.flush()
+                self.prepare()
+            elif state[WHY] == NO_ROOM:
+                self.scratch.room(int(state[STOP]))
+            else:
+                return
+
     def decode(self, data: ByteArray) -> int:
         """Decode the records of `data`; where the walk stopped."""
         stop = 0
@@ -175,11 +234,12 @@ class _Job:
 
 @dataclass(frozen=True)
 class ChunkReader:
-    """Reads chunks of a bag; may be called from several threads at once."""
+    """Reads chunks of a bag; may be called from several threads at once. after: where the next chunk begins, by each one's start."""
 
     path: Path
     size: int
     wanted: Wanted
+    after: Mapping[int, int] = field(default_factory=dict)
     memory: Memory = field(default_factory=Memory)
 
     def __call__(self, refs: Sequence[ChunkRef]) -> Result:
@@ -192,21 +252,65 @@ class ChunkReader:
         job = _Job(self.wanted, shapes, left, self.memory, scratch, nothing, nothing.stamp)
         job.prepare()
         lost: list[Lost] = []
-        with self.path.open("rb", buffering=0) as file:
-            for ref in refs:
-                before = int(job.tally[SEEN])
-                try:
-                    whole = self._chunk(cast("BinaryIO", file), ref, job)
-                except ChunkError as error:
-                    lost.append(Lost(ref, ref.first_ns, f"a chunk was left out: {error}"))
-                    continue
-                if not whole and ref.whole:
-                    seen = int(job.tally[SEEN]) - before
-                    what = f"a chunk is damaged after {seen} messages; the rest of it was left out"
-                    lost.append(Lost(ref, int(job.tally[LAST_NS]) if seen else ref.first_ns, what))
+        with self.path.open("rb", buffering=0) as opened:
+            file = cast("BinaryIO", opened)
+            for train in self._trains(refs, descriptor_of(file) if pread_address() else -1):
+                lost += self._train(file, train, job) if len(train) > 1 else self._alone(file, train[0], job)
         job.flush()
         self.memory.free.append(scratch)
         return Result(refs[-1], tuple(job.blocks), tuple(lost), int(job.tally[BAD]))
+
+    def _trains(self, refs: Sequence[ChunkRef], file: int) -> Iterator[list[ChunkRef]]:
+        """The chunks, those together that lie one behind the other and are read whole in any case."""
+        train: list[ChunkRef] = []
+        open_end = False
+        for ref in refs:
+            size = self.after.get(ref.start, self.size) - ref.start
+            plain = (
+                file >= 0 and ref.whole and not ref.bare and ref.start in self.after and size <= MAX_WINDOW
+            )
+            plain = plain and not self._has_large(ref, size)
+            if train and not (open_end and plain and self.after[train[-1].start] == ref.start):
+                yield train
+                train = []
+            train.append(ref)
+            open_end = plain
+        if train:
+            yield train
+
+    def _train(self, file: BinaryIO, refs: Sequence[ChunkRef], job: _Job) -> Iterator[Lost]:
+        """Decode chunks that lie one behind the other; what of them cannot be used."""
+        state = np.zeros(STATE, np.int64)
+        starts = [ref.start for ref in refs]
+        starts.append(self.after[starts[-1]])
+        while state[CHUNK] < len(refs):
+            state[AT] = -1
+            job.train(descriptor_of(file), starts, state)
+            ref = refs[min(int(state[CHUNK]), len(refs) - 1)]
+            if state[WHY] == DAMAGED:
+                yield from _damaged(ref, int(state[BEFORE]), job)
+            elif state[WHY] == ODD:
+                yield from self._alone(file, ref, job)
+            if state[WHY] != DONE:
+                state[CHUNK] += 1
+
+    def _alone(self, file: BinaryIO, ref: ChunkRef, job: _Job) -> Iterator[Lost]:
+        """Decode one chunk; what of it cannot be used."""
+        before = int(job.tally[SEEN])
+        try:
+            whole = self._chunk(file, ref, job)
+        except ChunkError as error:
+            yield Lost(ref, ref.first_ns, f"a chunk was left out: {error}")
+            return
+        if not whole and ref.whole:
+            yield from _damaged(ref, before, job)
+
+    def _has_large(self, ref: ChunkRef, size: int) -> bool:
+        """Whether a chunk of so many bytes may hold large messages that nobody wants."""
+        if ref.counts is None:
+            return True
+        other = sum(count for number, count in ref.counts.items() if number not in self.wanted.topic_of)
+        return bool(other) and size // other > FIRST_WINDOW
 
     def _chunk(self, file: BinaryIO, ref: ChunkRef, job: _Job) -> bool:
         """Decode one chunk; whether all of it could be used. Raises ChunkError."""
@@ -214,14 +318,17 @@ class ChunkReader:
         if where.compression != "none":
             data = unpack(job.window(file, where.at, where.available), where, ref.whole, job.scratch)
             return job.decode(data) == where.declared
-        return _windows(file, where, job, self._first_window(ref, where))
+        # all of it at first, but where there may be large messages that nobody wants
+        return _windows(
+            file, where, job, FIRST_WINDOW if self._has_large(ref, where.available) else MAX_WINDOW
+        )
 
-    def _first_window(self, ref: ChunkRef, where: ChunkData) -> int:
-        """How much of a chunk to read at first: all of it, but where there may be large messages that nobody wants."""
-        if ref.counts is None:
-            return FIRST_WINDOW
-        other = sum(count for number, count in ref.counts.items() if number not in self.wanted.topic_of)
-        return FIRST_WINDOW if other and where.available // other > FIRST_WINDOW else MAX_WINDOW
+
+def _damaged(ref: ChunkRef, before: int, job: _Job) -> Iterator[Lost]:
+    """A chunk that is damaged inside. before: how many messages were seen before it."""
+    seen = int(job.tally[SEEN]) - before
+    what = f"a chunk is damaged after {seen} messages; the rest of it was left out"
+    yield Lost(ref, int(job.tally[LAST_NS]) if seen else ref.first_ns, what)
 
 
 def _windows(file: BinaryIO, where: ChunkData, job: _Job, window: int) -> bool:
@@ -247,6 +354,12 @@ def _windows(file: BinaryIO, where: ChunkData, job: _Job, window: int) -> bool:
         else:
             window = max(min(2 * window, MAX_WINDOW), after - at)
     return at == where.at + where.declared
+
+
+def following(refs: Iterable[ChunkRef]) -> dict[int, int]:
+    """Where the next chunk begins, by each one's start; nothing of the last."""
+    starts = sorted(ref.start for ref in refs)
+    return dict(pairwise(starts))
 
 
 def jobs(refs: Sequence[ChunkRef], wanted: Wanted, size: int) -> Iterator[list[ChunkRef]]:

@@ -14,6 +14,7 @@ from typing import Any
 from parsers.errors import LogError
 from parsers.ros.fields import FILLER, Encoding, FieldSpec, Shape, Types, full_name, short_name
 from parsers.ros.plain_msg import plain_fields
+from parsers.ros.usual_types import usual_fields
 
 MAX_DEFINITION = 1 << 20
 """Longest definition text that is parsed, in characters; real ones reach some 100 000."""
@@ -55,14 +56,18 @@ def _records(fielddefs: Mapping[str, Any]) -> dict[str, tuple[FieldSpec, ...]]:
 
 
 def standard_types(type_name: str, encoding: Encoding) -> Types | None:
-    """All types of the first ROS distribution that knows `type_name`, or None where none does."""
+    """All types of the first ROS distribution that knows `type_name`, or None where none does.
+
+    Of a usual type of vehicles' packages only itself: what it uses is a distribution's.
+    """
     from rosbags.typesys import Stores, get_typestore
 
     for store in _STANDARD_STORES[encoding]:
         fielddefs = get_typestore(Stores[store]).fielddefs
         if full_name(type_name) in fielddefs:
             return _records(fielddefs)
-    return None
+    usual = usual_fields(type_name)
+    return None if usual is None else {full_name(type_name): usual}
 
 
 def _sections(type_name: str, text: str) -> list[tuple[str, str]]:

@@ -88,3 +88,17 @@ def test_known_group_in_a_database_without_attributes_is_j1939(tmp_path: Path) -
     reader, log = open_rows(tmp_path, j1939_rows(0x18FEF121, [5, 0xFFFF]), dbc)
     assert reader.channels[0].tags["source_address"] == "33"
     assert any("matched by J1939 parameter group" in note for note in log.notes)
+
+
+def test_an_id_ending_in_fe_that_is_called_plain_is_one_where_the_log_holds_it(tmp_path: Path) -> None:
+    dbc = (
+        f'VERSION ""\n\nBU_:\n\nBO_ {0x98DD54FE} Own: 8 X\n SG_ S : 0|8@1+ (1,0) [0|0] "" X\n\n'
+        'BA_DEF_ BO_ "VFrameFormat" ENUM "StandardCAN","ExtendedCAN","reserved","J1939PG";\n'
+        f'BA_DEF_DEF_ "VFrameFormat" "StandardCAN";\nBA_ "VFrameFormat" BO_ {0x98DD54FE} 1;\n'
+    )
+    rows = [(0, 0x18DD54FE | EXTENDED, 1, b"\xff"), (1, 0x18DD54D3 | EXTENDED, 1, b"\x01")]
+    reader, _ = open_rows(tmp_path, rows, dbc)
+    assert read_all(reader) == {"Own.S": ([0], [255])}
+    # a database that means a group and calls its frames extended all the same
+    reader, _ = open_rows(tmp_path, rows[1:], dbc)
+    assert read_all(reader) == {"Own.S": ([1], [1])}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import struct
 import threading
 from collections.abc import Iterator
 from pathlib import Path
@@ -10,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import polars as pl
 import pytest
-from mcap.writer import Writer
 
 import parsers.load
 import parsers.read_log
@@ -193,23 +191,6 @@ def test_a_database_that_no_log_has_frames_for_is_said(tmp_path):
         )
     ]
     assert said == [True, False, False, False]
-
-
-def test_frames_in_ros_messages_are_named_where_a_database_is_given(tmp_path):
-    path = tmp_path / "log.mcap"
-    with path.open("wb") as file:
-        writer = Writer(file)
-        writer.start()
-        schema = writer.register_schema("can_msgs/msg/Frame", "ros2msg", b"uint32 id\nuint8[8] data\n")
-        channel = writer.register_channel("/can0", "cdr", schema)
-        for k in range(50):
-            payload = bytes([0, 1, 0, 0]) + struct.pack("<I8x", 291)
-            writer.add_message(channel, 1_700_000_000_000_000_000 + k, payload, k)
-        writer.finish()
-    with pytest.raises(
-        LogError, match=r"--dbc a\.dbc was not used.*can_msgs/Frame \(/can0\) are not decoded"
-    ):
-        load_drive([path], LoadOptions(dbc=(tmp_path / "a.dbc",)))
 
 
 def test_parts_in_a_row_become_one_and_an_overlap_counts_once(play):

@@ -1,0 +1,180 @@
+"""Chunks of a ROS 1 bag that lie one behind the other, read and decoded by one call of a kernel.
+
+A chunk by itself is a tenth of a millisecond of work between calls that each come back for the interpreter's lock: two
+cores then wait for each other longer than they work. What is not as recorders write it (other compressions, damage, a chunk's
+record that is odd) is left to the slower way, chunk by chunk.
+"""
+
+from __future__ import annotations
+
+from parsers.channels import ByteArray, IntArray
+from parsers.jit import kernel, lean_kernel, load_u32
+from parsers.jit_foreign import address_of_byte, address_of_number, call_1, call_4, call_6
+from parsers.ros.bag1_kernels import FULL, SEEN, decode_records
+from parsers.ros.kernels import Program, Rows, Shapes
+
+DONE, NO_ROW, NO_ROOM, ODD, DAMAGED = range(5)
+"""Why `decode_chunks` stopped: all chunks are done; a topic has no row left; the room for an unpacked chunk is too small (STOP
+says what it takes); the chunk is for the slower way; it is damaged behind the messages that were decoded."""
+CHUNK, AT, STOP, BEFORE, WHY = range(5)
+STATE = 8
+"""Size of the state: the chunk, where in it to go on (-1: at its beginning) and where it stops, what was SEEN before it, WHY.
+The rest is for the calls of the library."""
+_ROOM, _LEFT = 6, 7
+_OP_CHUNK, _NONE, _LZ4 = 5, 4, 3
+_MAX_RATIO, _MAX_CHUNK = 256, 1 << 30
+_EQUALS = 61
+
+
+@lean_kernel
+def _is_text(data: ByteArray, at: int, first: int, second: int, third: int) -> bool:
+    return bool(data[at] == first and data[at + 1] == second and data[at + 2] == third)
+
+
+@lean_kernel
+def _chunk_record(data: ByteArray, at: int, limit: int) -> tuple[int, int, int, int]:
+    """Of the chunk's record at `at`: (kind, where its data begin, their size, their size unpacked); kind 0: it is odd."""
+    if limit - at < 8:
+        return 0, 0, 0, 0
+    size = load_u32(data, at)
+    if size > limit - at - 8:
+        return 0, 0, 0, 0
+    here, body = at + 4, at + 4 + size
+    op, kind, declared = -1, 0, -1
+    while here < body:
+        if body - here < 4:
+            return 0, 0, 0, 0
+        part = load_u32(data, here)
+        here += 4
+        if part < 4 or part > body - here:
+            return 0, 0, 0, 0
+        # op=, size=, compression=none or lz4
+        named = part >= 12 + _LZ4 and _is_text(data, here, 99, 111, 109) and data[here + 11] == _EQUALS
+        if part == 4 and _is_text(data, here, 111, 112, _EQUALS):
+            op = int(data[here + 3])
+        elif part == 9 and _is_text(data, here, 115, 105, 122) and data[here + 4] == _EQUALS:
+            declared = load_u32(data, here + 5)
+        elif part == 12 + _NONE and named and _is_text(data, here + 13, 111, 110, 101):
+            kind = _NONE
+        elif part == 12 + _LZ4 and named and _is_text(data, here + 12, 108, 122, 52):
+            kind = _LZ4
+        here += part
+    held = load_u32(data, body)
+    if kind == _NONE:
+        declared = held
+    fits = op == _OP_CHUNK and 0 <= declared <= _MAX_CHUNK and held <= limit - body - 4
+    if not fits or declared > _MAX_RATIO * (held + 64):
+        return 0, 0, 0, 0
+    return kind, body + 4, held, declared
+
+
+@kernel
+def _unpacked(
+    data: ByteArray,
+    at: int,
+    held: int,
+    room: ByteArray,
+    reset: int,
+    decompress: int,
+    context: int,
+    state: IntArray,
+) -> int:
+    """How many bytes of the LZ4 frame data[at : at + held] came to `room`; -1 where it is damaged."""
+    call_1(reset, context)
+    begin, done = at, 0
+    while True:
+        state[_ROOM], state[_LEFT] = room.size - done, at + held - begin
+        found = call_6(
+            decompress,
+            context,
+            address_of_byte(room, done),
+            address_of_number(state, _ROOM),
+            address_of_byte(data, begin),
+            address_of_number(state, _LEFT),
+            0,
+        )
+        # an error is a number just below 2**64
+        if found < 0:
+            return -1
+        done, begin = done + int(state[_ROOM]), begin + int(state[_LEFT])
+        if found == 0 or (state[_ROOM] == 0 and state[_LEFT] == 0):
+            return done
+
+
+@kernel
+def _read(pread: int, file: int, at: int, size: int, data: ByteArray) -> int:
+    """Read the file's bytes from `at` on to the beginning of `data`; how many there are, up to `size`."""
+    done = 0
+    while done < size:
+        got = call_4(pread, file, address_of_byte(data, done), size - done, at + done)
+        if got <= 0:
+            break
+        done += got
+    return done
+
+
+@kernel
+def decode_chunks(
+    pread: int,
+    file: int,
+    starts: IntArray,
+    data: ByteArray,
+    room: ByteArray,
+    reset: int,
+    decompress: int,
+    context: int,
+    ids: IntArray,
+    topics: IntArray,
+    program: Program,
+    shapes: Shapes,
+    rows: Rows,
+    offset: IntArray,
+    length: IntArray,
+    receive: IntArray,
+    tally: IntArray,
+    state: IntArray,
+) -> None:
+    """Decode the chunks from state[CHUNK] on, until one of them is not to be done here.
+
+    pread, file: see `parsers.jit_foreign`. starts: (chunks + 1,) where in the file each chunk's record begins, and the end of
+    the last. data: for the longest of them as it lies in the file. room: for one chunk unpacked and a byte more. reset,
+    decompress, context: `lz4_frames.Addresses`, 0 where there are none. The rest as of
+    `parsers.ros.bag1_kernels.decode_records`. state: (STATE,), see above.
+    """
+    while state[CHUNK] < starts.size - 1:
+        number = state[CHUNK]
+        size = starts[number + 1] - starts[number]
+        if state[AT] < 0:
+            state[BEFORE], state[WHY] = tally[SEEN], ODD
+            if size > data.size or _read(pread, file, starts[number], size, data) < size:
+                return
+        kind, begin, held, declared = _chunk_record(data, 0, size)
+        if state[AT] < 0:
+            if kind == 0 or (kind == _LZ4 and decompress == 0):
+                return
+            if kind == _LZ4:
+                if room.size <= declared:
+                    state[STOP], state[WHY] = declared + 1, NO_ROOM
+                    return
+                if _unpacked(data, begin, held, room, reset, decompress, context, state) != declared:
+                    return
+                state[AT], state[STOP] = 0, declared
+            else:
+                state[AT], state[STOP] = begin, begin + held
+        at, stop = state[AT], state[STOP]
+        if kind == _LZ4:
+            at = decode_records(
+                room, at, stop, ids, topics, program, shapes, rows, offset, length, receive, tally
+            )
+        else:
+            at = decode_records(
+                data, at, stop, ids, topics, program, shapes, rows, offset, length, receive, tally
+            )
+        if tally[FULL]:
+            state[AT], state[WHY] = at, NO_ROW
+            return
+        if at != stop:
+            state[WHY] = DAMAGED
+            return
+        state[CHUNK], state[AT] = number + 1, -1
+    state[WHY] = DONE
