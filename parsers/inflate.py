@@ -17,7 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.channels import ByteArray, IntArray
-from parsers.jit import Primitive, kernel
+from parsers.jit import kernel
+from parsers.jit_foreign import call_6
 
 
 @dataclass(frozen=True)
@@ -46,31 +47,6 @@ def _library() -> _Library | None:
     return _Library(make, address, free) if address else None
 
 
-def _call() -> Any:
-    from llvmlite import ir
-    from numba.core import types
-    from numba.extending import intrinsic
-
-    whole = ir.IntType(64)
-    kind = ir.FunctionType(ir.IntType(32), [whole] * 6).as_pointer()
-
-    def inflate(
-        _typing: Any, _function: Any, _state: Any, _at: Any, _size: Any, _out: Any, _room: Any
-    ) -> Any:
-        def generate(_context: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
-            function, *rest = arguments
-            # the last: where the size of what came out would go; without, it must be all that there is room for
-            got = builder.call(builder.inttoptr(function, kind), [*rest, ir.Constant(whole, 0)])
-            return builder.zext(got, whole)
-
-        return types.int64(*[types.int64] * 6), generate
-
-    return intrinsic(inflate)
-
-
-_INFLATE: Any = Primitive("libdeflate_zlib_decompress", _call)
-
-
 @kernel
 def _inflate(
     function: int,
@@ -85,8 +61,10 @@ def _inflate(
 ) -> None:
     """function, state, source, out: addresses."""
     for i in range(begins.size):
-        got = _INFLATE(function, state, source + begins[i], sizes[i], out + places[i], rooms[i])
-        whole[i] = got == 0
+        # the last: where the size of what came out would go; without, it must be all that there is room for
+        got = call_6(function, state, source + begins[i], sizes[i], out + places[i], rooms[i], 0)
+        # an enumeration: what is above its 32 bits may be anything
+        whole[i] = got & 0xFFFFFFFF == 0
 
 
 def inflate_all(
