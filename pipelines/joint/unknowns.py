@@ -180,6 +180,10 @@ def _shared(left: float, share: float, axle: str) -> float:
     return left if axle == "rear" else 0.0
 
 
+STOP_A_METRE = 15.0
+"""1/m: spread of a bump stop's force over the spring's rate, a m² of travel into it."""
+
+
 def _suspension(book: Book, kilos: float) -> bool:
     """Springs, bars, dampers, friction; whether the spring rates are known."""
     vehicle = book.vehicle
@@ -193,6 +197,8 @@ def _suspension(book: Book, kilos: float) -> bool:
         # of the rate at 50 mm: wheel rates rise with travel rather than fall
         book.put(f"square_{axle}", rate * 0.01 / 0.05, rate * 0.02 / 0.05)
         book.put(f"cube_{axle}", rate * 0.02 / 0.05**2, rate * 0.03 / 0.05**2)
+        # half a spring's force more, 30 mm into it; nobody knows where it begins
+        book.put(f"stop_{axle}", 0.0, rate * STOP_A_METRE)
         usual = 0.3 * 2 * np.sqrt(rate * corner)
         known = vehicle.get(f"damper_rate_{axle}_nspm")
         mean, spread = (usual, 0.5) if known is None else (known.value, 0.3)

@@ -21,6 +21,7 @@ from pipelines.estimators.roll_map.answers import (
 from pipelines.estimators.roll_map.posterior import Posterior, sample_posterior
 from pipelines.estimators.roll_map.vehicle import VehiclePart
 from pipelines.models.roll import DEGREES, GRAVITY
+from pipelines.prepare.bends import LEANING_STD
 from pipelines.results import FloatArray, Identification, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -44,7 +45,7 @@ FEWEST_EFFECTIVE = 60.0
 
 @dataclass(frozen=True)
 class Found:
-    """What the parts gave; None with the reason in words where one gave nothing."""
+    """What the parts gave; None with the reason in words where one gave nothing. bends: see `bends_share`."""
 
     slip: SlipFit | None
     lateral: LateralFit | None
@@ -52,6 +53,7 @@ class Found:
     why_slip: str
     why_lateral: str
     why_mass: str
+    bends: float = 1.0
 
 
 def gain_spread(lateral: LateralFit) -> float:
@@ -172,11 +174,16 @@ def _gradient(found: Found, vehicle: Vehicle) -> ParameterEstimate:
     scale = GRAVITY * DEGREES
     value = found.lateral.gain * scale
     # friction and banked bends, of which the fit's residual knows little
-    std = value * math.hypot(gain_spread(found.lateral), GRADIENT_DOUBT)
+    std = value * math.hypot(gain_spread(found.lateral), GRADIENT_DOUBT, LEANING_STD * found.bends)
     status: Identification = "identified" if std < 0.08 * value else "not_identifiable"
     reason = "from the log alone: roll against the road per g of sensed lateral acceleration"
     if status != "identified":
-        reason += "; little cornering in relation to noise, offsets and scale errors"
+        slow = LEANING_STD * found.bends > 0.06
+        reason += (
+            "; roads lean into their bends, and this drive's cornering is as slow as they are"
+            if slow
+            else "; little cornering in relation to noise, offsets and scale errors"
+        )
     if status == "not_identifiable":
         return unknown(name, reason, None, reference)
     low, high = max(value - 1.96 * std, 0.0), value + 1.96 * std

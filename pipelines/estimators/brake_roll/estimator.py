@@ -10,7 +10,7 @@ from parsers.drive import Drive
 from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.brake_roll.answers import Found, answer
 from pipelines.estimators.brake_roll.data import BrakeRollData, collect_data, prepare_drive
-from pipelines.estimators.brake_roll.evidence import evidence
+from pipelines.estimators.brake_roll.evidence import bends_share, evidence
 from pipelines.estimators.brake_roll.figures import batch_figures, batch_scatters, batch_traces
 from pipelines.estimators.brake_roll.parts import lateral_part, mass_part, slip_part
 from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle, known_of
@@ -88,7 +88,8 @@ class BrakeRollBatch:
         slip, why_slip = slip_part(prepared, data, known, settings, before, vehicle)
         lateral, why_lateral = lateral_part(prepared, data, known, vehicle, settings)
         mass, why_mass = mass_part(data, known, settings, vehicle)
-        found = Found(slip, lateral, mass, why_slip, why_lateral, why_mass)
+        bends = bends_share(lateral, data) if lateral is not None else 1.0
+        found = Found(slip, lateral, mass, why_slip, why_lateral, why_mass, bends)
         if slip is None and lateral is None and mass is None:
             reason = "; ".join(dict.fromkeys((why_slip, why_lateral, why_mass)))
             return self._nothing(reason, before, vehicle, known)

@@ -24,9 +24,14 @@ STICK_M, YIELD_M = 0.0007, 0.004
 """Travel within which dry friction turns round, of seals and joints and of what gives before it slides (bushings, leaves of springs,
 tops of dampers): real friction has some of each."""
 
+STOPS_M = 0.025
+"""Travel from where the empty vehicle stands, below which no bump stop is touched."""
+
 SOFTER = 7.0
 """How much more a body leans than on its tyres alone, where no deflection tells it."""
 
+LEAST_BRAKING = 0.1
+"""m/s²: less is not told from a pressure sensor's offset."""
 CRAWL = 0.3
 """m/s below which wheels are taken not to roll."""
 
@@ -91,13 +96,21 @@ def _corner_columns(prepared: Prepared, smooth: Smoother) -> dict[str, FloatArra
         d = prepared.columns[f"suspension_deflection_{wheel}"]
         rate = _rate_of(d, prepared)
         parts = {
-            "d": d, "d2": d * d, "d3": d**3, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
+            "d": d, "d2": d * d, "d3": d**3, "stop": _into_stops(d, prepared), "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
             "stick": friction_state(calm.whole(d), prepared, STICK_M),
             "yield": friction_state(calm.whole(d), prepared, YIELD_M),
         }  # fmt: skip
         for name, column in parts.items():
             found[f"{name}_{wheel}"] = smooth(column)
     return found
+
+
+def _into_stops(d: FloatArray, prepared: Prepared) -> FloatArray:
+    """(n,) m², the square of the travel in which a bump stop may be touched: beyond STOPS_M, and beyond where the wheel stands."""
+    still = prepared.standstill
+    stands = d[still] if len(still) and still.any() else d
+    from_m = max(float(np.nanmedian(stands)) if np.isfinite(stands).any() else 0.0, STOPS_M)
+    return np.asarray(np.maximum(d - from_m, 0.0) ** 2)
 
 
 def _angles(prepared: Prepared, known: Known, deflections: bool) -> tuple[FloatArray, FloatArray]:
@@ -201,7 +214,9 @@ def _pedals(
             found["pushed"] = pushed
     if brake is not None:
         found["brake"] = np.abs(brake)
-        on = found["brake"] > 0.02 * max(float(np.nanmax(found["brake"], initial=0.0)), 1.0)
+        # noise and offset of a sensor are no braking, in a drive without any neither
+        least = LEAST_BRAKING * known.mean[known.index("empty_mass")] * known.mean[known.index("radius")]
+        on = found["brake"] > max(0.02 * float(np.nanmax(found["brake"], initial=0.0)), least)
     elif pressure is not None:
         on = pressure > 1e5
     else:

@@ -44,6 +44,7 @@ def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
         add(terms, f"d_{other}", -arm * p[f"scale_{other}"] * bar)
         add(terms, f"d2_{wheel}", arm * p[f"square_{axle}"])
         add(terms, f"d3_{wheel}", arm * p[f"cube_{axle}"])
+        add(terms, f"stop_{wheel}", arm * p[f"stop_{axle}"])
         add(terms, f"bump_{wheel}", arm * p[f"bump_{axle}"])
         add(terms, f"rebound_{wheel}", arm * p[f"rebound_{axle}"])
         add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"] * (1 - p["yielding"]))

@@ -25,6 +25,7 @@ from pipelines.estimators.roll_map.select import Verdict
 from pipelines.estimators.roll_map.spectrum import Shifter
 from pipelines.estimators.roll_map.spread import coloured_covariance, honest_covariance, long_run_covariance
 from pipelines.estimators.roll_map.yaw import OPEN
+from pipelines.prepare.bends import LEANING_STD, road_share
 from pipelines.results import FloatArray
 
 CORRELATION_S = 2.0
@@ -183,7 +184,9 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     slow = math.sqrt(min(max(data.slow_share, 0.0), 1.0))
     # a roll rate alone holds the banks' rates, and shows nothing of how large they are
     bank = math.exp(values["log_bank"]) if "log_bank" in values else USUAL_BANK
-    return math.hypot(friction, BANKED * slow * bank / roll)
+    # a lean that goes with the bends altogether is no bank that the fit could find: it is in the angle as the springs' part is
+    road = road_share(data.yaw if data.has_yaw else None, data.accel, data.step_s, data.starts)
+    return math.hypot(friction, BANKED * slow * bank / roll, LEANING_STD * slow**2 * road)
 
 
 def _explained(data: RollData, values: Mapping[str, float]) -> float:
