@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
+from parsers.mapping.contexts import foreign_words
 from parsers.mapping.profiles import Pattern, Profile, Rule, Sibling, fits, tags_of
 from parsers.signals import SIGNALS
 from parsers.units import SI_TEXT, Unit, find_unit, quantities_of
@@ -106,7 +107,14 @@ def profile_bindings(profile: Profile, index: ChannelIndex) -> Iterator[Binding 
     """Every binding that a profile finds, and every refusal."""
     for rule in profile.rules:
         for at in index.matching(rule.pattern):
-            if index.channels[at].family in profile.families:
+            channel = index.channels[at]
+            if channel.family not in profile.families:
+                continue
+            foreign = foreign_words(channel)
+            if foreign:
+                reason = f"{min(foreign)!r} in its name: not a measurement of this vehicle's {rule.signal}"
+                yield Refusal(channel.name, rule.signal, reason)
+            else:
                 yield _bind_rule(profile, rule, index, at)
 
 

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import re
-import tomllib
-import unicodedata
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
-from importlib.resources import files
-from typing import Any
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
+from parsers.mapping.contexts import blocking_words, without_device
+from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
-from parsers.signals import COLUMNS, SIGNALS, WHEELS
+from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, split_unit, words_of
+from parsers.signals import COLUMNS, SIGNALS
 from parsers.units import SI_TEXT, STANDARD_GRAVITY, Unit, find_unit
 
 RANK_CANONICAL = 0
@@ -24,7 +22,6 @@ RANK_NAME = 60
 _RANK_WORSE = 10
 _RANK_WEAK = 8
 _CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
-_UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 # ways in which a unit is glued to a name: "accel_y_mps2"
 _SUFFIX_UNITS = {
     "mps2": "m/s2", "ms2": "m/s2", "m_s2": "m/s2", "radps": "rad/s", "rads": "rad/s", "rad_s": "rad/s",
@@ -36,119 +33,6 @@ _SUFFIX_UNITS = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
-class NameTable:
-    """The table: spelling -> word, and word sets -> signal with its place in the list."""
-
-    words: Mapping[str, str]
-    noise: frozenset[str]
-    worse: frozenset[str]
-    sets: Mapping[tuple[str, ...], tuple[str, int]]
-    weak: frozenset[tuple[str, ...]]
-    unit_free: frozenset[tuple[str, ...]]
-    abbreviated: frozenset[str]
-    blocked: frozenset[str]
-    commands: frozenset[str]
-    blocked_endings: frozenset[str]
-    ambiguous: Mapping[tuple[str, ...], str]
-
-
-@cache
-def load_names() -> NameTable:
-    """The built-in table."""
-    text = files("parsers.profiles").joinpath("names.toml").read_text(encoding="utf-8")
-    data: dict[str, Any] = tomllib.loads(text)
-    words = {spelling: word for word, spellings in data["words"].items() for spelling in spellings.split()}
-    sets: dict[tuple[str, ...], tuple[str, int]] = {}
-    for signal, rows in data["names"].items():
-        for place, row in enumerate(rows):
-            for key, name in zip(_wheel_keys(row), _wheel_names(signal, row), strict=True):
-                sets.setdefault(key, (name, place))
-    return NameTable(
-        words=words,
-        noise=frozenset(data["noise"]["words"].split()),
-        worse=frozenset(data["noise"]["worse"].split()),
-        sets=sets,
-        weak=_spread(data["weak"]["sets"]),
-        unit_free=_spread(data["weak"]["without_unit"]),
-        abbreviated=frozenset(data["weak"]["abbreviated"].split()),
-        blocked=frozenset(f"{data['blocked']['words']} {data['blocked']['commands']}".split()),
-        commands=frozenset(data["blocked"]["commands"].split()),
-        blocked_endings=frozenset(data["blocked"]["endings"].split()),
-        ambiguous={_key(row): reason for row, reason in data["ambiguous"].items()},
-    )
-
-
-def _spread(rows: list[str]) -> frozenset[tuple[str, ...]]:
-    return frozenset(key for row in rows for key in _wheel_keys(row))
-
-
-def _key(row: str) -> tuple[str, ...]:
-    return tuple(sorted(row.split()))
-
-
-def _wheel_keys(row: str) -> list[tuple[str, ...]]:
-    return [_key(row.replace("{w}", wheel)) for wheel in WHEELS] if "{w}" in row else [_key(row)]
-
-
-def _wheel_names(signal: str, row: str) -> list[str]:
-    return [signal.replace("{w}", wheel) for wheel in WHEELS] if "{w}" in row else [signal]
-
-
-def split_unit(name: str) -> tuple[str, str | None]:
-    """A name without the unit in brackets at its end, and that unit: "Speed (km/h)" -> ("Speed", "km/h")."""
-    found = re.fullmatch(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*", name.strip())
-    if found and found.group(1) and not found.group(2).strip().isdigit():
-        return found.group(1), found.group(2).strip() or None
-    return name.strip(), None
-
-
-def _plain(name: str) -> str:
-    """A name without accents, umlauts as two letters: "Längs" -> "Laengs", "Accélération" -> "Acceleration"."""
-    if name.isascii():
-        return name
-    apart = unicodedata.normalize("NFKD", unicodedata.normalize("NFC", name).translate(_UMLAUTS))
-    return "".join(letter for letter in apart if not unicodedata.combining(letter))
-
-
-def words_of(name: str, table: NameTable) -> list[str]:
-    """A name's words, each in the table's spelling: "LatAcc" -> ["lateral", "accel"]."""
-    text = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", _plain(name))
-    text = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", text)
-    pieces = [piece for piece in re.split(r"[^A-Za-z0-9]+", text) if piece]
-    words: list[str] = []
-    for piece in pieces:
-        words += [table.words.get(part, part) for part in _cut(piece.lower(), table)]
-    return _pair_wheels(words)
-
-
-def _cut(piece: str, table: NameTable) -> list[str]:
-    """Cut "accely", "yawrate" or "wheelspeedfl" into known words; a piece that is not made of them stays whole."""
-    if piece in table.words or len(piece) < 4 or len(piece) > 40:
-        return [piece]
-    for at in range(len(piece) - 1, 1, -1):
-        head, tail = piece[:at], piece[at:]
-        if head in table.words and (tail in table.words or tail in ("x", "y", "z")):
-            return [head, tail]
-    for tail in (*WHEELS, "lf", "rf", "lr"):
-        head = piece.removesuffix(tail)
-        if head != piece:
-            parts = _cut(head, table)
-            if all(part in table.words for part in parts):
-                return [*parts, tail]
-    return [piece]
-
-
-def _pair_wheels(words: list[str]) -> list[str]:
-    """ "front left" -> fl."""
-    for end in ("front", "rear"):
-        for side in ("left", "right"):
-            if words.count(end) == 1 and words.count(side) == 1:
-                rest = [word for word in words if word not in (end, side)]
-                return [*rest, end[0] + side[0]]
-    return words
-
-
 def vendor_prefixes(channels: Sequence[ChannelInfo]) -> frozenset[tuple[str, str]]:
     """(group, prefix) of what two channels of a group or more begin with and no word of the table is: ("ESC", "VehDyn").
 
@@ -156,11 +40,15 @@ def vendor_prefixes(channels: Sequence[ChannelInfo]) -> frozenset[tuple[str, str
     """
     table = load_names()
     seen = Counter((channel.group, prefix) for channel in channels if (prefix := _prefix(channel)))
-    meaning = {word for key in table.sets for word in key} | table.blocked | table.worse
+    meaning = {word for key in table.sets for word in key} | table.worse
+    telling = table.blocked | table.blocked_fields | table.references
     return frozenset(
         (group, prefix)
         for (group, prefix), count in seen.items()
-        if count > 1 and not meaning & set(words_of(prefix, table)) and not prefix[0].isdigit()
+        if count > 1
+        and not prefix[0].isdigit()
+        and not meaning & set(words := words_of(prefix, table))
+        and not known_words(words, telling)
     )
 
 
@@ -171,9 +59,12 @@ def _prefix(channel: ChannelInfo) -> str:
 
 
 def name_bindings(
-    channel: ChannelInfo, prefixes: Collection[tuple[str, str]] = ()
+    channel: ChannelInfo, prefixes: Collection[tuple[str, str]] = (), pitches: Collection[str] = ()
 ) -> Iterator[Binding | Refusal]:
-    """What a channel could be by its name: at most one signal. prefixes: those of `vendor_prefixes`."""
+    """What a channel could be by its name: at most one signal.
+
+    prefixes: those of `vendor_prefixes`; pitches: those of `parsers.mapping.doubts.attitudes`.
+    """
     table = load_names()
     texts = _texts(channel)
     last = _last_part(channel)
@@ -186,12 +77,18 @@ def name_bindings(
         found = _find(plain, table)
         if found is not None:
             break
-    canonical = None if blocked or not last else _canonical(channel, split_unit(last)[0])
+    doubt = None if found is None else next(doubts(channel, found.signal, found.key, pitches), None)
+    canonical = None if blocked or doubt or not last else _canonical(channel, split_unit(last)[0])
+    if canonical is not None and not _is_column(channel):
+        # a part of a path, or a message's field, says no more than any other name of the signal
+        canonical = None if found is not None else replace(canonical, rank=RANK_NAME)
     if canonical is not None and (found is None or found.signal == canonical.signal):
         yield canonical
     elif found is not None and blocked:
         reason = f"{min(blocked)!r} in its name: not a measurement of this vehicle's {found.signal}"
         yield Refusal(channel.name, found.signal, reason)
+    elif found is not None and doubt:
+        yield Refusal(channel.name, found.signal, doubt)
     elif found is not None:
         yield _named(channel, found, bracket or found.suffix, table)
 
@@ -214,8 +111,13 @@ def _parts(channel: ChannelInfo) -> list[str]:
         channel.family == "vbo"
     ):  # a dot is an abbreviation there ("Lat._Vel."), a leading underscore a raw value
         return [] if channel.name.startswith("_") else [channel.name]
-    name = tags.get("field") or tags.get("signal") or tags.get("column") or channel.name
+    name = without_device(tags.get("field") or tags.get("signal") or tags.get("column") or channel.name)
     return re.split(r"[./\\:]+", name) if not re.search(r"\s", name) else [name]
+
+
+def _is_column(channel: ChannelInfo) -> bool:
+    """Whether a channel is a column at the top of a table."""
+    return channel.family in ("table", "vbo", "mdf") and len(_parts(channel)) == 1
 
 
 def _last_part(channel: ChannelInfo) -> str:
@@ -224,7 +126,7 @@ def _last_part(channel: ChannelInfo) -> str:
 
 def _blocked(channel: ChannelInfo, last: str, table: NameTable) -> frozenset[str]:
     """The words of a channel's name that say that it is not measured. last: the last part of its path."""
-    found = table.blocked & set(words_of(channel.name, table))
+    found = blocking_words(channel, last)
     if any(ending in last.lower() for ending in table.blocked_endings):
         # the last word that is no unit: "ref" of "YawRateRef [deg/s]" and of "yaw_rate_ref_degps"
         *_, (text, _) = _without_suffix(split_unit(last)[0])
@@ -259,7 +161,7 @@ def _find(name: str, table: NameTable) -> _Found | None:
     """Look a name up, with and without a unit glued to its end; a command as what it commands, so that it can be said."""
     for text, suffix in _without_suffix(name):
         words = [word for word in words_of(text, table) if word not in table.noise]
-        words = [word for word in words if word not in table.commands]
+        words = [word for word in words if not known_words([word], table.commands)]
         kept = [word for word in words if word not in table.worse]
         hit = table.sets.get(tuple(sorted(kept)))
         if hit is not None and hit[0] in ("latitude", "longitude") and _spelt_out(text, table):
@@ -271,7 +173,7 @@ def _find(name: str, table: NameTable) -> _Found | None:
 
 def _spelt_out(name: str, table: NameTable) -> bool:
     """Whether a name says "lateral" or "longitudinal" in full: a direction, and no coordinate."""
-    pieces = re.split(r"[^a-z]+", _plain(name).lower())
+    pieces = re.split(r"[^a-z]+", plain_letters(name).lower())
     return any(
         table.words.get(each) in ("lateral", "long") and each not in table.abbreviated for each in pieces
     )

@@ -9,6 +9,7 @@ from dataclasses import replace
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
 from parsers.mapping.bindings import Binding
+from parsers.mapping.doubts import attitudes
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
 from parsers.mapping.names import name_bindings, vendor_prefixes
@@ -50,9 +51,10 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
         if families & profile.families:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
+    pitches = attitudes(index.channels)
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if may_be_named(channel, tags):
-            yield from name_bindings(channel, prefixes)
+            yield from name_bindings(channel, prefixes, pitches)
 
 
 def missing_channels(channels: Sequence[ChannelInfo], user: MapFile) -> tuple[str, ...]:
