@@ -14,6 +14,7 @@ from typing import Any
 from parsers.can.database_cache import KeptDatabase, cache_file, keep, recall
 from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef, id_text
 from parsers.can.frames import EXTENDED
+from parsers.can.labels import invalid_codes
 from parsers.can.salvage import salvage_messages
 from parsers.errors import DatabaseError
 from parsers.importer import ImportLog
@@ -33,15 +34,6 @@ _TOO_LARGE = re.compile(
 _BIT_TIMING = re.compile(r"^BS_[ \t]*:[^;\n]*;?[ \t]*$", re.MULTILINE)
 """Bit timing is obsolete and told nothing of signals; cantools refuses the spelling that the format's text gives it."""
 _BUILTIN = Path(__file__).parent / "j1939.dbc"
-_INVALID_LABEL = re.compile(
-    r"not[\s_-]*avail|unavail|invalid|\bsna\b|_sna\b|\bsna_|\berror|_error|\bfault|_fault|\bundefined|ung(ü|ue)ltig"
-    r"|nicht[\s_-]*verf|\bfehler|\binit\b|\binit[_\s]|not[\s_-]*valid|signal[\s_-]*not|\bnot[\s_-]*present\b",
-    re.IGNORECASE,
-)
-_VALID_LABEL = re.compile(
-    r"(\b|_)(no|non|kein|keine|without|ohne)[\s_-]*(error|fault|fehler)|(error|fault|fehler)[\s_-]*(free|frei|none|off|inactive)\b",
-    re.IGNORECASE,
-)
 
 
 def load_databases(paths: Iterable[Path], log: ImportLog, *, given: bool = True) -> tuple[MessageDef, ...]:
@@ -255,23 +247,6 @@ def _gates(signal: Any, by_name: Mapping[str, Any]) -> tuple[Gate, ...] | None:
         gates.append(Gate(above.name, _field(above), values))
         current = above
     return tuple(gates)
-
-
-def invalid_codes(choices: Mapping[int, object], length: int) -> tuple[int, ...]:
-    """Raw values (modulo 2**length) that a value table calls invalid.
-
-    Only where the table names fewer than half of all values, so that the signal is a quantity with a few special
-    codes; in an enumeration "fault" is an answer like any other.
-    """
-    if not choices or 2 * len(choices) >= 1 << length:
-        return ()
-    mask = (1 << length) - 1
-    codes = {
-        int(raw) & mask
-        for raw, label in choices.items()
-        if _INVALID_LABEL.search(str(label)) and not _VALID_LABEL.search(str(label))
-    }
-    return tuple(sorted(codes))
 
 
 def _without_twins(messages: tuple[MessageDef, ...], path: Path, log: ImportLog) -> tuple[MessageDef, ...]:

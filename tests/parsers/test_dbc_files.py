@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from parsers.can.database import builtin_j1939, invalid_codes, load_database, load_databases
+from parsers.can.database import builtin_j1939, load_database, load_databases
 from parsers.can.definitions import BitField, MessageDef, is_proprietary, pgn_of
+from parsers.can.labels import invalid_codes
 from parsers.errors import DatabaseError
 from parsers.importer import ImportLog
 
@@ -110,6 +111,42 @@ def test_group_numbers() -> None:
         ({0: "Error free", 32767: "Fault_none", 32766: "Fehlerfrei", 1: "Signal_NoFault"}, 16, ()),
         ({0: "Error_Offset", 1: "Fault"}, 16, (0, 1)),
         ({0: "Initial position"}, 8, ()),
+        ({0: "zero", 25500: "N/A", 5000: "Failure"}, 16, (5000, 25500)),
+        (
+            dict(enumerate(["unknown", "No value", "No data", "n.a.", "NA", "undef"])),
+            8,
+            (*range(6),),
+        ),
+        (
+            dict(enumerate(["Sensor defect", "Defekt", "Out of range", "out_of_range"])),
+            8,
+            (*range(4),),
+        ),
+        (
+            dict(enumerate(["Overflow", "Underflow", "Fail", "Failed", "Not used"])),
+            8,
+            (*range(5),),
+        ),
+        (
+            dict(enumerate(["Sensor_Init", "Initialising", "Implausible", "Nicht_verbaut"])),
+            8,
+            (*range(4),),
+        ),
+        (
+            dict(enumerate(["SensorFailure", "SignalError", "Erreur", "non disponible"])),
+            8,
+            (*range(4),),
+        ),
+        (
+            dict(enumerate(["No failure", "NoFail", "Fail-safe", "not failed", "no overflow"])),
+            8,
+            (),
+        ),
+        (
+            dict(enumerate(["NoFault", "ErrorFree", "Sedna", "initial", "known", "national"])),
+            8,
+            (),
+        ),
     ],
 )
 def test_codes_that_value_tables_call_invalid(
