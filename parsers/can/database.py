@@ -33,6 +33,10 @@ _TOO_LARGE = re.compile(
 )
 _BIT_TIMING = re.compile(r"^BS_[ \t]*:[^;\n]*;?[ \t]*$", re.MULTILINE)
 """Bit timing is obsolete and told nothing of signals; cantools refuses the spelling that the format's text gives it."""
+_SIGNAL_HEAD = re.compile(r"^[ \t]{0,99}SG_[ \t][^\n\"]{0,4096}", re.MULTILINE)
+"""A signal's line up to its unit."""
+_BARE_POINT = re.compile(r"(?<![\d.])\.(?=\d)")
+_PLUS = re.compile(r"(?<![\deE.])\+(?=[\d.])")
 _BUILTIN = Path(__file__).parent / "j1939.dbc"
 
 
@@ -87,9 +91,10 @@ def load_database(path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
 
 def _parsed(text: str, path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
     try:
-        messages = _through_cantools(_bounded(_BIT_TIMING.sub("BS_:", text), path, log), path, log)
+        messages = _through_cantools(_bounded(_regular(text), path, log), path, log)
     except Exception as error:  # cantools raises its own, textparser's and built-in errors alike
-        messages, skipped = salvage_messages(text, path.name, invalid_codes)
+        salvaged = salvage_messages(text, path.name, invalid_codes)
+        messages, skipped = salvaged.messages, salvaged.skipped
         if not messages:
             raise DatabaseError(
                 f"not a CAN database that can be read ({_one_line(error)})",
@@ -100,6 +105,11 @@ def _parsed(text: str, path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
             f"{path.name} is not a correct DBC ({_one_line(error)}): {len(messages)} messages were read line by line"
             + (f", {len(skipped)} lines were left out (the first: line {skipped[0]})" if skipped else "")
         )
+        if salvaged.ungated:
+            log.note(
+                f"{path.name}: multiplexed signals are left out, since it does not say in which frames they are: "
+                f"{_some(list(salvaged.ungated))}"
+            )
     if not messages:
         raise DatabaseError(
             "holds no messages (no BO_ line)", path=path, hint="check that this is the right DBC"
@@ -130,6 +140,16 @@ def _text_of(raw: bytes) -> str:
         except UnicodeDecodeError:
             continue
     return raw.decode("latin-1").replace("\r\n", "\n")
+
+
+def _regular(text: str) -> str:
+    """The text in the spelling that cantools takes: without bit timing, and numbers of signals as "0.5" for ".5", "+.5"."""
+
+    def in_line(match: re.Match[str]) -> str:
+        head, bracket, numbers = match[0].partition("(")
+        return head + bracket + _BARE_POINT.sub("0.", _PLUS.sub("", numbers))
+
+    return _SIGNAL_HEAD.sub(in_line, _BIT_TIMING.sub("BS_:", text))
 
 
 def _bounded(text: str, path: Path, log: ImportLog) -> str:

@@ -22,7 +22,7 @@ FOLDER_VARIABLE = "COGEST_CACHE_DIR"
 """Names the folder; set to nothing, nothing is kept."""
 
 MOST_FILES = 64
-_READER = ("database.py", "salvage.py", "labels.py", "definitions.py", "database_cache.py")
+_READER = ("database.py", "salvage.py", "salvage_mux.py", "labels.py", "definitions.py", "database_cache.py")
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,11 @@ import math
 import re
 from collections import defaultdict
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
-from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef
+from parsers.can.definitions import MAX_BITS, BitField, MessageDef, SignalDef
 from parsers.can.frames import EXTENDED
+from parsers.can.salvage_mux import Above, gates_of, multiplexers_of, read_above
 
 NO_MESSAGE = 0xC000_0000
 """The id under which databases keep signals that belong to no message."""
@@ -35,13 +36,21 @@ _J1939 = re.compile(
 InvalidCodes = Callable[[Mapping[int, object], int], tuple[int, ...]]
 
 
-def salvage_messages(
-    text: str, origin: str, invalid_codes: InvalidCodes
-) -> tuple[tuple[MessageDef, ...], list[int]]:
-    """Read BO_ and SG_ lines that can be read; also the 1-based numbers of those that cannot.
+@dataclass(frozen=True)
+class Salvaged:
+    """What was read of a file: messages, the 1-based numbers of BO_ and SG_ lines that could not be read, and the
+    multiplexed signals ("Message.Signal") of which the file does not say in which frames they are."""
 
-    Comments and extended multiplexing are not looked at. origin: the file's name, for the records. invalid_codes: which
-    raw values of a value table and a length in bits stand for no value.
+    messages: tuple[MessageDef, ...]
+    skipped: tuple[int, ...]
+    ungated: tuple[str, ...]
+
+
+def salvage_messages(text: str, origin: str, invalid_codes: InvalidCodes) -> Salvaged:
+    """Read BO_ and SG_ lines that can be read, and what later lines say of their signals.
+
+    Comments are not looked at. origin: the file's name, for the records. invalid_codes: which raw values of a value
+    table and a length in bits stand for no value.
     """
     choices: dict[tuple[int, str], dict[int, object]] = {}
     names: dict[int, str] = {}
@@ -70,19 +79,22 @@ def salvage_messages(
         elif found := _SPN.match(line):
             numbers[int(found[1]), found[2]] = int(found[3])
     whole_j1939 = any(_J1939.match(line) for line in lines)
-    messages = []
+    messages, ungated = [], list[str]()
+    multiplexers = read_above(text)
     for dbc_id, name in names.items():
+        gated, without = _gated(dbc_id, signals[dbc_id], multiplexers)
+        ungated += [f"{name}.{each}" for each in without]
         finished = tuple(
             signal
             if signal.is_float
             else replace(
                 signal, invalid=invalid_codes(choices.get((dbc_id, signal.name), {}), signal.field.length)
             )
-            for signal in _finish(dbc_id, signals[dbc_id], floats, numbers)
+            for signal in _finish(dbc_id, gated, floats, numbers)
         )
         j1939 = bool(dbc_id & EXTENDED) and (whole_j1939 or dbc_id & 0xFF == 0xFE)
         messages.append(MessageDef(name, dbc_id, finished, j1939=j1939, origin=origin))
-    return tuple(messages), skipped
+    return Salvaged(tuple(messages), tuple(skipped), tuple(ungated))
 
 
 def _begin(line: str, names: dict[int, str]) -> int | None:
@@ -110,24 +122,33 @@ def _signal(line: str) -> tuple[str | None, SignalDef] | None:
     return found[2], signal
 
 
+def _gated(
+    dbc_id: int, marked: list[tuple[str | None, SignalDef]], above: Above
+) -> tuple[list[SignalDef], list[str]]:
+    """A message's signals with their gates, and the names of those whose gates are not told."""
+    gated, without = [], []
+    multiplexers = multiplexers_of(marked)
+    for mark, signal in marked:
+        gates = gates_of(mark, signal.name, dbc_id, multiplexers, above)
+        if gates is None:
+            without.append(signal.name)
+        else:
+            gated.append(replace(signal, gates=gates))
+    return gated, without
+
+
 def _finish(
     dbc_id: int,
-    marked: list[tuple[str | None, SignalDef]],
+    gated: list[SignalDef],
     floats: dict[tuple[int, str], str],
     numbers: dict[tuple[int, str], int],
 ) -> tuple[SignalDef, ...]:
-    """Add what later lines say, and the multiplexer's gate; multiplexed signals without one are left out."""
-    above = next((signal for mark, signal in marked if mark == "M"), None)
+    """Add what later lines say; the first of several signals with one name stays."""
     finished: dict[str, SignalDef] = {}
-    for mark, signal in marked:
-        gates: tuple[Gate, ...] = ()
-        if mark is not None and mark != "M":
-            if above is None:
-                continue
-            gates = (Gate(above.name, above.field, (int(mark.strip("mM")),)),)
+    for signal in gated:
         is_float = floats.get((dbc_id, signal.name)) in ("1", "2")
         if is_float and signal.field.length not in (16, 32, 64):
             continue
         spn = numbers.get((dbc_id, signal.name))
-        finished.setdefault(signal.name, replace(signal, gates=gates, is_float=is_float, spn=spn))
+        finished.setdefault(signal.name, replace(signal, is_float=is_float, spn=spn))
     return tuple(finished.values())

@@ -191,6 +191,57 @@ def test_what_does_not_parse_is_read_line_by_line(tmp_path: Path) -> None:
     )
 
 
+NESTED = (
+    HEAD
+    + 'BO_ 256 M: 8 A\n SG_ Mux M : 0|8@1+ (1,0) [0|0] "" A\n SG_ Sub m1M : 8|8@1+ (1,0) [0|0] "" A\n'
+    + ' SG_ P m0 : 16|16@1+ (1,0) [0|0] "" A\n SG_ Q m0 : 16|16@1+ (1,0) [0|0] "" A\n'
+    + ' SG_ R m5 : 32|16@1+ (1,0) [0|0] "" A\n\n'
+    + "SG_MUL_VAL_ 256 Sub Mux 1-1;\nSG_MUL_VAL_ 256 P Mux 0-0;\nSG_MUL_VAL_ 256 Q Sub 0-0;\n"
+    + "SG_MUL_VAL_ 256 R Sub 5-7,\n 9-9;\n"
+)
+
+
+def gates(message: MessageDef) -> dict[str, list[tuple[str, tuple[int, ...]]]]:
+    return {s.name: [(gate.multiplexer, gate.values) for gate in s.gates] for s in message.signals}
+
+
+@pytest.mark.parametrize("broken", ["", "this is no DBC {{{\n"])
+def test_nested_multiplexers_are_read_line_by_line_too(tmp_path: Path, broken: str) -> None:
+    (message,) = load(tmp_path, NESTED + broken)
+    top = ("Mux", (1,))
+    assert gates(message) == {
+        "Mux": [],
+        "Sub": [top],
+        "P": [("Mux", (0,))],
+        "Q": [("Sub", (0,)), top],
+        "R": [("Sub", (5, 6, 7, 9)), top],
+    }
+
+
+@pytest.mark.parametrize("ranges", ["0-4294967295", "0", "7-3", "0-99999999999999"])
+def test_signals_in_untold_frames_are_left_out_and_named(tmp_path: Path, ranges: str) -> None:
+    log = ImportLog()
+    text = NESTED.replace("SG_MUL_VAL_ 256 Q Sub 0-0;\n", "").replace("R Sub 5-7,\n 9-9", f"R Sub {ranges}")
+    (message,) = load(tmp_path, text + "this is no DBC {{{\n", log)
+    assert sorted(gates(message)) == ["Mux", "P", "Sub"]
+    assert any("M.Q, M.R" in note and "in which frames" in note for note in log.notes)
+
+
+def test_multiplexers_in_a_circle_are_left_out(tmp_path: Path) -> None:
+    text = NESTED.replace("Sub Mux 1-1", "Sub Sub 1-1") + "this is no DBC {{{\n"
+    (message,) = load(tmp_path, text)
+    assert sorted(gates(message)) == ["Mux", "P"]
+
+
+def test_a_number_without_its_zero_does_not_cost_a_database_its_grammar(tmp_path: Path) -> None:
+    log = ImportLog()
+    text = ONE.format(unit=".5(+.5)").replace("(0.1,-5) [0|0]", "(.5,-.25) [-.5|+.5]")
+    (message,) = load(tmp_path, text, log)
+    (signal,) = message.signals
+    assert log.notes == []
+    assert (signal.scale, signal.offset, signal.unit) == (0.5, -0.25, ".5(+.5)")
+
+
 @pytest.mark.parametrize(
     ("content", "words"),
     [
