@@ -62,6 +62,8 @@ def channel_of(group: Group, name: str, signal: SignalDef) -> ChannelInfo:
         tags["source_address"] = str(stream.sender)
     if signal.spn is not None:
         tags["spn"] = str(signal.spn)
+    if stream.builtin:
+        tags["builtin"] = "1"
     return ChannelInfo(
         name=name,
         group=group.name,

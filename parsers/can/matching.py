@@ -17,6 +17,7 @@ class Stream:
     keys: bus * 2**32 + id of all identifiers that carry it (J1939: priorities and destinations may differ).
     pgn, sender: for messages matched as J1939, else None. suffix: "" or "@bus2", "@sa33", what follows the names
     of channels. frames: number in the log. special_codes: J1939 codes for "not available" and so on are in force.
+    builtin: of cogest's own J1939 definitions, not of a database that was given.
     """
 
     message: MessageDef
@@ -27,6 +28,7 @@ class Stream:
     sender: int | None = None
     suffix: str = ""
     special_codes: bool = False
+    builtin: bool = False
 
     @property
     def proprietary(self) -> bool:
@@ -109,6 +111,7 @@ def match_streams(
             pgn=pgn_of(everything[place].can_id) if sender is not None else None,
             sender=sender,
             special_codes=sender is not None,
+            builtin=place >= len(given),
         )
         for (place, bus, sender), keys in found.items()
     ]

@@ -16,6 +16,9 @@ from parsers.mapping.names import name_bindings, vendor_prefixes
 from parsers.mapping.profiles import load_profiles, may_be_named
 from parsers.signals import SIGNALS
 
+_BUILTIN = 100
+"""What is added to the rank of cogest's own definitions beside a user's: more than any two ranks differ by."""
+
 
 def propose(channels: Sequence[ChannelInfo], user: MapFile | None) -> Mapping[str, tuple[Binding, ...]]:
     """Candidates for each signal that the log can give, best first, in the order of the canonical table.
@@ -32,9 +35,18 @@ def propose(channels: Sequence[ChannelInfo], user: MapFile | None) -> Mapping[st
         if not found.get(other):
             # "lat" alone, without a unit, is hardly a coordinate
             found[one] = [each for each in found.get(one, ()) if each.unit_stated]
+    own = {channel.name for channel in channels if "builtin" in channel.tags}
+    given = {channel.name for channel in channels if channel.family == "can"} - own
     proposals: dict[str, tuple[Binding, ...]] = {}
     for signal in SIGNALS:
-        ranked = sorted(found.get(signal, ()), key=lambda each: (each.rank, order[each.channels[0]]))
+        bindings = found.get(signal, [])
+        if any(each.channels[0] in given for each in bindings):
+            # what the user's database says of this very bus comes before cogest's own J1939 definitions
+            bindings = [
+                replace(each, rank=each.rank + _BUILTIN) if each.channels[0] in own else each
+                for each in bindings
+            ]
+        ranked = sorted(bindings, key=lambda each: (each.rank, order[each.channels[0]]))
         unique: dict[str, Binding] = {}
         for binding in ranked:
             unique.setdefault(binding.channels[0], binding)

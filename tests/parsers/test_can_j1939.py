@@ -11,6 +11,7 @@ from can_rows import Listed, open_rows, read_all
 from parsers.can.frames import EXTENDED
 from parsers.can.reader import CanReader
 from parsers.importer import ImportLog, ReadOptions
+from parsers.mapping import propose
 
 REAL = Path(__file__).resolve().parents[3] / "shared" / "real_logs"
 
@@ -102,3 +103,19 @@ def test_an_id_ending_in_fe_that_is_called_plain_is_one_where_the_log_holds_it(t
     # a database that means a group and calls its frames extended all the same
     reader, _ = open_rows(tmp_path, rows[1:], dbc)
     assert read_all(reader) == {"Own.S": ([1], [1])}
+
+
+def test_a_given_database_comes_before_the_built_in_definitions(tmp_path: Path) -> None:
+    dbc = 'VERSION ""\n\nBU_:\n\nBO_ 256 Brake: 8 X\n SG_ VehSpd : 8|16@1+ (0.01,0) [0|0] "km/h" X\n'
+    own, builtin = "Brake.VehSpd", "CCVS1.WheelBasedVehicleSpeed"
+    rows = [(i, 256, 1, bytes(8)) for i in range(20)] + j1939_rows(0x18FEF100, [256] * 5, 20)
+    reader, _ = open_rows(tmp_path, rows, dbc)
+    assert [each.channels[0] for each in propose(reader.channels, None)["speed"]] == [own, builtin]
+    # and a signal that only these define stays theirs
+    unused = dbc.replace("VehSpd", "Other")
+    reader, _ = open_rows(tmp_path, rows, unused)
+    assert [each.channels[0] for each in propose(reader.channels, None)["speed"]] == [builtin]
+    # the same group in the user's own database is the user's
+    known = f'BO_ {0x98FEF1FE} CCVS1: 8 X\n SG_ WheelBasedVehicleSpeed : 8|16@1+ (1,0) [0|0] "km/h" X\n'
+    reader, _ = open_rows(tmp_path, rows, f"{dbc}\n{known}")
+    assert [each.channels[0] for each in propose(reader.channels, None)["speed"]] == [builtin, own]
