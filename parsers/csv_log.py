@@ -11,6 +11,7 @@ from types import MappingProxyType
 from parsers.channels import ChannelInfo, Chunk
 from parsers.csv_dialect import TextTable, find_table, number_columns
 from parsers.errors import LogError
+from parsers.frame_tables import refuse_frames, refuse_frames_of_tools, tool_of_frames
 from parsers.importer import ImportLog, ReadOptions
 from parsers.table_clock import TableClock, clock_rule, write_counts
 from parsers.table_cut import cut_cell
@@ -23,12 +24,7 @@ from parsers.table_time import TimePlan, find_time
 from parsers.table_wraps import HOUR_NS, turns_of
 
 _GROUP = "table"
-_FRAME_TABLES = (
-    frozenset({"arbitration_id", "dlc", "data"}),
-    frozenset({"id", "extended", "bus", "len", "d1"}),
-    frozenset({"id", "dlc", "data"}),
-    frozenset({"id", "databytes"}),
-)
+_HEAD = 16384
 _LABVIEW = b"LabVIEW Measurement"
 _NO_TABLE = "no rows of numbers separated by comma, semicolon, tab, bar or spaces"
 
@@ -47,6 +43,8 @@ class CsvImporter:
         if encoding is None or head.lstrip()[:1] in (b"{", b"<"):
             return False
         if (path.suffix.lower() in (".csv", ".tsv") and not encoding.damaged) or head.startswith(_LABVIEW):
+            return True
+        if tool_of_frames(decode(head, encoding)) is not None:
             return True
         try:
             return find_table(read_sample(path, encoding), encoding, complete=False) is not None
@@ -75,13 +73,14 @@ class CsvImporter:
                 "not text: it holds bytes that no text has", path=path, hint="check what the file is"
             )
         sample = read_sample(path, encoding)
+        refuse_frames_of_tools(decode(sample[:_HEAD], encoding), path)
         _refuse_spectra(sample, path)
         table = find_table(sample, encoding, complete=len(sample) + encoding.mark >= size)
         if table is None:
             raise LogError(
                 _NO_TABLE, path=path, hint="check that this is the log and not a description of it"
             )
-        _refuse_frames(table, path)
+        refuse_frames([column.name for column in table.names], path)
         plan = _time_of(path, encoding, table, options, size)
         for note in (*table.notes, *plan.notes):
             log.note(note)
@@ -102,19 +101,6 @@ def _time_of(path: Path, encoding: Encoding, table: TextTable, options: ReadOpti
     except OSError as error:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error
     return as_time_of_day(plan, said=False) if found else plan
-
-
-def _refuse_frames(table: TextTable, path: Path) -> None:
-    """Raise LogError for tables of raw CAN frames, whose cells are bytes and no measurements."""
-    heads = {column.name.strip().lower().replace(" ", "_") for column in table.names}
-    for marks in _FRAME_TABLES:
-        if marks <= heads:
-            raise LogError(
-                f"a table of raw CAN frames (columns {', '.join(sorted(marks))}), which cogest does not read",
-                path=path,
-                hint="convert it to BLF, ASC or candump (for example `python -m can.logconvert log.csv log.blf`) "
-                "and give its DBC with --dbc",
-            )
 
 
 def _refuse_spectra(sample: bytes, path: Path) -> None:

@@ -15,6 +15,7 @@ from parsers.can.database_cache import KeptDatabase, cache_file, keep, recall
 from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef, id_text
 from parsers.can.frames import EXTENDED
 from parsers.can.labels import invalid_codes
+from parsers.can.other_databases import refuse_other
 from parsers.can.salvage import salvage_messages
 from parsers.errors import DatabaseError
 from parsers.importer import ImportLog
@@ -78,6 +79,7 @@ def builtin_j1939(log: ImportLog) -> tuple[MessageDef, ...]:
 def load_database(path: Path, log: ImportLog) -> tuple[MessageDef, ...]:
     """The messages of one DBC file, in its order. Raises DatabaseError."""
     raw = _read_bytes(path)
+    refuse_other(raw, path)
     file = cache_file(path.name, raw)
     kept = recall(file)
     if kept is None:

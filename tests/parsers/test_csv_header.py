@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from parsers.errors import LogError
 from parsers.importer import ReadOptions
+from parsers.registry import find_importer
 from parsers.table_names import ColumnName, is_unit, split_header, unique_names
 
 
@@ -166,3 +167,24 @@ def test_units_are_told_from_names() -> None:
 def test_a_table_of_can_frames_is_refused_with_the_way_on(tmp_path: Path, head: str) -> None:
     with pytest.raises(LogError, match=r"raw CAN frames.*logconvert"):
         read(tmp_path, head)
+
+
+@pytest.mark.parametrize(
+    ("text", "tool"),
+    [
+        (
+            "***BUSMASTER Ver 3.2.2***\n***PROTOCOL CAN***\n" + "8:0:0:0000 Rx 1 0x100 s 2 D0 FF\n" * 5,
+            "BUSMASTER",
+        ),
+        ("# Kvaser Memorator log\nTime,Channel,ID,Flags,DLC,D0,D1\n" + "0.0,1,256,0,2,1,2\n" * 5, "Kvaser"),
+        ("Vehicle Spy 3 Log\nLine,Abs Time(Sec),Arb ID,B1,B2\n" + "1,0.0,100,D0,FF\n" * 5, "Vehicle Spy"),
+        ("# Logger type: CL2000\nTimestamp;Type;ID;Data\n" + "23T080000000;0;100;d0ff\n" * 5, "CL2000"),
+        ("Time;Chn;ID;Event Type;DLC;Data\n" + "0.0;CAN 1;100;CAN Frame;2;D0 FF\n" * 5, "CANoe"),
+    ],
+)
+def test_text_logs_of_can_frames_are_called_what_they_are(tmp_path: Path, text: str, tool: str) -> None:
+    with pytest.raises(LogError, match=f"raw CAN frames as text of.*{tool}.*BLF, ASC"):
+        read(tmp_path, text)
+    path = tmp_path / "x.log"
+    path.write_text(text)
+    assert find_importer(path).name == "csv"

@@ -258,6 +258,21 @@ def test_what_is_no_database_is_refused_in_one_line(tmp_path: Path, content: byt
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("x.arxml", '<?xml version="1.0"?>\n<AUTOSAR></AUTOSAR>', "AUTOSAR.*cantools convert x.arxml x.dbc"),
+        ("x.kcd", '<NetworkDefinition xmlns="x"></NetworkDefinition>', "KCD.*cantools convert x.kcd x.dbc"),
+        ("x.sym", 'FormatVersion=6.0 // Do not edit\nTitle="x"\n', "SYM.*cantools convert x.sym x.dbc"),
+        ("x.xml", '<fx:FIBEX xmlns:fx="x"></fx:FIBEX>', "FIBEX description, where a DBC.*export a DBC"),
+    ],
+)
+def test_other_descriptions_of_a_bus_are_named(tmp_path: Path, name: str, content: str, words: str) -> None:
+    (tmp_path / name).write_text(content)
+    with pytest.raises(DatabaseError, match=words):
+        load_database(tmp_path / name, ImportLog())
+
+
 def test_missing_file_is_a_database_error(tmp_path: Path) -> None:
     with pytest.raises(DatabaseError, match="No such file"):
         load_databases((tmp_path / "no.dbc",), ImportLog())
