@@ -10,6 +10,9 @@ from parsers.mapping.words import NameTable, known_words, load_names, words_of
 _CONTROL = re.compile(r"(car|vehicle|veh|ego)?_?controls?(_?state)?", re.IGNORECASE)
 """A part of a path that is a controller's: "carControl", "/vehicle/control". On a bus, "control" is a unit that measures."""
 
+_ANY_TYPE = frozenset({"json", "object", "schema"})
+"""What JSON calls any message at all says nothing of it."""
+
 _DEVICE = re.compile(r"(?<=.)\\[^\\/:\[\]()]+:\d+(?=\s*([\[(]|$))")
 
 
@@ -48,7 +51,8 @@ def foreign_words(channel: ChannelInfo) -> frozenset[str]:
 
 def _of_the_message(channel: ChannelInfo, table: NameTable) -> frozenset[str]:
     """What a message's type says: "planner" of "plan_msgs/PlannerState"."""
-    return known_words(words_of(channel.tags.get("type", ""), table), table.contexts)
+    words = words_of(channel.tags.get("type", ""), table)
+    return known_words(words, table.contexts) if set(words) - _ANY_TYPE else frozenset()
 
 
 def _followed(channel: ChannelInfo, last: str, table: NameTable) -> frozenset[str]:

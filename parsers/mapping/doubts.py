@@ -23,6 +23,8 @@ def attitudes(channels: Sequence[ChannelInfo]) -> frozenset[str]:
 
     Theta is the pitch angle beside psi, or beside phi where there is no x and y; beside x and y it is a heading.
     """
+    if not any("theta" in channel.name.lower() for channel in channels):
+        return frozenset()
     beside: dict[tuple[str, str], set[frozenset[str]]] = defaultdict(set)
     named: list[tuple[ChannelInfo, tuple[str, str], frozenset[str]]] = []
     for channel in channels:

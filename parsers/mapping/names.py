@@ -68,7 +68,6 @@ def name_bindings(
     table = load_names()
     texts = _texts(channel)
     last = _last_part(channel)
-    blocked = _blocked(channel, last, table)
     if last and (channel.group, prefix := _prefix(channel)) in prefixes:
         texts.append(last.removeprefix(f"{prefix}_"))
     found, bracket = None, None
@@ -77,9 +76,14 @@ def name_bindings(
         found = _find(plain, table)
         if found is not None:
             break
+    canonical = _canonical(channel, split_unit(last)[0]) if last else None
+    if found is None and canonical is None:
+        return
+    blocked = _blocked(channel, last, table)
     doubt = None if found is None else next(doubts(channel, found.signal, found.key, pitches), None)
-    canonical = None if blocked or doubt or not last else _canonical(channel, split_unit(last)[0])
-    if canonical is not None and not _is_column(channel):
+    if blocked or doubt:
+        canonical = None
+    elif canonical is not None and not _is_column(channel):
         # a part of a path, or a message's field, says no more than any other name of the signal
         canonical = None if found is not None else replace(canonical, rank=RANK_NAME)
     if canonical is not None and (found is None or found.signal == canonical.signal):

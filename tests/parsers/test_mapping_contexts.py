@@ -64,6 +64,14 @@ def test_plans_and_other_traffic_are_never_this_vehicle(topic, kind, field):
     assert "not a measurement of this vehicle's yaw_rate" in unmapped_reason(channel)
 
 
+def test_what_json_calls_any_message_is_no_other_road_user():
+    for kind in ("object", "json_object"):
+        channel = ChannelInfo(
+            "/v.speed", "/v", "m/s", "json", tags={"topic": "/v", "type": kind, "field": "speed"}
+        )
+        assert best(channel) == {"speed": "/v.speed"}
+
+
 def test_a_reference_instrument_in_a_message_is_measured():
     for topic in ("/reference/imu", "/ref_ins/imu"):
         assert list(best(ros(topic, "sensor_msgs/Imu", "angular_velocity.z"))) == ["yaw_rate"]
