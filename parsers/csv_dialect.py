@@ -26,6 +26,7 @@ _WRAPPED_CELLS = 40
 _OPEN_QUOTE = re.compile(rb'(?:^|[\t;,|]) *"[^"]*$')
 _ROW_START = re.compile(rb"^[ \t\"']*[-+.]?\d")
 _SEP_LINE = re.compile(r'^\s*"?sep=(.)"?\s*$', re.IGNORECASE)
+_TYPE = re.compile(r"[fiu][1248]|float(32|64)?|double|u?int(8|16|32|64)?", re.IGNORECASE)
 _COMMENT_START = re.compile(r"^\s*(?:#+|//|%%?(?=\s))\s*")
 
 
@@ -206,6 +207,7 @@ def _name_columns(
         notes.append(f"{words} the columns are called column_1 to column_{rules.width}")
         plain = tuple(ColumnName("", f"column_{k + 1}") for k in range(rules.width))
         return plain, rules, notes
+    above = [each for each in above if not _is_type_row(each[0])] or above
     unit_at = next((k for k, (row, _) in enumerate(above[:-1]) if _is_unit_row(row)), None)
     header, note = above[0 if unit_at is None else unit_at + 1]
     if note:
@@ -228,6 +230,11 @@ def _is_unit_row(row: Sequence[str]) -> bool:
     """Whether most of what stands in a row are units."""
     kept = [cell for cell in row if cell]
     return bool(kept) and sum(is_unit(cell) for cell in kept) >= 0.5 * len(kept)
+
+
+def _is_type_row(row: Sequence[str]) -> bool:
+    """Whether a row says how each column's numbers are stored, as INCA's ASCII files do: "f8", "f8", "i4"."""
+    return len(set(row)) < len(row) and all(_TYPE.fullmatch(cell) for cell in row)
 
 
 def _fit_header(

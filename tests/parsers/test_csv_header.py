@@ -169,6 +169,16 @@ def test_a_table_of_can_frames_is_refused_with_the_way_on(tmp_path: Path, head: 
         read(tmp_path, head)
 
 
+def test_a_row_of_number_types_is_no_header(tmp_path: Path) -> None:
+    head = "ETASAsciiItemFile\trecord\n\ntime\tv\\ETKC:1\tr\\ETKC:1\nf8\tf8\ti4\ns\tkm/h\tdeg/s\n"
+    rows = "".join(f"{k / 100:.2f}\t{k}.5\t{k}\n" for k in range(9))
+    found = read(tmp_path, head + rows)
+    assert [(c.name, c.unit) for c in found.reader.channels] == [
+        ("v\\ETKC:1", "km/h"),
+        ("r\\ETKC:1", "deg/s"),
+    ]
+
+
 @pytest.mark.parametrize(
     ("text", "tool"),
     [
