@@ -10,6 +10,12 @@ from parsers.mapping.words import NameTable, known_words, load_names, words_of
 _CONTROL = re.compile(r"(car|vehicle|veh|ego)?_?controls?(_?state)?", re.IGNORECASE)
 """A part of a path that is a controller's: "carControl", "/vehicle/control". On a bus, "control" is a unit that measures."""
 
+_OTHER_VEHICLE = re.compile(
+    r"(?<![a-z])(front|rear|leading|following|other|adjacent|oncoming)[_ ]?(vehicle|veh|car)s?\d*[./\\\[]",
+    re.IGNORECASE,
+)
+"""A part of a path that is another vehicle's: "front_vehicle.speed", "/otherCars[0].speed"."""
+
 _ANY_TYPE = frozenset({"json", "object", "schema"})
 """What JSON calls any message at all says nothing of it."""
 
@@ -31,7 +37,7 @@ def blocking_words(channel: ChannelInfo, last: str) -> frozenset[str]:
     table = load_names()
     words = words_of(path_of(channel), table)
     found = known_words(words, table.blocked) | known_words(words_of(last, table), table.blocked_fields)
-    return found | _of_the_message(channel, table) | _followed(channel, last, table)
+    return found | _of_the_message(channel, table) | _followed(channel, last, table) | _others(channel)
 
 
 def foreign_words(channel: ChannelInfo) -> frozenset[str]:
@@ -46,7 +52,12 @@ def foreign_words(channel: ChannelInfo) -> frozenset[str]:
     field = channel.tags.get("field", "")
     words = words_of(channel.name, table)
     found = known_words(words, table.contexts) | _of_the_message(channel, table)
-    return found | _followed(channel, re.split(r"[./]+", field)[-1], table)
+    return found | _followed(channel, re.split(r"[./]+", field)[-1], table) | _others(channel)
+
+
+def _others(channel: ChannelInfo) -> frozenset[str]:
+    found = _OTHER_VEHICLE.search(channel.name)
+    return frozenset() if found is None else frozenset({found[0].strip("./\\[")})
 
 
 def _of_the_message(channel: ChannelInfo, table: NameTable) -> frozenset[str]:
