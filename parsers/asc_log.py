@@ -48,6 +48,8 @@ class AscImporter:
         header = read_header(first_lines(path, HEAD_BYTES))
         for note in header.notes:
             log.note(note)
+        if header.start is not None:
+            log.began(header.start)
 
         clock = "log time since the start of measurement"
         source = TextSource(path, log, options.progress, _Parser(header), clock=clock, absolute=False)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
 from dataclasses import dataclass
+from datetime import datetime
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +93,9 @@ def _time_of(lines: list[str], path: Path, log: ImportLog) -> tuple[int, bool, s
             hint="record with `candump -l` or `candump -t a`",
         )
     if stamps and "-" in stamps[0]:
+        with contextlib.suppress(ValueError):
+            # a date that there is not has lost a bit or two
+            log.began(datetime.fromisoformat(stamps[0]))
         log.note(
             f"recorded from {stamps[0]} (local time of the recorder, time zone unknown); time counts from there"
         )

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from datetime import datetime, timedelta
 from pathlib import Path
 from typing import Literal, Protocol
 
@@ -48,6 +49,8 @@ class ImportLog:
         e.g. "row with too few columns"). notes: sentences for the user. status only ever gets worse.
     lost_spans_ns: (start, end) of time that a damaged block took with it, where it can be told.
     can_frames: whether the log holds CAN frames, for which databases are of use.
+    local_start_ns: the moment of stamp 0 on the recorder's own clock, of which the zone is unknown, as nanoseconds since
+        1970-01-01 on that clock: good for laying logs of one recorder beside each other, and for nothing else.
     """
 
     messages: int = 0
@@ -56,6 +59,12 @@ class ImportLog:
     status: Status = "complete"
     lost_spans_ns: list[tuple[int, int]] = field(default_factory=list)
     can_frames: bool = False
+    local_start_ns: int | None = None
+
+    def began(self, moment: datetime) -> None:
+        """Write down the moment of stamp 0 on the recorder's clock. moment: without a zone."""
+        since = moment.replace(tzinfo=None) - datetime(1970, 1, 1)
+        self.local_start_ns = since // timedelta(microseconds=1) * 1000
 
     def note(self, sentence: str) -> None:
         """Write a sentence down, once."""

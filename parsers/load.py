@@ -83,13 +83,16 @@ def nothing_left(path: Path, decisions: Sequence[Decision]) -> LogError:
     )
 
 
-def _start_utc(parts: Sequence[PartFacts], start_ns: int) -> str | None:
+def _start_utc(parts: Sequence[PartFacts], start_ns: int, shift_ns: int) -> str | None:
+    """shift_ns: what was added to the first log's stamps."""
     reader = parts[0].opened.reader
     origin = 0 if reader.absolute else reader.start_utc_ns
     if origin is None:
         return None
     try:
-        return datetime.fromtimestamp((origin + start_ns) / NS, tz=UTC).isoformat(timespec="milliseconds")
+        return datetime.fromtimestamp((origin - shift_ns + start_ns) / NS, tz=UTC).isoformat(
+            timespec="milliseconds"
+        )
     except (OverflowError, ValueError, OSError):
         return None
 
@@ -125,9 +128,11 @@ def _rejected(logs: Sequence[ImportLog]) -> dict[str, int]:
     return rejected
 
 
-def _gaps(found: GapList, logs: Sequence[ImportLog], start_ns: int, notes: list[str]) -> tuple[Gap, ...]:
+def _gaps(outcome: Outcome, logs: Sequence[ImportLog], notes: list[str]) -> tuple[Gap, ...]:
     """Gaps in the signals and what damage took, at most MAX_GAPS of each sort; a note says how many there are."""
-    lost = [(a, b) for log in logs for a, b in log.lost_spans_ns]
+    found, start_ns = outcome.gaps, outcome.start_ns
+    shifts = zip(logs, outcome.shifts_ns, strict=True)
+    lost = [(a + ns, b + ns) for log, ns in shifts for a, b in log.lost_spans_ns]
     for total, what in ((found.total, "gaps"), (len(lost), "damaged spans")):
         if total > MAX_GAPS:
             notes.append(f"there are {total} {what}: only the {MAX_GAPS} longest are listed")
@@ -138,7 +143,8 @@ def _gaps(found: GapList, logs: Sequence[ImportLog], start_ns: int, notes: list[
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came out of the logs of a drive, for its record. gaps: of the signals; signals: names, as they are used."""
+    """What came out of the logs of a drive, for its record. gaps: of the signals; signals: names, as they are used;
+    shifts_ns: what was added to each log's stamps."""
 
     parts: Sequence[PartFacts]
     left_out: Set[tuple[int, str]]
@@ -149,6 +155,7 @@ class Outcome:
     start_ns: int
     end_ns: int
     gaps: GapList
+    shifts_ns: Sequence[int]
 
 
 def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportRecord:
@@ -166,9 +173,9 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
         status=max((log.status for log in logs), key=["complete", "truncated", "malformed"].index),
         messages=sum(log.messages for log in logs),
         rejected=_rejected(logs),
-        gaps=_gaps(outcome.gaps, logs, start_ns, notes),
+        gaps=_gaps(outcome, logs, notes),
         clock=", ".join(dict.fromkeys(part.opened.reader.clock for part in parts)),
-        start_utc=_start_utc(parts, start_ns),
+        start_utc=_start_utc(parts, start_ns, outcome.shifts_ns[0]),
         duration_s=(outcome.end_ns - start_ns) / NS,
         mapped=tuple(_mapping(parts, outcome.left_out, outcome.signals)),
         decisions=outcome.decisions,
@@ -245,6 +252,7 @@ def make_drive(
         start_ns=start_ns,
         end_ns=max(int(s.time_ns[-1]) for s in signals.values()),
         gaps=list_gaps({name: s.time_ns for name, s in signals.items()}, start_ns),
+        shifts_ns=merged.shifts_ns,
     )
     return Drive(signals, make_record(paths, outcome, digest.result()), start_ns)
 

@@ -19,9 +19,10 @@ from parsers.load import (
     require_signals,
 )
 from parsers.log_hash import BackgroundHash
-from parsers.merge import Span, join_pieces
+from parsers.merge import join_pieces
 from parsers.parquet_pages import DOUBLE, INT64
 from parsers.parquet_write import Table, write_pieces
+from parsers.pieces import Span
 from parsers.read_log import LoadOptions, Taken
 from parsers.signals import SIGNALS
 from parsers.store import group_table
@@ -31,7 +32,7 @@ from parsers.strands import Cleaner, Strand, cleaned, make_cleaner, whole_signal
 from parsers.survey import SpooledPart, survey_part
 from parsers.time_figures import SharedFigures, TimeFigures
 from parsers.timebase import NS, GapList, gaps_of_spans
-from parsers.windows import Track, time_windows
+from parsers.windows import Track, shifted_tracks, time_windows
 
 _BLOCKS = 32
 """Units and signs of a long drive are judged on so many blocks of time, spread evenly over it."""
@@ -60,7 +61,7 @@ class LongDrive:
         parts = [survey_part(taken.pop(0), self.budget.window) for _ in self.paths]
         note_unused_databases(parts, self.options)
         require_signals(parts, any(part.tracks for part in parts), self.options.map)
-        joined = join_pieces([part.opened for part in parts], [part.tracks for part in parts])
+        joined = join_pieces([part.opened for part in parts], [part.tracks for part in parts], shifted_tracks)
         strands = [Strand(name, tuple(tracks)) for name, tracks in joined.pieces.items()]
         self.options.progress("checking signs and units", 0.0)
         findings, note = self._judge(strands, parts)
@@ -85,6 +86,7 @@ class LongDrive:
                 start_ns=start_ns,
                 end_ns=max(each.last for each in figures.values()),
                 gaps=_gap_list(figures, start_ns),
+                shifts_ns=joined.shifts_ns,
             )
             record = make_record(self.paths, outcome, digest.result())
             return record, len(figures), tables.commit(record)

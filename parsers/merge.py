@@ -2,48 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Generic, Protocol, Self, TypeVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
+from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
-from parsers.errors import LogError
+from parsers.pieces import OVERLAP_NS, Piece, Span, inside, overlap_ns, same_samples
+from parsers.placing import place_logs, refuse_far_apart, refuse_other_moments
 from parsers.read_log import OpenedLog, Part
 from parsers.timebase import NS
-
-APART_NS = 48 * 3600 * NS
-"""Logs further apart than this are of two drives."""
-
-OVERLAP_NS = NS
-"""Parts in a row may overlap by this much; by more, they are recorders of the same span."""
-
-Span = tuple[int, int]
-
-
-class Piece(Protocol):
-    """What one log has of a signal, wherever its samples are."""
-
-    @property
-    def span(self) -> Span:
-        """First and last stamp."""
-        ...
-
-    @property
-    def samples(self) -> int:
-        """How many samples it has."""
-        ...
-
-    @property
-    def source(self) -> str:
-        """Where it is from, as a record says it."""
-        ...
-
-    def outside(self, spans: Sequence[Span]) -> Self | None:
-        """The samples that lie in none of the spans (their ends are inside); None where there are none."""
-        ...
-
 
 P = TypeVar("P", bound=Piece)
 
@@ -51,70 +21,82 @@ P = TypeVar("P", bound=Piece)
 @dataclass
 class Joined(Generic[P]):
     """What all logs have of each signal, in order of time. left_out: (number of the log, signal) where another log's
-    was taken. notes: sentences."""
+    was taken. notes: sentences. shifts_ns: what was added to each log's stamps."""
 
     pieces: dict[str, list[P]] = field(default_factory=dict)
     left_out: set[tuple[int, str]] = field(default_factory=set)
     notes: list[str] = field(default_factory=list)
+    shifts_ns: tuple[int, ...] = ()
 
 
-def join_pieces(logs: Sequence[OpenedLog], held: Sequence[Mapping[str, P]]) -> Joined[P]:
+def join_pieces(
+    logs: Sequence[OpenedLog],
+    held: Sequence[Mapping[str, P]],
+    shifted: Callable[[Mapping[str, P], int], Mapping[str, P]],
+) -> Joined[P]:
     """Bring what several logs hold (signal -> piece) onto one clock: parts in a row follow one another, a second recorder
-    of the same span is left out. Raises LogError where the clocks cannot be brought together."""
-    joined = Joined[P]()
+    of the same span is left out. shifted: a log's pieces, so many nanoseconds later. Raises LogError where the clocks
+    cannot be brought together."""
+    joined = Joined[P](shifts_ns=(0,) * len(logs))
     if len(held) > 1:
-        joined.notes += _one_clock(logs, held)
+        placing = place_logs(logs, held)
+        held = [
+            shifted(pieces, ns) if ns else pieces for pieces, ns in zip(held, placing.shifts_ns, strict=True)
+        ]
+        refuse_far_apart(logs, held)
+        refuse_other_moments(logs, held, placing)
+        joined.shifts_ns = placing.shifts_ns
+        joined.notes += placing.notes
+    common = _Common(logs)
     for name in dict.fromkeys(name for pieces in held for name in pieces):
         of = {number: pieces[name] for number, pieces in enumerate(held) if name in pieces}
-        joined.pieces[name] = _chosen(name, of, joined)
+        joined.pieces[name] = _chosen(name, of, joined, common)
+    joined.notes += common.notes()
     return joined
 
 
-def _one_clock(logs: Sequence[OpenedLog], held: Sequence[Mapping[str, P]]) -> list[str]:
-    """What is to be said of the clocks. Raises LogError where they have nothing in common."""
-    readers = [log.reader for log, pieces in zip(logs, held, strict=True) if pieces]
-    kinds = {reader.absolute for reader in readers}
-    if len(kinds) > 1:
-        paths = [log.path for log, pieces in zip(logs, held, strict=True) if pieces]
-        raise LogError(
-            "its stamps count from its own start, the other log's from 1970: they cannot be laid side by side",
-            path=next(path for path, reader in zip(paths, readers, strict=True) if not reader.absolute),
-            hint="analyse the logs one by one, or record with one clock",
-        )
-    spans = [piece.span for pieces in held for piece in pieces.values()]
-    if spans and max(b for _, b in spans) - min(a for a, _ in spans) > APART_NS:
-        raise LogError(
-            "the logs lie more than two days apart: nothing overlaps",
-            path=logs[0].path,
-            hint="give only logs of one drive",
-        )
-    relative = kinds == {False}
-    return ["the logs' stamps are relative: their zeros are taken as one moment"] if relative else []
+@dataclass
+class _Common:
+    """Pairs of logs that hold the same samples where they overlap: for how long, and of which signals."""
+
+    logs: Sequence[OpenedLog]
+    pairs: dict[tuple[int, int], tuple[int, list[str]]] = field(default_factory=dict)
+
+    def add(self, one: int, two: int, overlap: int, name: str) -> None:
+        pair = (min(one, two), max(one, two))
+        longest, names = self.pairs.get(pair, (0, []))
+        self.pairs[pair] = (max(longest, overlap), [*names, name])
+
+    def notes(self) -> Iterator[str]:
+        for (one, two), (overlap, names) in self.pairs.items():
+            paths = f"{self.logs[one].path.name} and {self.logs[two].path.name}"
+            yield (
+                f"{paths} overlap by {overlap / NS:.1f} s and hold the same samples there, which count once: "
+                f"{', '.join(names[:6])}{', …' if len(names) > 6 else ''}"
+            )
 
 
-def _chosen(name: str, held: Mapping[int, P], joined: Joined[P]) -> list[P]:
-    """The pieces of one signal that are used: the longest, and all that fit beside it."""
+def _chosen(name: str, held: Mapping[int, P], joined: Joined[P], common: _Common) -> list[P]:
+    """The pieces of one signal that are used: the longest, and all that fit beside it or go on with the same samples."""
     longest = max(held, key=lambda number: held[number].samples)
-    chosen = [held[longest]]
+    chosen = {longest: held[longest]}
     for number in sorted(held, key=lambda each: held[each].span[0]):
         piece = held[number]
         if number == longest:
             continue
-        if any(_overlap_ns(piece.span, other.span) > OVERLAP_NS for other in chosen):
+        clashes = [k for k, other in chosen.items() if overlap_ns(piece.span, other.span) > OVERLAP_NS]
+        fresh = None
+        if all(not inside(piece.span, chosen[k].span) and same_samples(piece, chosen[k]) for k in clashes):
+            fresh = piece.outside([other.span for other in chosen.values()])
+        if fresh is None:
             joined.notes.append(f"{name} is in several logs over the same time: {piece.source!r} left out")
             joined.left_out.add((number, name))
             continue
-        fresh = piece.outside([other.span for other in chosen])
-        if fresh is not None:
-            chosen.append(fresh)
-    return sorted(chosen, key=lambda each: each.span[0])
-
-
-def _overlap_ns(first: Span, second: Span) -> int:
-    """How long both run; negative where they are apart. One inside the other is more than any allowed overlap."""
-    (a, b), (c, d) = first, second
-    inside = (c <= a and b <= d) or (a <= c and d <= b)
-    return OVERLAP_NS + 1 if inside else min(b, d) - max(a, c)
+        for k in clashes:
+            (a, b), (c, d) = piece.span, chosen[k].span
+            common.add(number, k, min(b, d) - max(a, c), name)
+        chosen[number] = fresh
+    return sorted(chosen.values(), key=lambda each: each.span[0])
 
 
 @dataclass(frozen=True)
@@ -135,6 +117,10 @@ class _InMemory:
     def source(self) -> str:
         return self.signal.source
 
+    def load(self, start: int, stop: int) -> tuple[IntArray, FloatArray]:
+        here = slice(*np.searchsorted(self.signal.time_ns, [start, stop]).tolist())
+        return self.signal.time_ns[here], self.signal.values[here]
+
     def outside(self, spans: Sequence[Span]) -> _InMemory | None:
         time_ns = self.signal.time_ns
         fresh = np.ones(len(time_ns), dtype=np.bool_)
@@ -145,23 +131,34 @@ class _InMemory:
         return _InMemory(replace(self.signal, time_ns=time_ns[fresh], values=self.signal.values[fresh]))
 
 
-@dataclass
-class Merged:
-    """Signals of all logs. left_out, notes: as `Joined` has them."""
+def _shifted(pieces: Mapping[str, _InMemory], by_ns: int) -> dict[str, _InMemory]:
+    """Signals that share their stamps go on sharing them."""
+    times = {id(each.signal.time_ns): each.signal.time_ns for each in pieces.values()}
+    later = {key: time_ns + by_ns for key, time_ns in times.items()}
+    return {
+        name: _InMemory(replace(each.signal, time_ns=later[id(each.signal.time_ns)]))
+        for name, each in pieces.items()
+    }
 
-    signals: dict[str, Signal] = field(default_factory=dict)
-    left_out: set[tuple[int, str]] = field(default_factory=set)
-    notes: list[str] = field(default_factory=list)
+
+@dataclass(frozen=True)
+class Merged:
+    """Signals of all logs. left_out, notes, shifts_ns: as `Joined` has them."""
+
+    signals: dict[str, Signal]
+    left_out: set[tuple[int, str]]
+    notes: list[str]
+    shifts_ns: tuple[int, ...]
 
 
 def merge_parts(parts: Sequence[Part]) -> Merged:
     """Bring the signals of all logs onto one clock. Raises LogError where the clocks cannot be brought together."""
     held = [{name: _InMemory(signal) for name, signal in part.signals.items()} for part in parts]
-    joined = join_pieces([part.opened for part in parts], held)
+    joined = join_pieces([part.opened for part in parts], held, _shifted)
     signals = {
         name: _concatenated([each.signal for each in pieces]) for name, pieces in joined.pieces.items()
     }
-    return Merged(signals, joined.left_out, joined.notes)
+    return Merged(signals, joined.left_out, joined.notes, joined.shifts_ns)
 
 
 def _concatenated(signals: Sequence[Signal]) -> Signal:

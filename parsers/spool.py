@@ -8,7 +8,7 @@ from __future__ import annotations
 import tempfile
 from array import array
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 
@@ -223,7 +223,7 @@ class GroupRows:
     """The rows of one group on disk: any window of time can be loaded, in order and without duplicates.
 
     columns: their names. rows: how many were usable, those that share a stamp included. late, jumps, lost: as `Ordered`
-    of parsers.timebase has them.
+    of parsers.timebase has them. shift_ns: what is added to the stamps that are stored; the index has it in it.
     """
 
     spool: Spool
@@ -233,6 +233,12 @@ class GroupRows:
     late: int
     jumps: int
     lost: int
+    shift_ns: int = 0
+
+    def shifted(self, by_ns: int) -> GroupRows:
+        """The same rows with later stamps."""
+        index = replace(self.index, low=self.index.low + by_ns, high=self.index.high + by_ns)
+        return replace(self, index=index, shift_ns=self.shift_ns + by_ns)
 
     def load(self, start: int, stop: int, names: Sequence[str]) -> tuple[IntArray, dict[str, FloatArray]]:
         """The rows in [start, stop): strictly increasing stamps (n,), and the columns (n,) of these names."""
@@ -243,6 +249,7 @@ class GroupRows:
         total = sum(b - a for _, a, b in cuts)
         time_ns = np.empty(total, dtype=np.int64)
         self._fill(time_ns, cuts, 0)
+        time_ns += self.shift_ns
         rows = _in_order(time_ns)
         columns: dict[str, FloatArray] = {}
         for name in names:
@@ -283,7 +290,7 @@ class GroupRows:
         while first < last:
             middle = (first + last) // 2
             self.spool.get(one, place + _ITEM * middle)
-            if int(one[0]) < stamp:
+            if int(one[0]) + self.shift_ns < stamp:
                 first = middle + 1
             else:
                 last = middle

@@ -11,7 +11,7 @@ from parsers.channels import FloatArray, IntArray
 from parsers.checks.check import Findings
 from parsers.checks.spikes import Bounds, Tally, impossible
 from parsers.drive import Signal
-from parsers.merge import Span
+from parsers.pieces import Span
 from parsers.windows import Track, load_window
 
 CONTEXT = 256

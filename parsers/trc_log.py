@@ -60,6 +60,7 @@ class TrcImporter:
         header = read_header(first_lines(path, _HEADER_BYTES), path)
         if header.start is not None:
             text = header.start.isoformat(sep=" ", timespec="milliseconds")
+            log.began(header.start)
             log.note(f"recorded from {text} (clock of the recorder, time zone unknown)")
 
         clock = "receive time since the start of the trace"

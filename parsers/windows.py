@@ -12,7 +12,7 @@ import numpy as np
 from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
 from parsers.mapping import Binding, bind
-from parsers.merge import Span
+from parsers.pieces import Span
 from parsers.read_log import source_text
 from parsers.spool import GroupRows
 
@@ -67,6 +67,10 @@ class Track:
         none = np.zeros(0, dtype=np.int64)
         return Signal(self.binding.signal, none, np.zeros(0), self.source, group=self.group)
 
+    def load(self, start: int, stop: int) -> tuple[IntArray, FloatArray]:
+        """Stamps and values in [start, stop), (n,) each."""
+        return load_window([self], start, stop).pieces[0]
+
     def outside(self, spans: Sequence[Span]) -> Track | None:
         """The samples that lie in none of the spans; None where there are none."""
         first, last = self.span
@@ -83,6 +87,20 @@ class Track:
         if not samples:
             return None
         return replace(cut, facts=replace(self.facts, samples=samples, first=starts[0], last=ends[-1]))
+
+
+def shifted_tracks(tracks: Mapping[str, Track], by_ns: int) -> dict[str, Track]:
+    """A log's tracks with later stamps; those of one group go on sharing its rows."""
+    rows = {id(track.rows): track.rows for track in tracks.values()}
+    later = {key: each.shifted(by_ns) for key, each in rows.items()}
+    return {
+        name: replace(
+            track,
+            rows=later[id(track.rows)],
+            facts=replace(track.facts, first=track.facts.first + by_ns, last=track.facts.last + by_ns),
+        )
+        for name, track in tracks.items()
+    }
 
 
 def time_windows(tracks: Sequence[Track], most: int) -> list[Span]:

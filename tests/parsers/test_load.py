@@ -217,6 +217,8 @@ def test_three_parts_with_a_pause(play):
 
 @pytest.mark.parametrize("second", [row(5, 20), row(0, 100), row(-5, 80), row(2.5, 2)])
 def test_a_second_recorder_of_the_same_span_is_left_out_and_said(play, second):
+    # a sensor of its own, whose values are never quite the same
+    second = second[0], second[1] + 0.01
     first = row(0, 100)
     drive = play(Tape(second), Tape(first))
     longest = max((second, first), key=lambda part: len(part[0]))
