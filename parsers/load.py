@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
+from parsers.apart import apart_notes
 from parsers.checks import check_all
 from parsers.drive import Decision, Drive, Gap, ImportRecord, MappedChannel
 from parsers.errors import LogError, MappingError
@@ -241,16 +242,17 @@ def make_drive(
     signals = checked.signals
     if not signals:
         raise nothing_left(paths[0], checked.decisions)
-    start_ns = min(int(s.time_ns[0]) for s in signals.values())
+    spans = {name: (int(s.time_ns[0]), int(s.time_ns[-1])) for name, s in signals.items()}
+    start_ns = min(first for first, _ in spans.values())
     outcome = Outcome(
         parts=parts,
         left_out=merged.left_out,
         signals=signals,
         decisions=checked.decisions,
         unchecked=checked.unchecked,
-        notes=(*merged.notes, *digest.notes()),
+        notes=(*merged.notes, *digest.notes(), *apart_notes(spans)),
         start_ns=start_ns,
-        end_ns=max(int(s.time_ns[-1]) for s in signals.values()),
+        end_ns=max(last for _, last in spans.values()),
         gaps=list_gaps({name: s.time_ns for name, s in signals.items()}, start_ns),
         shifts_ns=merged.shifts_ns,
     )

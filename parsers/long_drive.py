@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from parsers.apart import apart_notes
 from parsers.channels import IntArray
 from parsers.checks.check import Findings, as_applied, decide
 from parsers.drive import Decision, ImportRecord
@@ -76,6 +77,7 @@ class LongDrive:
             if not figures:
                 raise nothing_left(self.paths[0], decisions)
             start_ns = min(each.first for each in figures.values())
+            notes += apart_notes({name: (each.first, each.last) for name, each in figures.items()})
             outcome = Outcome(
                 parts=parts,
                 left_out=joined.left_out,

@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from parsers.apart import apart_notes
 from parsers.convert import convert_logs
 from parsers.errors import LogError
 from parsers.intake import Budget
@@ -217,3 +218,26 @@ def test_a_copy_within_another_log_is_left_out(convert, tmp_path):
     found, record = convert(candump(tmp_path / "a.log", 0, 40), candump(tmp_path / "b.log", 10, 30))
     assert is_whole(found, 40)
     assert any("speed is in several logs over the same time" in note for note in record["notes"])
+
+
+@pytest.mark.parametrize("apart", [1000, -1_700_000_000])
+def test_buses_whose_clocks_have_nothing_in_common_are_said(apart, convert, tmp_path):
+    log = candump(tmp_path / "a.log", 0, 40)
+    lines = log.read_text(encoding="utf-8").split("\n")
+    for k, line in enumerate(lines):
+        if " 101#" in line:
+            stamp = float(line[1 : line.index(")")]) + apart
+            lines[k] = f"({stamp:017.6f}) can1 {line.split()[2]}"
+    log.write_text("\n".join(lines), encoding="utf-8")
+    (note,) = [note for note in convert(log)[1]["notes"] if "share no time" in note]
+    earlier, later = ("speed, yaw_rate", "steering_wheel_angle")[:: 1 if apart > 0 else -1]
+    between = abs(apart) - 40 + 0.02
+    assert f"{earlier} end at 40.0 s; {later} begin at {abs(apart):.1f} s, {between:.1f} s after that" in note
+
+
+def test_signals_that_hang_together_by_others_are_not_apart():
+    spans = {"speed": (0, 50), "roll": (60, 90), "yaw_rate": (40, 60)}
+    assert apart_notes(spans) == []
+    (note,) = apart_notes(spans | {"pitch": (91 * NS, 95 * NS), "heave": (200 * NS, 201 * NS)})
+    assert "pitch begin at 91.0 s" in note
+    assert "heave begin at 200.0 s, 105.0 s after that" in note
