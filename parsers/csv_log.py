@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 
@@ -13,17 +14,12 @@ from parsers.csv_dialect import TextTable, find_table, number_columns
 from parsers.errors import LogError
 from parsers.frame_tables import refuse_frames, refuse_frames_of_tools, tool_of_frames
 from parsers.importer import ImportLog, ReadOptions
-from parsers.table_clock import TableClock, clock_rule, write_counts
-from parsers.table_cut import cut_cell
 from parsers.table_hhmmss import UNIT, as_time_of_day, could_be, is_it
-from parsers.table_ranges import RangeRows, read_table
-from parsers.table_repeats import LEAST_SHARE, RepeatedStamps, repeat_share
-from parsers.table_rows import RowPlan
+from parsers.table_pass import TablePass, TextFile, group_name, take_over_raster
+from parsers.table_rasters import Columns, Raster, find_rasters
 from parsers.table_text import BLOCK_BYTES, Encoding, decode, find_encoding, read_sample
 from parsers.table_time import TimePlan, find_time
-from parsers.table_wraps import HOUR_NS, turns_of
 
-_GROUP = "table"
 _HEAD = 16384
 _LABVIEW = b"LabVIEW Measurement"
 _NO_TABLE = "no rows of numbers separated by comma, semicolon, tab, bar or spaces"
@@ -81,15 +77,23 @@ class CsvImporter:
                 _NO_TABLE, path=path, hint="check that this is the log and not a description of it"
             )
         refuse_frames([column.name for column in table.names], path)
-        plan = _time_of(path, encoding, table, options, size)
-        for note in (*table.notes, *plan.notes):
+        columns = Columns(table.names, tuple(table.column(k) for k in range(table.rules.width)), table.style)
+        plan = _time_of(path, encoding, table, columns.samples, options, size)
+        rasters, said = find_rasters(columns, plan, options, path)
+        for note in (*table.notes, *plan.notes, *filter(None, [said])):
             log.note(note)
-        return CsvReader(path, encoding, table, plan, options, log, size)
+        return CsvReader(path, encoding, table, rasters, options, log, size)
 
 
-def _time_of(path: Path, encoding: Encoding, table: TextTable, options: ReadOptions, size: int) -> TimePlan:
-    """How the table tells time. Raises LogError where it does not."""
-    columns = [table.column(k) for k in range(table.rules.width)]
+def _time_of(
+    path: Path,
+    encoding: Encoding,
+    table: TextTable,
+    columns: Sequence[Sequence[str]],
+    options: ReadOptions,
+    size: int,
+) -> TimePlan:
+    """How the table tells time. columns: the first cells of each. Raises LogError where it does not."""
     if (options.time_unit or "").lower() == UNIT:
         plan = find_time(table.names, columns, table.style, replace(options, time_unit="s"), path)
         return as_time_of_day(plan, said=True) if plan.kind == "decimal" else plan
@@ -127,7 +131,7 @@ class CsvReader:
         path: Path,
         encoding: Encoding,
         table: TextTable,
-        plan: TimePlan,
+        rasters: tuple[Raster, ...],
         options: ReadOptions,
         log: ImportLog,
         size: int,
@@ -136,21 +140,23 @@ class CsvReader:
         self._path = path
         self._encoding = encoding
         self._table = table
-        self._plan = plan
+        self._rasters = rasters
+        self._plan = rasters[0].plan
         self._options = options
         self._log = log
         self._size = size
         self._block_bytes = block_bytes
         numeric = number_columns(table)
+        group_of = {k: group_name(number) for number, raster in enumerate(rasters) for k in raster.columns}
         self._places = {
             column.name: k
             for k, column in enumerate(table.names)
-            if k not in plan.columns and (column.header or numeric[k])
+            if k in group_of and (column.header or numeric[k])
         }
         self._channels = tuple(
             ChannelInfo(
                 name,
-                _GROUP,
+                group_of[k],
                 table.names[k].unit,
                 "table",
                 "number" if numeric[k] else "text",
@@ -180,81 +186,40 @@ class CsvReader:
         return None
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
-        """Yield the wanted columns block by block; raises LogError where no row at all can be read."""
+        """Yield the wanted columns block by block, raster by raster; raises LogError where no row at all can be read."""
         known = {channel.name for channel in self._channels if channel.kind == "number"}
         names = [name for name in self._places if name in wanted and name in known]
-        columns = tuple(self._places[name] for name in names)
-        plan = RowPlan(self._table.rules, columns, self._plan.columns, clock_rule(self._plan))
-        counter = self._plan.kind == "decimal" and not self._plan.absolute
-        turns = turns_of(self._plan.unit_ns) if counter else ()
-        if self._plan.kind == "elapsed":
-            # minutes and seconds of a time of day start again with the hour
-            turns = (HOUR_NS,)
-        clock = TableClock(
-            self._log,
-            time_of_day=self._plan.kind == "hhmmss"
-            or (self._plan.kind == "calendar" and not self._plan.absolute),
-            midnight=self._plan.origin_ns,
-            turns=turns,
-        )
-        repeats = RepeatedStamps(self._log) if self._repeats() else None
-        rows = 0
-        for part in read_table(
-            self._path, self._encoding, self._table.body, self._size, plan, block_bytes=self._block_bytes
-        ):
-            part = self._whole(part, rows)
-            rows += part.rows
-            self._count(part)
-            self._log.messages += part.rows
-            self._options.progress(part.done, self._size)
-            for block in part.blocks:
-                time_ns, numbers = clock.follow(block), block.numbers
-                if repeats is not None:
-                    time_ns, numbers = repeats.take(time_ns, numbers)
-                if len(time_ns):
-                    yield Chunk(_GROUP, time_ns, dict(zip(names, numbers, strict=True)))
-            if part.left_out:
-                clock.leave_out()
-        if repeats is not None and (rest := repeats.finish()) is not None:
-            yield Chunk(_GROUP, rest[0], dict(zip(names, rest[1], strict=True)))
-        if rows == 0:
+        if len(self._rasters) == 1:
+            yield from self._pass(self._rasters[0], group_name(0), names).chunks()
+        else:
+            yield from self._by_raster(names)
+        if self._log.messages == 0:
             raise LogError(
                 "no row with a time and numbers could be read",
                 path=self._path,
                 hint="cogest inspect shows what was found",
             )
 
-    def _repeats(self) -> bool:
-        """Whether the first rows share stamps with each other."""
-        cells = ["|".join(row) for row in zip(*map(self._table.column, self._plan.columns), strict=True)]
-        return repeat_share(cells) > LEAST_SHARE
+    def _by_raster(self, names: list[str]) -> Iterator[Chunk]:
+        """A pass through the file for each raster of which something is wanted."""
+        wanted = [[n for n in names if self._places[n] in raster.columns] for raster in self._rasters]
+        passes = [number for number, own in enumerate(wanted) if own] or [0]
+        for turn, number in enumerate(passes):
+            log = ImportLog()
+            progress = partial(self._progress_of, turn, len(passes))
+            raster = self._pass(self._rasters[number], group_name(number), wanted[number])
+            yield from replace(raster, log=log, progress=progress, first=turn == 0).chunks()
+            take_over_raster(self._log, log, first=turn == 0)
 
-    def _whole(self, part: RangeRows, before: int) -> RangeRows:
-        """A part of the file without a last row that is cut, which is written down. before: rows in earlier parts."""
-        if not part.ends_open:
-            return part
-        rows, cut, cell = before + part.rows, "the last row breaks off", None
-        if part.last_kept:
-            cell = cut_cell(self._path, self._encoding, self._table, self._plan.columns, self._size)
-        if cell is not None:
-            part = replace(part, blocks=part.without_last_row())
-            rows, cut = rows - 1, f"{cut} (its last cell, {cell!r}, is shorter than those before it)"
-            self._log.reject("row cut off at the end of the file")
-        if part.last_short or cell is not None:
-            self._log.worsen("truncated", f"{cut}: the log was cut; {rows} rows before it are whole")
-        else:
-            self._log.note(
-                "the last line has no line end; if the log was cut there, its last value may be cut too"
-            )
-        return part
+    def _progress_of(self, turn: int, turns: int, done: int, size: int) -> None:
+        self._options.progress(turn * size + done, turns * size)
 
-    def _count(self, part: RangeRows) -> None:
-        """Write down what a part of the file lacked."""
-        counts, log = part.counts, self._log
-        write_counts(counts, log)
-        if counts.first_text is not None:
-            place, raw = counts.first_text
-            shown = decode(raw, self._encoding)
-            name = self._table.names[place].name
-            if not any(note.startswith("text where") and f'"{name}"' in note for note in log.notes):
-                log.note(f'text where a number was expected in column "{name}", first {shown!r}')
+    def _pass(self, raster: Raster, group: str, names: list[str]) -> TablePass:
+        return TablePass(
+            TextFile(self._path, self._encoding, self._table, self._size, self._block_bytes),
+            raster,
+            group,
+            {name: self._places[name] for name in names},
+            self._log,
+            self._options.progress,
+        )

@@ -20,6 +20,7 @@ from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repea
 from parsers.places import remote
 from parsers.table_cells import NumberStyle
 from parsers.table_names import ColumnName, split_header, unique_names
+from parsers.table_rasters import Columns, without_other_rasters
 from parsers.table_repeats import RepeatedStamps
 from parsers.table_time import TimePlan, find_time, may_be_time
 
@@ -37,7 +38,7 @@ _FAILURES = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, V
 class ParquetGroup:
     """One file. names: channel name of each column, unique in the whole log; the file's own in `headers`. rows.
 
-    far: what was fetched of a file behind a URL.
+    far: what was fetched of a file behind a URL. left_out: places of columns whose stamps are not `time`'s.
     """
 
     path: Path
@@ -48,6 +49,7 @@ class ParquetGroup:
     time: TimePlan
     rows: int
     far: PartlyFilled | None = None
+    left_out: frozenset[int] = frozenset()
 
     def frame(self, columns: Sequence[str]) -> pl.LazyFrame:
         """These columns of the table. Raises OSError, LogError where they cannot be fetched."""
@@ -139,25 +141,22 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
         raise _damaged(path, error) from error
     if rows == 0:
         raise LogError("the Parquet file has no rows", path=path, hint="nothing was recorded in it")
-    plan = _calendar_time(names, types, options) or find_time(
-        names,
-        [
-            _cells(head[name], kind) if name in head.columns else []
-            for name, kind in zip(schema.names(), types, strict=True)
-        ],
-        NumberStyle("."),
-        options,
-        path,
+    cells = tuple(
+        tuple(_cells(head[name], kind)) if name in head.columns else ()
+        for name, kind in zip(schema.names(), types, strict=True)
     )
+    columns = Columns(unique_names(names)[0], cells, NumberStyle("."))
+    plan = _calendar_time(names, types, options) or find_time(names, cells, columns.style, options, path)
     if plan.kind in ("calendar", "elapsed") and not types[plan.columns[0]].is_temporal():
         raise LogError(
             f'the time in column "{names[plan.columns[0]].name}" is text',
             path=path,
             hint="write it as a timestamp or as nanoseconds in a column time_ns",
         )
-    for note in plan.notes:
+    left_out, said = without_other_rasters(columns, plan, options, path)
+    for note in (*plan.notes, *filter(None, [said])):
         log.note(note)
-    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, far)
+    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, far, left_out)
 
 
 def _partly_filled(path: Path) -> PartlyFilled | None:
@@ -271,7 +270,7 @@ class ParquetReader:
             )
             for group in self._groups
             for k, (column, kind) in enumerate(zip(group.names, group.types, strict=True))
-            if k not in group.time.columns
+            if k not in group.time.columns and k not in group.left_out
         )
 
     @property
@@ -306,7 +305,7 @@ class ParquetReader:
             for k, (column, header, kind) in enumerate(
                 zip(group.names, group.headers, group.types, strict=True)
             )
-            if column.name in wanted and k not in group.time.columns and is_number(kind)
+            if column.name in wanted and k not in {*group.time.columns, *group.left_out} and is_number(kind)
         }
         if wanted and not columns:
             return

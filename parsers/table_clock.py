@@ -15,6 +15,8 @@ from parsers.table_wraps import Counter
 LOST_NS = 250_000_000
 """Left out lines between stamps further apart than this have taken a span of time with them."""
 _MOST_SPANS = 1000
+NO_TIME = "row without a valid time"
+"""Why a row is left out whose time cannot be read."""
 
 
 def clock_rule(plan: TimePlan) -> lines.Clock:
@@ -92,7 +94,7 @@ def write_counts(counts: RowCounts, log: ImportLog) -> None:
     log.reject("row with bytes that are no text", counts.binary)
     log.reject("cell with text where a number was expected", counts.text_cells)
     log.reject("cell with an infinite value", counts.infinite_cells)
-    log.reject("row without a valid time", counts.no_time)
+    log.reject(NO_TIME, counts.no_time)
     if counts.binary:
         log.worsen(
             "malformed", "a part of the file is not text (a damaged block, or a disk that filled with zeros)"
