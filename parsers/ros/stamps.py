@@ -10,6 +10,7 @@ import numpy as np
 from parsers.channels import FloatArray, IntArray
 from parsers.importer import ImportLog
 from parsers.jit import kernel
+from parsers.ros.clock_steps import ClockSteps
 
 SAME_CLOCK_NS = 60_000_000_000
 """Header and receive time further apart than this are on different clocks (simulated time, time since boot)."""
@@ -74,6 +75,7 @@ class _Topic:
     delays_s: list[FloatArray] = field(default_factory=list)
     other_clock_s: float = 0.0
     step_s: float | None = None
+    steps: ClockSteps = field(default_factory=ClockSteps)
 
 
 @dataclass
@@ -82,7 +84,8 @@ class StampChooser:
 
     A topic's first messages decide: their header stamps are used where the median is within 60 s of the receive
     time, and stamps move on with the messages (some drivers fill in whole seconds, or the first one's for all). Single messages
-    without a stamp, or with one further off than that, get the receive time. All topics keep the one clock on which the recorder
+    without a stamp, or with one further off than that, get the receive time; so do, less the usual delay, those behind a step of
+    the headers' clock against the receive times. All topics keep the one clock on which the recorder
     ran; nothing is shifted. Usage: `choose` for every batch, then `finish`.
     """
 
@@ -124,10 +127,14 @@ class StampChooser:
         header_ns, receive_ns = np.ascontiguousarray(header_ns), np.ascontiguousarray(receive_ns)
         chosen = header_ns if in_place else np.empty(len(receive_ns), dtype=np.int64)
         delays = np.empty(min(_KEPT, len(receive_ns)), dtype=np.float64)
+        instead = state.steps.follow(header_ns, receive_ns, SAME_CLOCK_NS)
         empty, far, kept = choose_stamps(header_ns, receive_ns, SAME_CLOCK_NS, chosen, delays)
         state.empty += empty
         state.far += far
-        state.delays_s.append(delays[:kept] / 1e9)
+        if instead is None:
+            state.delays_s.append(delays[:kept] / 1e9)
+        else:
+            np.copyto(chosen, instead, where=instead != 0)
         return chosen
 
     @property
@@ -178,6 +185,8 @@ class StampChooser:
             log.note(f"{name}: {empty} messages have no header stamp; they got the receive time")
         if state.far:
             log.note(f"{name}: {state.far} header stamps are more than 60 s off; they got the receive time")
+        if (stepped := state.steps.note(name)) is not None:
+            log.note(stepped)
         delays = np.concatenate(state.delays_s) if state.delays_s else np.zeros(0)
         middle = float(np.median(delays)) if len(delays) else 0.0
         if abs(middle) > SAID_FROM_S:

@@ -108,3 +108,62 @@ def test_header_stamps_of_bursts_and_pairs_are_used() -> None:
     np.testing.assert_array_equal(
         StampChooser().choose("/burst", burst - SECOND // 4, burst), burst - SECOND // 4
     )
+
+
+def chosen_in_batches(header: np.ndarray, receive: np.ndarray, size: int) -> tuple[np.ndarray, str]:
+    chooser, log = StampChooser(), ImportLog()
+    parts = [slice(at, at + size) for at in range(0, len(receive), size)]
+    times = [chooser.choose("/imu", header[part].copy(), receive[part], in_place=True) for part in parts]
+    chooser.finish(log)
+    return np.concatenate(times), "\n".join(log.notes)
+
+
+@pytest.mark.parametrize("size", [1, 40, 333, 6000])
+@pytest.mark.parametrize("step_s", [-20, 20, 2])
+def test_a_header_clock_that_is_set_does_not_move_the_messages_behind_it(step_s: int, size: int) -> None:
+    rng = np.random.default_rng(1)
+    true = np.arange(5000, dtype=np.int64) * SECOND // 100 + 1_700_000_000 * SECOND
+    receive = true + 30_000_000 + rng.integers(0, 5_000_000, 5000)
+    header = true.copy()
+    header[3000:] += step_s * SECOND
+    times, notes = chosen_in_batches(header, receive, size)
+    assert np.array_equal(times[:3000], true[:3000])
+    # a step that a batch does not show to last costs these few messages at the most
+    few = 15 if size < 40 else 0
+    assert np.abs(times[3000 + few :] - true[3000 + few :]).max() < 10_000_000
+    assert f"/imu: the clock of the header stamps was set by {step_s:+.1f} s" in notes
+    # where the clock is set right again, its stamps are used again
+    header[4000:] = true[4000:]
+    times, _ = chosen_in_batches(header, receive, size)
+    assert np.array_equal(times[4000:], true[4000:])
+
+
+def test_header_stamps_stay_where_the_network_or_a_second_sender_is_late() -> None:
+    true = np.arange(5000, dtype=np.int64) * SECOND // 100 + 1_700_000_000 * SECOND
+    late = true + 5_000_000
+    # nothing arrives for five seconds, then all of it at once
+    stalled = np.maximum(late, np.where(true > true[2000], late[2500], 0))
+    # the same, of which the queue lost the middle
+    kept = np.r_[0:2100, 2400:5000]
+    # every other message is of a sender that takes three seconds
+    second = true.copy()
+    second[1::2] -= 3 * SECOND
+    # one stamp is wrong, the first one as well; the recorder's clock is set; both are set
+    wrong = true.copy()
+    wrong[[0, 700]] -= 9 * SECOND
+    moved = late.copy()
+    moved[3000:] += 20 * SECOND
+    both = true.copy()
+    both[3000:] += 20 * SECOND
+    cases = (
+        (true, stalled),
+        (true[kept], stalled[kept]),
+        (second, late),
+        (wrong, late),
+        (true, moved),
+        (both, moved),
+    )
+    for header, receive in cases:
+        times, notes = chosen_in_batches(header, receive, 500)
+        assert np.array_equal(times, header)
+        assert "clock of the header" not in notes
