@@ -74,6 +74,10 @@ def _by_starts(
     laid = ", ".join(f"{logs[n].path.name} {shifts[n] / NS:g} s" for n in others[:6])
     more = ", …" if len(others) > 6 else ""
     text = f"{words} they are laid by the dates in their headers ({laid}{more} after {logs[first].path.name})"
+    if all(start % NS == 0 for start in known.values()):
+        text += (
+            ", which are whole seconds: what is in one log may be early or late by as much against the other"
+        )
     return Placing(shifts, by_date=apart > _DATE_STEP_NS, notes=(text,))
 
 

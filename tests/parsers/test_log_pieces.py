@@ -142,13 +142,14 @@ def test_pieces_that_begin_at_zero_are_laid_by_the_dates_in_their_headers(write,
     assert all(entry["used"] for entry in record["mapped"])
     (note,) = [note for note in record["notes"] if "relative" in note]
     assert "by the dates in their headers" in note
-    assert "(1.log 20 s, 2.log 40 s after 0.log)" in note
+    assert "(1.log 20 s, 2.log 40 s after 0.log), which are whole seconds" in note
 
 
 def test_pieces_with_a_date_before_each_frame_are_laid_by_it(convert, tmp_path):
     logs = [candump(tmp_path / f"{k}.log", 20 * k, 20 * k + 20, absolute=False) for k in range(2)]
-    found, _ = convert(*logs)
+    found, record = convert(*logs)
     assert is_whole(found, 40)
+    assert any("by the dates in their headers" in note for note in record["notes"])
 
 
 @pytest.mark.parametrize("dated", [(0.0, 0.0), (0.0, 20.0), (None, None)])
