@@ -127,7 +127,7 @@ class LongDrive:
         return written
 
     def _write_group(self, strands: Sequence[Strand], findings: Findings, part: Path) -> dict[str, _Written]:
-        bounds = bounds_of_strands(strands, self.budget.window)
+        bounds = bounds_of_strands(strands, self.budget.window, findings.spans)
         windows = time_windows([track for s in strands for track in s.tracks], self.budget.window)
         cleaners = {s.name: make_cleaner(s, bounds[s.name].bounds, findings) for s in strands}
         figures = SharedFigures({s.name: s.usual_ns for s in strands})

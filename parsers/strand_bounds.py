@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from parsers.channels import FloatArray, IntArray
+from parsers.checks.codes import Span
 from parsers.checks.spikes import (
     CODE_LEAST,
     CODE_RANGE,
@@ -38,8 +39,8 @@ class StrandBounds:
 class _Range:
     """How much is beyond the range, and the largest value within it."""
 
-    def __init__(self, name: str) -> None:
-        self.low, self.high = SIGNALS[name].low, SIGNALS[name].high
+    def __init__(self, span: Span) -> None:
+        self.low, self.high = span
         self.total = self.beyond = 0
         self.top, self.largest = -np.inf, 0.0
 
@@ -87,33 +88,39 @@ class _Steps:
         return USUAL_FACTOR * self.counts.quantile(USUAL_SHARE)
 
 
-def bounds_of_strands(strands: Sequence[Strand], window_bytes: int) -> dict[str, StrandBounds]:
-    """What is impossible in each strand of a rate group. Goes through the samples only where the facts do not say it."""
-    ranges = {strand.name: _Range(strand.name) for strand in strands if not _in_range(strand)}
+def bounds_of_strands(
+    strands: Sequence[Strand], window_bytes: int, narrower: Mapping[str, Span]
+) -> dict[str, StrandBounds]:
+    """What is impossible in each strand of a rate group. Goes through the samples only where the facts do not say it.
+
+    narrower: ranges of signals whose codes for "no value" lie in the usual range.
+    """
+    spans = {s.name: narrower.get(s.name, (SIGNALS[s.name].low, SIGNALS[s.name].high)) for s in strands}
+    ranges = {s.name: _Range(spans[s.name]) for s in strands if not _in_range(s, spans[s.name])}
     _go_through([s for s in strands if s.name in ranges], window_bytes, ranges, {})
     found: dict[str, StrandBounds] = {}
     tops: dict[str, float] = {}
     for strand in strands:
-        name, spec = strand.name, SIGNALS[strand.name]
+        name = strand.name
         held = ranges.get(name)
         if held is not None and held.total and held.beyond > MOST_STRAY * held.total:
             found[name] = StrandBounds(None, out_of_range(name, held.beyond / held.total, held.largest))
             continue
-        found[name] = StrandBounds(Bounds(spec.low, spec.high))
+        found[name] = StrandBounds(Bounds(*spans[name]))
         top = held.top if held else strand.tracks[0].facts.high * strand.factor
         if _may_jump(strand, top):
             tops[name] = top
     jumping = [strand for strand in strands if strand.name in tops]
-    for name, bounds in _step_bounds(jumping, tops, window_bytes).items():
+    for name, bounds in _step_bounds(jumping, tops, spans, window_bytes).items():
         found[name] = StrandBounds(bounds)
     return found
 
 
-def _in_range(strand: Strand) -> bool:
+def _in_range(strand: Strand, span: Span) -> bool:
     """Whether the facts say that nothing is beyond the range."""
-    facts, spec = strand.tracks[0].facts, SIGNALS[strand.name]
+    facts = strand.tracks[0].facts
     low, high = facts.low * strand.factor, facts.high * strand.factor
-    return strand.whole and low >= spec.low and high <= spec.high
+    return strand.whole and low >= span[0] and high <= span[1]
 
 
 def _is_code(name: str, top: float) -> bool:
@@ -129,24 +136,26 @@ def _may_jump(strand: Strand, top: float) -> bool:
     return steep or _is_code(strand.name, top)
 
 
-def _step_bounds(strands: Sequence[Strand], tops: dict[str, float], window_bytes: int) -> dict[str, Bounds]:
-    specs = {strand.name: SIGNALS[strand.name] for strand in strands}
-    every = {name: _Steps(spec.low, spec.high, np.inf) for name, spec in specs.items()}
+def _step_bounds(
+    strands: Sequence[Strand], tops: dict[str, float], spans: Mapping[str, Span], window_bytes: int
+) -> dict[str, Bounds]:
+    own = {strand.name: spans[strand.name] for strand in strands}
+    every = {name: _Steps(*span, np.inf) for name, span in own.items()}
     others = {
-        name: _Steps(spec.low, spec.high, tops[name] - CODE_RANGE)
-        for name, spec in specs.items()
+        name: _Steps(*span, tops[name] - CODE_RANGE)
+        for name, span in own.items()
         if _is_code(name, tops[name])
     }
     _go_through(strands, window_bytes, {}, every, others)
     found: dict[str, Bounds] = {}
-    for name, spec in specs.items():
+    for name, span in own.items():
         steps, code, rest = every[name], np.inf, others.get(name)
         if rest is not None and rest.samples:
             code = code_from(name, tops[name], rest.largest, rest.samples, steps.longest_s, steps.usual)
         if rest is not None and code < np.inf:
             steps = rest
         # three steps are too few to know what is usual
-        found[name] = Bounds(spec.low, spec.high, code, steps.usual if steps.samples >= 4 else np.inf)
+        found[name] = Bounds(*span, code, steps.usual if steps.samples >= 4 else np.inf)
     return found
 
 

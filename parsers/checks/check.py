@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
+from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.signs import (
@@ -35,8 +36,8 @@ class Checked:
 class Findings:
     """What the checks decided, to be applied to samples in this order.
 
-    factors: signal -> what its values are multiplied by. Then impossible samples go (`parsers.checks.spikes`), and
-    `inverted` signals change their sign. left_out: signals that are not used at all; wild: those of them that are mostly
+    factors: signal -> what its values are multiplied by. Then impossible samples go (`parsers.checks.spikes`; spans: the
+    ranges, SI, of signals whose codes for "no value" lie in the usual one), and `inverted` signals change their sign. left_out: signals that are not used at all; wild: those of them that are mostly
     beyond what a road vehicle can do, or are something else than their name says. units, spikes, rest: the decisions
     in order, as if all were applied; `spikes` belong to the samples that were looked at, the others to the whole.
     """
@@ -49,6 +50,7 @@ class Findings:
     rest: tuple[Decision, ...]
     unchecked: tuple[str, ...]
     wild: frozenset[str] = frozenset()
+    spans: Mapping[str, Span] = field(default_factory=dict)
 
 
 def check_signals(
@@ -90,17 +92,20 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     """What is wrong with signals, and the signals with all of it applied. stated: see `check_all`."""
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
-    grid = make_grid(quiet)
+    spans = spans_of_codes(quiet, stated)
+    grid = make_grid({name: without_codes(signal, spans.get(name)) for name, signal in quiet.items()})
     sized, units = size_faults(grid, stated)
     told = {name: stated.get(name, True) or name in sized for name in work}
     factors, more = unit_faults(work, grid.scaled(sized), told)
     units += more
     factors = sized | factors
     work = _scaled(work, factors)
+    # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
+    spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
     spikes: list[Decision] = []
     wild: dict[str, Decision] = {}
     for name, signal in list(work.items()):
-        cleaned = clean(signal)
+        cleaned = clean(signal, spans.get(name))
         if cleaned.wild:
             wild[name] = cleaned.decisions[0]
         else:
@@ -137,6 +142,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         tuple(rest),
         unsure,
         frozenset(wild) | exchanged,
+        spans,
     )
     return findings, work
 

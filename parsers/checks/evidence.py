@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parsers.checks.codes import USUAL_MOST
 from parsers.checks.grid import BoolArray, Grid, Together, compare, size
 from parsers.checks.motion import MIN_SPEED, path_speed, path_turn_rate, smooth
 from parsers.quantiles import median
@@ -81,17 +82,15 @@ def _related(
 
 def _magnitudes(grid: Grid) -> Iterator[Evidence]:
     """Sizes that no drive reaches (or only a rolled-over vehicle: then a hint)."""
-    # signal -> (usual at most, impossible from)
-    limits = {
-        "roll": (0.7, 3.3), "pitch": (0.7, 3.3), "roll_rate": (2.5, 10.0), "pitch_rate": (2.5, 10.0),
-        "yaw_rate": (2.5, 10.0), "steering_wheel_angle": (17.0, 40.0), "speed": (75.0, 110.0),
-        "gps_speed_2d": (75.0, 110.0), "accel_x": (13.0, 60.0), "accel_y": (13.0, 60.0),
+    impossible = {
+        "roll": 3.3, "pitch": 3.3, "roll_rate": 10.0, "pitch_rate": 10.0, "yaw_rate": 10.0,
+        "steering_wheel_angle": 40.0, "speed": 110.0, "gps_speed_2d": 110.0, "accel_x": 60.0, "accel_y": 60.0,
     }  # fmt: skip
-    for name, (usual, impossible) in limits.items():
+    for name, usual in USUAL_MOST.items():
         column = grid.get(name)
         large = 0.0 if column is None else size(column)
         if large > 0:
-            cost = _SURE if large > impossible else _HINT
+            cost = _SURE if large > impossible[name] else _HINT
             yield Evidence(
                 {name: 1.0}, large, 1e-9, usual, cost, f"{name} reaches {{ratio}} in the unit assumed"
             )

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from parsers.channels import FloatArray, IntArray
+from parsers.checks.codes import Span
 from parsers.checks.grid import BoolArray
 from parsers.checks.wording import show, times
 from parsers.drive import Decision, Signal
@@ -117,11 +118,15 @@ class Cleaned:
     wild: bool = False
 
 
-def clean(signal: Signal) -> Cleaned:
-    """Find impossible samples of one signal. The decisions are written as applied."""
-    bounds = bounds_of(signal)
+def clean(signal: Signal, span: Span | None = None) -> Cleaned:
+    """Find impossible samples of one signal. The decisions are written as applied.
+
+    span: its range, where codes within the signal's usual one make it narrower (`parsers.checks.codes`).
+    """
+    span = span or (SIGNALS[signal.name].low, SIGNALS[signal.name].high)
+    bounds = bounds_of(signal, span)
     if bounds is None:
-        beyond = _beyond(signal.name, signal.values)
+        beyond = _beyond(span, signal.values)
         largest = float(np.abs(signal.values).max())
         return Cleaned(None, (out_of_range(signal.name, float(beyond.mean()), largest),), wild=True)
     masks = impossible(signal.name, bounds, signal.time_ns, signal.values)
@@ -134,12 +139,11 @@ def clean(signal: Signal) -> Cleaned:
     return Cleaned(left, tally.decisions(signal.name))
 
 
-def bounds_of(signal: Signal) -> Bounds | None:
+def bounds_of(signal: Signal, span: Span) -> Bounds | None:
     """What is impossible in a signal; None where so much is beyond its range that the range must be wrong."""
     time_ns, values = signal.time_ns, signal.values
-    spec = SIGNALS[signal.name]
-    if float(values.min()) < spec.low or float(values.max()) > spec.high:
-        beyond = _beyond(signal.name, values)
+    if float(values.min()) < span[0] or float(values.max()) > span[1]:
+        beyond = _beyond(span, values)
         if beyond.mean() > MOST_STRAY:
             return None
         time_ns, values = time_ns[~beyond], values[~beyond]
@@ -147,11 +151,11 @@ def bounds_of(signal: Signal) -> Bounds | None:
     if code < np.inf:
         below = values < code
         time_ns, values = time_ns[below], values[below]
-    return Bounds(spec.low, spec.high, code, _usual(signal.name, values))
+    return Bounds(*span, code, _usual(signal.name, values))
 
 
-def _beyond(name: str, values: FloatArray) -> BoolArray:
-    return (values < SIGNALS[name].low) | (values > SIGNALS[name].high)
+def _beyond(span: Span, values: FloatArray) -> BoolArray:
+    return (values < span[0]) | (values > span[1])
 
 
 def _usual(name: str, values: FloatArray) -> float:

@@ -186,6 +186,15 @@ def test_a_clean_drive(tapes, tmp_path) -> None:
     assert len(converted.files) == len(GROUPS) + 1
 
 
+def test_a_code_within_the_range_of_a_signal(tapes, tmp_path) -> None:
+    rows = drive()
+    rows["/imu"][1]["accel_x"][3000:3100] = -65.0
+    converted, _ = both(tapes(Tape(rows)), tmp_path)
+    assert [(each.signal, each.found[:11]) for each in converted.record.decisions] == [
+        ("accel_x", "100 samples")
+    ]
+
+
 @pytest.mark.parametrize("window", [9_000, 31_000, 10**9])
 @pytest.mark.parametrize("fix", [True, False])
 def test_every_fault_at_once(tapes, tmp_path, window, fix) -> None:

@@ -1,0 +1,59 @@
+"""Undeclared codes for "no value" go before units are judged: a stated unit stands, and only the code's samples go."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import DEG, check, drive, found, only, scaled
+
+SECOND = slice(500, 550)
+CODES = [
+    ("steering_wheel_angle", 3276.7 * DEG),
+    ("yaw_rate", 655.35 * DEG),
+    ("yaw_rate", 327.67 * DEG),
+    ("pitch", 327.67 * DEG),
+    ("accel_x", -65.0),
+]
+
+
+def with_code(signals, name, value, where=SECOND):
+    values = signals[name].values.copy()
+    values[where] = value
+    return signals | {name: replace(signals[name], values=values)}
+
+
+@pytest.mark.parametrize(("name", "value"), CODES)
+@pytest.mark.parametrize("stated", [True, False])
+def test_a_second_of_a_code_is_removed_and_changes_no_unit(name, value, stated):
+    signals = drive()
+    fixed, decisions = check(with_code(signals, name, value), stated)
+    assert [(each.signal, each.kind) for each in decisions] == [(name, "spikes")]
+    assert "50 samples" in decisions[0].found
+    assert np.array_equal(fixed[name].values, np.delete(signals[name].values, SECOND))
+
+
+def test_a_code_does_not_hide_a_unit_that_is_wrong():
+    signals = {n: replace(s, group=n) for n, s in drive().items()}
+    wrong = with_code(scaled(signals, yaw_rate=1 / DEG), "yaw_rate", 655.35)
+    fixed, decisions = check(wrong, stated=False)
+    assert found(decisions, "unit") == {"yaw_rate"}
+    assert np.allclose(fixed["yaw_rate"].values, np.delete(signals["yaw_rate"].values, SECOND))
+
+
+def test_half_a_drive_of_a_code_leaves_the_signal_out_with_its_unit_as_stated():
+    signals = drive()
+    fixed, decisions = check(
+        with_code(signals, "steering_wheel_angle", 3276.7 * DEG, slice(0, 1200)), stated=True
+    )
+    assert "steering_wheel_angle" not in fixed
+    assert [(each.signal, each.kind) for each in decisions] == [("steering_wheel_angle", "range")]
+
+
+def test_a_steering_wheel_in_degrees_that_is_mostly_straight_is_no_code():
+    steering = drive("dwell")["steering_wheel_angle"]
+    assert np.mean(np.abs(steering.values) > 35 * DEG) < 0.05
+    fixed, decisions = check(
+        scaled(only(drive("dwell"), "steering_wheel_angle"), steering_wheel_angle=1 / DEG)
+    )
+    assert found(decisions, "unit") == {"steering_wheel_angle"}
+    assert np.allclose(fixed["steering_wheel_angle"].values, steering.values)
