@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parsers.channels import FloatArray
 from parsers.checks.codes import USUAL_MOST
 from parsers.checks.grid import BoolArray, Grid, Together, compare, size
 from parsers.checks.motion import MIN_SPEED, path_speed, path_turn_rate, smooth
@@ -17,6 +18,8 @@ _SHARP = 0.2
 _SURE = 6.0
 _MOST = 4.0
 _HINT = 2.0
+_VARIED, _ALIKE = 0.1, 0.5
+_TURNS_ALIKE = 0.85
 
 
 @dataclass(frozen=True)
@@ -113,22 +116,35 @@ def _speeds(grid: Grid) -> Iterator[Evidence]:
         if a is None or b is None:
             continue
         moving = (np.abs(a) > 0.5) & (np.abs(b) > 0.5)
+        if second == "path" and not _goes_along(b, a, moving):
+            continue
         found = compare(np.abs(a), np.abs(b), moving, centred=False)
         powers = {name: power for name, power in ((first, 1.0), (second, -1.0)) if name != "path"}
         if found is not None and found.seconds > 5:
             yield from _related(found, powers, (0.9, 1.1), f"{first} over speed of {second} is")
 
 
+def _goes_along(path: FloatArray, speed: FloatArray, moving: BoolArray) -> bool:
+    """Whether a path's speed changes as another speed does, where that changes: a poor fix creeps while the vehicle drives."""
+    values = np.abs(speed[moving & np.isfinite(path)])
+    if len(values) == 0 or float(values.std()) < _VARIED * float(values.mean()):
+        return True
+    found = compare(path, np.abs(speed), moving)
+    return found is not None and found.correlation >= _ALIKE
+
+
 def _lateral(grid: Grid) -> Iterator[Evidence]:
     """Lateral acceleration, yaw rate and speed; steering against the path's curvature."""
     speed, yaw, lateral = grid.get("speed"), grid.get("yaw_rate"), grid.get("accel_y")
     turning, ground = path_turn_rate(grid), path_speed(grid)
+    speed_powers, least = {"speed": 1.0}, 1.0
     if speed is None:
-        speed_powers, speed = {}, ground
-    else:
-        speed_powers = {"speed": 1.0}
+        speed_powers, least = {}, MIN_SPEED
+        # the path stands for the speed only where it turns as the vehicle does
+        along = None if yaw is None or turning is None else compare(yaw, turning, centred=False)
+        speed = ground if along is not None and abs(along.correlation) >= _TURNS_ALIKE else None
     if yaw is not None and speed is not None:
-        moving: BoolArray = np.abs(speed) > 1.0
+        moving: BoolArray = np.abs(speed) > least
         powers = {"yaw_rate": -1.0} | dict.fromkeys(speed_powers, -1.0)
         if lateral is not None:
             found = compare(lateral, yaw * speed, moving, centred=False)
@@ -144,7 +160,7 @@ def _lateral(grid: Grid) -> Iterator[Evidence]:
         if yaw is not None:
             found = compare(yaw, turning, centred=False)
             yield from _related(
-                found, {"yaw_rate": 1.0}, (0.7, 1.4), "yaw_rate over the path's turn rate is", 0.85
+                found, {"yaw_rate": 1.0}, (0.7, 1.4), "yaw_rate over the path's turn rate is", _TURNS_ALIKE
             )
         if lateral is not None:
             found = compare(smooth(lateral), turning * ground, centred=False)

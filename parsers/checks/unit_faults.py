@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -39,6 +39,8 @@ _COST_INVERSE = 0.5
 _COST_ALONE = 2.0
 _MARGIN = 1.5
 _CLOSE = 1.3
+_FELT = 0.3
+"""Evidence whose penalty changes by less says nothing."""
 _LEAST_OF_PAIRS, _LEAST_ALONE = 0.5, 0.8
 _WHEELS = "wheels"
 _SENSED = ("acceleration", "angular_rate")
@@ -79,15 +81,14 @@ def unit_faults(
     best = _solve(problem)
     factors: dict[str, float] = {}
     decisions: list[Decision] = []
-    for name, factor in best.items():
-        if factor == 1.0:
-            continue
-        margin = min(problem.cost({**best, name: other}) for other in _rivals(problem, name, best))
-        sure = margin - problem.cost(best) >= _MARGIN and _close(problem, name, best)
+    changed = [name for name, factor in best.items() if factor != 1.0]
+    clear = {name for name in changed if _clear(problem, name, best)}
+    for name in changed:
+        sure = name in clear and _borne_out(problem, name, best, clear)
         for signal in _members(name, signals):
-            decisions.append(_decision(signal, name, factor, problem, sure))
+            decisions.append(_decision(signal, name, best[name], problem, sure))
             if sure:
-                factors[signal] = factor
+                factors[signal] = best[name]
     decisions += _unexplained(problem, best)
     return factors, decisions
 
@@ -142,7 +143,7 @@ def _solve(problem: UnitProblem) -> Factors:
 
 def _moves(problem: UnitProblem, best: Factors) -> Iterator[Factors]:
     """Changes of signals that some misfitting evidence is about, and of those of the same sensor."""
-    amiss = {name for each in problem.evidence if each.penalty(best) > 0.3 for name in each.powers}
+    amiss = {name for each in problem.evidence if each.penalty(best) > _FELT for name in each.powers}
     amiss |= {name for sensor in problem.sensors if amiss & set(sensor) for name in sensor}
     amiss |= {name for name, factor in best.items() if factor != 1.0}
     singles = [{n: factor} for n, factors in problem.choices.items() if n in amiss for factor in factors]
@@ -154,6 +155,25 @@ def _moves(problem: UnitProblem, best: Factors) -> Iterator[Factors]:
     for first, second in combinations(singles, 2):
         if first.keys() != second.keys():
             yield first | second
+
+
+def _clear(problem: UnitProblem, name: str, best: Factors) -> bool:
+    """Whether going back on one part of the cheapest explanation would cost clearly more."""
+    margin = min(problem.cost({**best, name: other}) for other in _rivals(problem, name, best))
+    return margin - problem.cost(best) >= _MARGIN and _close(problem, name, best)
+
+
+def _borne_out(problem: UnitProblem, name: str, best: Factors, clear: Collection[str]) -> bool:
+    """Whether evidence asks for a signal's repair: its own, or that of an axis of its sensor that is repaired as it is."""
+
+    def own(each: str) -> bool:
+        back = {**best, each: 1.0}
+        return any(e.penalty(back) > e.penalty(best) + _FELT for e in problem.evidence if each in e.powers)
+
+    beside = {
+        each for sensor in problem.sensors if name in sensor for each in sensor if best[each] == best[name]
+    }
+    return any(own(each) for each in beside & set(clear)) if not own(name) else True
 
 
 def _close(problem: UnitProblem, name: str, best: Factors) -> bool:

@@ -101,3 +101,37 @@ def test_a_speed_is_repaired_where_the_path_bears_it_out_and_else_left(factor, r
     fixed, decisions = check(scaled(slow, speed=factor))
     assert ("speed", repaired) in {(each.signal, each.applied) for each in decisions}
     assert np.allclose(fixed["speed"].values, (1.0 if repaired else factor) * slow["speed"].values)
+
+
+def creeping(signals, metres_per_second):
+    """The same drive, whose satellites' place creeps north meanwhile."""
+    latitude, longitude = signals["latitude"], signals["longitude"]
+    t = (latitude.time_ns - latitude.time_ns[0]) / 1e9
+    return signals | {
+        "latitude": replace(latitude, values=52 + np.rad2deg(metres_per_second * t / 6_371_000)),
+        "longitude": replace(longitude, values=np.full(len(t), 13.0)),
+    }
+
+
+@pytest.mark.parametrize("creep", [1.1, 4.0, 5.5])
+@pytest.mark.parametrize("more", [(), ("roll", "pitch"), ("speed",), ("wheel_speed_rl", "wheel_speed_rr")])
+def test_a_place_that_creeps_while_the_vehicle_drives_overrules_no_unit(creep, more):
+    signals = only(drive(), "accel_x", "accel_y", "yaw_rate", "latitude", "longitude", *more)
+    signals = creeping(signals, creep)
+    fixed, decisions = check(signals)
+    assert not any(each.applied for each in decisions)
+    assert same(fixed, signals)
+
+
+def test_an_axis_is_not_repaired_where_the_one_that_speaks_for_it_is_left():
+    signals = only(drive("circle"), "accel_x", "accel_y", "yaw_rate", "speed")
+    # 14 is further from g's 9.8 than banked bends explain, and at one speed accel_x has no evidence of its own
+    _, decisions = check(scaled(signals, accel_x=14.0, accel_y=14.0))
+    assert not any(each.applied and each.kind == "unit" for each in decisions)
+
+
+def test_the_path_tells_a_unit_where_it_turns_as_the_vehicle_does():
+    signals = only(drive(), "accel_x", "accel_y", "yaw_rate", "latitude", "longitude")
+    fixed, decisions = check(scaled(signals, accel_x=1 / G, accel_y=1 / G))
+    assert found(decisions, "unit") == {"accel_x", "accel_y"}
+    assert np.allclose(fixed["accel_x"].values, signals["accel_x"].values)
