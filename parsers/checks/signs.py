@@ -47,6 +47,7 @@ _SPRINGS_TOLD_COST = 5.0
 _ROLL_RATE_COST = 0.9
 _Z_DOWN_BONUS = 1.2
 _ROLL_RATE = "roll_rate"
+_YAW_ALONE = "sign of yaw_rate: other axes are turned, and it goes with none of them clearly"
 _WITNESSES = {
     "path": "the path over ground",
     "wheels": "the difference of the rear wheels' speeds",
@@ -56,11 +57,12 @@ _WITNESSES = {
 
 @dataclass(frozen=True)
 class Vote:
-    """How a lateral channel relates to the reference. cost: of saying that it is inverted."""
+    """How a lateral channel relates to the reference. cost: of saying that it is inverted; said: what it is called."""
 
     name: str
     found: Together
     cost: float
+    said: str
 
 
 @dataclass(frozen=True)
@@ -106,6 +108,9 @@ def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
     moving = np.abs(speed) > MIN_SPEED if speed is not None else np.zeros(len(lateral), dtype=np.bool_)
     if name != "yaw_rate" and yaw is not None and speed is not None:
         votes.append(("yaw_rate", np.where(moving, yaw * speed, np.nan), _COSTS["yaw_rate"], False))
+    elif name != "yaw_rate" and yaw is not None:
+        # a bend that is felt is driven forward: without a speed the yaw rate alone has the sign
+        votes.append(("yaw_rate", yaw, _COSTS["yaw_rate"], False))
     ground = path_speed(grid)
     if turning is not None and ground is not None:
         votes.append(("path", turning * ground, _PATH_COST, False))
@@ -137,7 +142,8 @@ def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
         smoothed = grid.rate(lateral) if each == _ROLL_RATE else smoothed
         together = compare(values, smoothed, centred=centred)
         if together is not None and abs(together.correlation) >= _LEAST:
-            found.append(Vote(each, together, cost))
+            said = "yaw_rate × speed" if each == "yaw_rate" and speed is not None else each
+            found.append(Vote(each, together, cost, _WITNESSES.get(each, said)))
     return found
 
 
@@ -190,8 +196,10 @@ def lateral_signs(grid: Grid) -> SignResult:
     names: set[str] = set()
     for each in chosen - {"path", "wheels"}:
         names |= set(DEFLECTIONS) if each == "springs" else {each}
+    axes_turned = z_down and name in chosen
+    alone = axes_turned and "yaw_rate" in grid.columns and "yaw_rate" not in costs
     return SignResult(
-        frozenset(names), decisions, (), axes_turned=z_down and name in chosen,
+        frozenset(names), decisions, (_YAW_ALONE,) if alone else (), axes_turned=axes_turned,
         exchanged=frozenset(DEFLECTIONS) if exchanged else frozenset(),
     )  # fmt: skip
 
@@ -201,7 +209,7 @@ def _lateral_decision(
 ) -> Decision:
     vote = votes.get(each) or next(vote for vote in votes.values() if vote.name not in chosen)
     other = reference if each in votes else vote.name
-    said = _WITNESSES.get(other, other if other != "yaw_rate" else "yaw_rate × speed")
+    said = votes[other].said if other in votes else other if other != "yaw_rate" else "yaw_rate × speed"
     agree = [
         _WITNESSES.get(name, name) for name in (reference, *votes) if name not in chosen and name != each
     ]

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from check_drives import check, drive, found, only, same, scaled
 
+from parsers.checks import unchecked
+
 SIGNS = ["accel_x", "accel_y", "yaw_rate", "roll", "pitch", "roll_rate", "steering_wheel_angle", "accel_z"]
 
 
@@ -44,6 +46,26 @@ def test_z_down_axes_are_found_without_satellites():
     fixed, decisions = check(scaled(signals, accel_y=-1, yaw_rate=-1, accel_z=-1))
     assert found(decisions, "sign") == {"accel_y", "yaw_rate", "accel_z"}
     assert same(fixed, signals)
+
+
+@pytest.mark.parametrize("more", [("roll",), ("roll", "pitch", "pitch_rate")])
+def test_yaw_rate_turns_with_the_other_axes_without_a_speed(more):
+    signals = only(drive(), "accel_x", "accel_y", "accel_z", "yaw_rate", "roll_rate", *more)
+    down = {n: -1 for n in ("accel_y", "accel_z", "yaw_rate", "pitch", "pitch_rate") if n in signals}
+    fixed, decisions = check(scaled(signals, **down))
+    assert found(decisions, "sign") >= {"accel_y", "accel_z", "yaw_rate"}
+    assert same(fixed, signals)
+    assert not any("× speed" in f"{each.found} {each.evidence}" for each in decisions)
+
+
+def test_a_yaw_rate_that_goes_with_no_turned_axis_is_named():
+    signals = only(drive(), "accel_y", "accel_z", "roll", "yaw_rate")
+    noise = np.random.default_rng(3).normal(0, 0.2, len(signals["yaw_rate"].values))
+    signals |= {"yaw_rate": replace(signals["yaw_rate"], values=noise)}
+    wrong = scaled(signals, accel_y=-1, accel_z=-1)
+    _, decisions = check(wrong)
+    assert found(decisions, "sign") == {"accel_y", "accel_z"}
+    assert any(text.startswith("sign of yaw_rate") for text in unchecked(wrong, {}))
 
 
 def test_pitch_turns_with_the_other_axes_where_the_drive_cannot_tell_its_sign():
