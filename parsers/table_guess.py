@@ -15,6 +15,10 @@ DATENUMS = (690_000.0, 800_000.0)
 _DAY_STEP = 1.5e-4
 """Days: seconds in steps as small would be a log of more than 6 kHz."""
 
+_DENSE_S, _SPARSEST_S = 2.0, 60.0
+_LOGGED_S = (946_684_800.0, 2_208_988_800.0)
+"""Rows of a drive are seconds apart at most, a tracker's up to a minute. The years 2000 to 2039, since 1970."""
+
 
 def are_days(values: Sequence[float], span: tuple[float, float]) -> bool:
     """Whether numbers are dates counted in days: in `span`, and in steps of less than a quarter of a minute."""
@@ -31,14 +35,30 @@ def guess_unit(values: Sequence[float]) -> tuple[int, str]:
     if not values:
         return 1_000_000_000, "as most logs are"
     size = statistics.median(abs(value) for value in values)
-    for least, unit_ns in ((1e17, 1), (1e14, 1000), (1e11, 1_000_000), (3e8, 1_000_000_000)):
-        if size >= least:
-            return unit_ns, f"since values near {size:.4g} are then times since 1970"
-    if are_days(values, SERIAL_DATES):
-        return DAY_NS, f"since values near {size:.0f} with so small steps are a spreadsheet's dates"
     steps = [b - a for a, b in pairwise(values) if b > a]
     step = statistics.median(steps) if steps else 0.0
+    for least, unit_ns in ((1e17, 1), (1e14, 1000), (1e11, 1_000_000), (3e8, 1_000_000_000)):
+        if size < least:
+            continue
+        apart = step * unit_ns / 1e9
+        if not _is_wall_clock(size * unit_ns / 1e9, apart):
+            break
+        rows = f", with rows {apart:g} s apart" if apart > _DENSE_S else ""
+        return unit_ns, f"since values near {size:.4g} are then times since 1970{rows}"
+    if are_days(values, SERIAL_DATES):
+        return DAY_NS, f"since values near {size:.0f} with so small steps are a spreadsheet's dates"
     for least, unit_ns in ((2e6, 1), (2e3, 1000), (2.0, 1_000_000)):
         if step >= least:
             return unit_ns, f"since its steps are {step:g}"
     return 1_000_000_000, f"since its steps are {step:g}"
+
+
+def _is_wall_clock(moment_s: float, apart_s: float) -> bool:
+    """Whether stamps of some size (seconds since 1970) and usual step can be a wall clock, and are no counter's.
+
+    Rows minutes apart are no drive. A counter since the power came on has any size: rows seconds apart are a wall clock's
+    where logs are recorded, in this century's first decades.
+    """
+    if apart_s <= _DENSE_S:
+        return True
+    return apart_s <= _SPARSEST_S and _LOGGED_S[0] <= moment_s < _LOGGED_S[1]

@@ -317,11 +317,32 @@ def test_times_of_day_run_on_over_midnight_and_back() -> None:
         ([0, 10000, 20000], 1000),
         ([0, 1e7, 2e7], 1),
         ([1.4e9] * 2, 10**9),
+        ([1.4e9, 1.4e9 + 0.01, 1.4e9 + 0.02], 10**9),
+        ([1.4e9, 1.4e9 + 30, 1.4e9 + 60], 10**9),
+        # counters since the power came on: µs after 20 and 71 minutes, ms after 8 and 40 days, µs after 8 days, ns after 2
+        ([1.2e9, 1.2e9 + 10_000, 1.2e9 + 20_000], 1000),
+        ([4264967296, 4264987296, 4265007296], 1000),
+        ([7e8, 7e8 + 10, 7e8 + 20], 10**6),
+        ([3.4e9, 3.4e9 + 10, 3.4e9 + 20], 10**6),
+        ([1.2e9, 1.2e9 + 100, 1.2e9 + 200], 10**6),
+        ([7e11, 7e11 + 10_000, 7e11 + 20_000], 1000),
+        ([1.8e14, 1.8e14 + 1e7, 1.8e14 + 2e7], 1),
+        ([1.7e12, 1.7e12 + 10, 1.7e12 + 20], 10**6),
+        ([1.7e15, 1.7e15 + 10_000, 1.7e15 + 20_000], 1000),
+        ([1.7e18, 1.7e18 + 1e7, 1.7e18 + 2e7], 1),
         ([], 10**9),
     ],
 )
 def test_guessed_units(values: list[float], unit_ns: int) -> None:
     assert guess_unit(values)[0] == unit_ns
+
+
+def test_a_counter_of_microseconds_runs_on_where_its_size_could_be_a_wall_clock(tmp_path: Path) -> None:
+    stamps = [(4_294_900_000 + k * 20_000) % 2**32 for k in range(8)]
+    table = read(tmp_path, "timestamp,a\n" + "".join(f"{stamp},{k}\n" for k, stamp in enumerate(stamps)))
+    assert set(np.diff(table.time).tolist()) == {20_000_000}
+    assert not table.reader.absolute
+    assert "taken as us" in table.said
 
 
 @pytest.mark.parametrize("zone", ["", "Z", "+02:00"])
