@@ -10,9 +10,10 @@ from functools import cache
 from itertools import islice, pairwise
 
 from parsers.table_cells import NumberStyle, best_style, is_missing, split_cells, value_share
-from parsers.table_names import ColumnName, is_unit, plain_unit, split_header, unique_names
+from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
+from parsers.unit_words import is_unit, plain_unit
 
 _MOST_LINES = 3000
 _SCORED_LINES = 80

@@ -14,7 +14,7 @@ from parsers.drive import MappedChannel, Signal
 from parsers.errors import LogError, MappingError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
 from parsers.intake import Group, Intake, LogRows
-from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose
+from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose_and_say
 from parsers.places import remote
 from parsers.registry import find_importer
 from parsers.ros.frame_topics import with_frame_topics
@@ -271,13 +271,16 @@ def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Bind
         for sentence in missing_channels(opened.reader.channels, options.map):
             opened.log.note(sentence)
     try:
-        return propose(opened.reader.channels, options.map)
+        proposals, left_out = propose_and_say(opened.reader.channels, options.map)
     except MappingError as error:
         # a channel may be missing because the log is damaged: then the map is not what is to be looked at first
         if not opened.log.notes:
             raise
         hint = "; ".join(filter(None, [error.hint, "of the log is said: " + "; ".join(opened.log.notes[:3])]))
         raise MappingError(error.problem, path=error.path, place=error.place, hint=hint) from error
+    for sentence in left_out:
+        opened.log.note(sentence)
+    return proposals
 
 
 def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:

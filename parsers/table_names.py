@@ -7,7 +7,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from parsers.signals import COLUMNS
-from parsers.units import SI_TEXT, quantities_of
+from parsers.unit_words import is_unit, plain_unit
+from parsers.units import SI_TEXT
 
 
 @dataclass(frozen=True)
@@ -18,15 +19,6 @@ class ColumnName:
     name: str
     unit: str | None = None
 
-
-# Units that no signal of cogest has; known here only so that they are seen as units and not as part of a name.
-_OTHER_UNIT_WORDS = """
-    °c degc celsius c k °f degf v mv volt volts a ma amp w kw hp ps hz khz % %rh db l l/h l/min gal/h ml km/l mpg dbm
-    nm/s w/m2 wh kwh ah j kj n/m n/mm nm/rad ohm t tesla ut µt gauss mg/l g/s kg/h kg/s lambda afr bit bits count
-    counts raw bool boolean on/off enum state hh:mm:ss hh:mm:ss.sss yyyy-mm-dd utc unix unixtime iso8601 m2 m3 1/m
-    1/km rad/s2 rad/s^2 deg/s2 deg/s^2 °/s2 °/s^2 m/s3 m/s^3
-"""
-_OTHER_UNITS = frozenset(_OTHER_UNIT_WORDS.split())
 
 # "yaw_rate_degps": endings that are a unit. Single letters only where they are common and hardly end a word.
 _ENDINGS: dict[str, str] = {
@@ -68,6 +60,8 @@ _ENDINGS: dict[str, str] = {
     "kpa": "kPa",
     "mpa": "MPa",
     "psi": "psi",
+    "lbft": "lb·ft",
+    "ftlb": "ft·lb",
     "pct": "%",
     "percent": "%",
     "ns": "ns",
@@ -85,18 +79,6 @@ _BRACKETS = re.compile(
 )
 _AFTER_MARK = re.compile(r"^(?P<name>.*\S)\s*(?:,|\s/|\sin)\s+(?P<unit>\S+)$")
 _TIME_WORDS = re.compile(r"(time|stamp|^t|zeit|sec|elapsed|duration|dt)", re.IGNORECASE)
-
-
-def is_unit(text: str) -> bool:
-    """Whether a text stands for a unit, known or of a quantity that cogest has no use for."""
-    plain = text.strip().strip("[](){}<>").strip()
-    return bool(plain) and (bool(quantities_of(plain)) or plain.lower() in _OTHER_UNITS)
-
-
-def plain_unit(text: str | None) -> str | None:
-    """A unit without brackets and blanks; None where there is none."""
-    plain = (text or "").strip().strip("[](){}<>").strip()
-    return plain or None
 
 
 def split_header(header: str) -> ColumnName:
@@ -119,6 +101,17 @@ def split_header(header: str) -> ColumnName:
     if match is not None and is_unit(match["unit"]):
         return ColumnName(header, match["name"], plain_unit(match["unit"]))
     return ColumnName(header, header, unit_ending(header))
+
+
+def split_unit(name: str) -> tuple[str, str | None]:
+    """A name without what stands behind it where units do, and that: "Speed (km/h)", "Speed, km/h" -> ("Speed", "km/h")."""
+    header = split_header(name)
+    if header.name != header.header:
+        return header.name, header.unit
+    found = re.fullmatch(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*", name.strip())
+    if found and found.group(1) and not found.group(2).strip().isdigit():
+        return found.group(1), found.group(2).strip() or None
+    return name.strip(), None
 
 
 def unit_ending(name: str) -> str | None:

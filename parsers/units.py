@@ -29,52 +29,88 @@ class Unit:
 _DEG = math.pi / 180
 _RPM = 2 * math.pi / 60
 
+_FOOT_POUND = 1.3558179483314004
+_FOOT_POUNDS = (
+    " ".join(
+        f"{one}{mark}{other}"
+        for pound in ("lb", "lbf", "lbs")
+        for one, other in (("ft", pound), (pound, "ft"))
+        for mark in ("", "*", "·", ".", "-")
+    )
+    + " foot-pound foot-pounds footpounds pound-foot pound-feet poundfeet"
+)
+"""N·m, and its spellings."""
+
 # quantity -> {scale to SI: spellings}; spellings are compared after `_plain`
 _SPELLINGS: dict[str, list[tuple[float, str]]] = {
     "acceleration": [
-        (1.0, "m/s2 m/s^2 m/s/s mps2 m/sec2 m/sec^2 m*s-2 m·s-2 ms-2 m.s-2 meter/s2 metre/s2 mpss m/ss"),
-        (STANDARD_GRAVITY, "g gn g0 gs 'g' gforce g-force g_force"),
+        (
+            1.0,
+            "m/s2 m/s^2 m/s/s mps2 m/sec2 m/sec^2 m*s-2 m·s-2 ms-2 m.s-2 meter/s2 metre/s2 mpss m/ss meters/s2 metres/s2",
+        ),
+        (STANDARD_GRAVITY, "g gn g0 gs g's 'g' gforce g-force g_force"),
         (STANDARD_GRAVITY / 1000, "mg milli-g"),
         (0.01, "cm/s2 cm/s^2 gal"),
-        (0.001, "mm/s2 mm/s^2"),
-        (0.3048, "ft/s2 ft/s^2"),
+        (0.001, "mm/s2 mm/s^2 mm/sec2 mm/sec^2"),
+        (0.3048, "ft/s2 ft/s^2 ft/sec2 ft/sec^2"),
     ],
     "angular_rate": [
-        (1.0, "rad/s rad/sec radps rads rad*s-1 rad.s-1 1/s rad/second"),
-        (_DEG, "deg/s deg/sec degps °/s °/sec deg/second degree/s degrees/s degree/sec dps º/s ˚/s grad/s"),
+        (
+            1.0,
+            "rad/s rad/sec radps rads rad*s-1 rad.s-1 1/s rad/second radian/s radians/s radians/second radians/sec",
+        ),
+        (
+            _DEG,
+            "deg/s deg/sec degps °/s °/sec deg/second degree/s degrees/s degree/sec degrees/sec degree/second degrees/second "
+            "degs/s degs/sec dps º/s ˚/s grad/s",
+        ),
+        (_DEG / 1000, "mdeg/s mdps"),
+        (_DEG / 60, "deg/min °/min"),
         (0.001, "mrad/s"),
-        (_RPM, "rpm 1/min r/min u/min min-1 rev/min"),
+        (60 * _RPM, "rev/s revs/s rps"),
+        (_RPM, "rpm 1/min r/min u/min min-1 rev/min revs/min"),
         (_DEG / 100, "0.01deg/s"),
     ],
     "angle": [
         (1.0, "rad radian radians"),
         (_DEG, "deg ° degree degrees degs º ˚ grad"),
         (0.001, "mrad"),
+        (_DEG / 1000, "mdeg millideg millidegree millidegrees"),
         (_DEG / 60, "arcmin '"),
+        (_DEG / 3600, "arcsec"),
+        (2 * math.pi, "turn turns rev revs revolution revolutions"),
+        (math.pi / 200, "gon gons gradian gradians"),
     ],
     "geographic_angle": [
-        (1.0, "deg ° degree degrees º ˚"),
+        (1.0, "deg ° degree degrees º ˚ degn °n degreesn degreesnorth dege °e degreese degreeseast"),
         (1 / _DEG, "rad radian radians"),
         (1 / 60, "min minute minutes arcmin '"),
         (1e-7, "1e-7deg deg*1e-7 1e-7° dege7"),
     ],
     "speed": [
-        (1.0, "m/s mps m/sec ms-1 m*s-1 m.s-1 meter/s metre/s"),
-        (1 / 3.6, "km/h kmh kph kmph km/hr kmperhour km/hour"),
-        (0.44704, "mph mi/h mile/h miles/h"),
+        (
+            1.0,
+            "m/s mps m/sec m/second ms-1 m*s-1 m.s-1 meter/s metre/s meters/s metres/s meters/sec meters/second metres/second",
+        ),
+        (
+            1 / 3.6,
+            "km/h kmh kph kmph km/hr kmperhour km/hour kilometers/hour kilometres/hour kilometer/hour kilometre/hour",
+        ),
+        (0.44704, "mph mi/h mi/hr mile/h miles/h miles/hr mile/hour miles/hour"),
         (1852 / 3600, "kn knot knots kt kts kns"),
-        (0.3048, "ft/s fps"),
+        (0.3048, "ft/s ft/sec fps feet/s feet/second"),
         (0.01, "cm/s"),
         (0.001, "mm/s"),
     ],
     "length": [
-        (1.0, "m meter metre meters metres mtr"),
+        (1.0, "m meter metre meters metres mtr mmsl m(msl) mamsl"),
         (0.001, "mm"),
         (0.01, "cm"),
         (1000.0, "km"),
         (0.0254, 'in inch inches "'),
         (0.3048, "ft feet foot"),
         (1e-6, "um µm μm"),
+        (2.54e-5, "thou mil mils"),
     ],
     "force": [
         (1.0, "n newton newtons"),
@@ -87,15 +123,26 @@ _SPELLINGS: dict[str, list[tuple[float, str]]] = {
     "torque": [
         (1.0, "nm n*m n.m n·m n-m newtonmeter"),
         (1000.0, "knm kn*m kn·m"),
-        (1.3558179483314004, "lbft lbf*ft ft*lb ft-lb lb-ft lbf.ft"),
+        (10.0, "danm dan*m dan·m"),
+        (0.01, "ncm n*cm n·cm"),
+        (0.001, "nmm n*mm n·mm"),
+        (STANDARD_GRAVITY, "kgfm kgf*m kgf·m kgf-m kgm kg*m kg·m kpm kp*m"),
+        (_FOOT_POUND, _FOOT_POUNDS),
+        (
+            _FOOT_POUND / 12,
+            _FOOT_POUNDS.replace("foot", "inch").replace("feet", "inches").replace("ft", "in"),
+        ),
     ],
     "pressure": [
-        (1.0, "pa pascal"),
+        (1.0, "pa pascal n/m2"),
         (100.0, "hpa mbar"),
         (1000.0, "kpa"),
         (1e6, "mpa n/mm2 n/mm^2"),
-        (1e5, "bar bars barg bara"),
-        (6894.757293168361, "psi psig"),
+        (1e5, "bar bars barg bara bar(g) bar(a) barabs dan/cm2 dan/cm^2"),
+        (6894.757293168361, "psi psig psia lbf/in2 lbf/in^2 lb/in2 lb/in^2 lbs/in2 lbf/sqin"),
+        (STANDARD_GRAVITY * 1e4, "kgf/cm2 kgf/cm^2 kg/cm2 kg/cm^2 kp/cm2 kp/cm^2"),
+        (101_325.0, "atm"),
+        (101_325.0 / 760, "mmhg torr"),
     ],
     "mass": [(1.0, "kg"), (1000.0, "t"), (0.45359237, "lb lbs")],
     "time": [
@@ -149,7 +196,8 @@ def _plain(text: str) -> str:
     )
     text = re.sub(r"\s*/\s*", "/", text)
     text = re.sub(r"\bper\b", "/", text).replace(" / ", "/")
-    text = re.sub(r"\s+", "", text).lower()
+    text = re.sub(r"\s+", "", text).lower().replace("squared", "2").replace("^2", "2")
+    text = re.sub(r"/(?:seconds?|sec)(?=2?$)", "/s", text)
     # "m s-2", "rad*s^-1" and the like
     return re.sub(r"[*·.]?s\^?-([12])$", lambda power: "/s2" if power[1] == "2" else "/s", text)
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from parsers.table_names import plain_unit
+from parsers.unit_words import plain_unit
 
 # titles in [header] of the channels that Racelogic calls standard: token in [column names], unit ("" = none)
 _STANDARD: dict[str, tuple[str, str]] = {

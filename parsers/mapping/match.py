@@ -12,20 +12,20 @@ from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import foreign_words
 from parsers.mapping.profiles import Pattern, Profile, Rule, Sibling, fits, tags_of
 from parsers.signals import SIGNALS
+from parsers.unit_words import is_unit, plain_unit, says_unit
 from parsers.units import SI_TEXT, Unit, find_unit, quantities_of
 
-_SILENT = frozenset({"ratio", "count"})
-"""A unit text that means only these ("-", "1", "none") says nothing."""
 _WORSE = 4
 
 
 @dataclass(frozen=True)
 class Refusal:
-    """A rule that fits a channel, and why the channel still cannot be the signal."""
+    """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit."""
 
     channel: str
     signal: str
     reason: str
+    unit: bool = False
 
 
 @dataclass(frozen=True)
@@ -80,24 +80,27 @@ def choose_unit(
 ) -> tuple[Unit, str] | str:
     """The unit of a channel and where it is from, or the reason why it cannot be the signal.
 
-    The log's own unit wins; a unit of another quantity rules the channel out; a silent log leaves it to the
+    The log's own unit wins; a unit of another quantity, known to cogest or not, rules the channel out. What is no unit
+    that cogest knows ("Unit_DegreOfArc") does so, too, where no fallback says what it is. A silent log leaves it to the
     fallback, and without one SI is assumed (and said, for the checks to judge).
     """
     quantity = SIGNALS[signal].quantity
     stated = find_unit(channel.unit, quantity)
     if stated is not None:
         return stated, "log"
-    meant = quantities_of(channel.unit) - _SILENT
-    if meant:
+    text = plain_unit(channel.unit) if says_unit(channel.unit) else None
+    if text is not None and is_unit(text):
         article = "an" if quantity[0] in "aeiou" else "a"
         hint = ""
-        if quantity == "speed" and meant == {"angular_rate"}:
+        if quantity == "speed" and quantities_of(text) == {"angular_rate"}:
             hint = " without the wheel's radius"
-        return f"unit {channel.unit} is no unit of {article} {quantity.replace('_', ' ')}{hint}"
+        return f"unit {text} is no unit of {article} {quantity.replace('_', ' ')}{hint}"
     if fallback is not None:
         guess = find_unit(fallback, quantity)
         if guess is not None:
             return guess, fallback_from
+    if text is not None:
+        return f"unit {text} is not known to cogest: say what it is in a mapping file"
     if required:
         return "its unit is not known, and the log does not say it"
     return Unit(SI_TEXT[quantity], quantity, 1.0), "assumed SI"
@@ -122,12 +125,12 @@ def _bind_rule(profile: Profile, rule: Rule, index: ChannelIndex, at: int) -> Bi
     main = index.channels[at]
     source = f"profile {profile.name}"
 
-    def refuse(reason: str) -> Refusal:
-        return Refusal(main.name, rule.signal, reason)
+    def refuse(reason: str, *, unit: bool = False) -> Refusal:
+        return Refusal(main.name, rule.signal, reason, unit)
 
     unit = choose_unit(main, rule.signal, rule.unit, source, required=rule.require_unit)
     if isinstance(unit, str):
-        return refuse(unit)
+        return refuse(unit, unit=True)
     channels = [main.name]
     for sibling in rule.add:
         other = index.sibling(at, sibling.pattern)

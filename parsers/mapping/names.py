@@ -6,14 +6,17 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words, without_device
 from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
-from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, split_unit, words_of
-from parsers.signals import COLUMNS, SIGNALS
+from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
+from parsers.signals import COLUMNS, SIGNALS, WHEELS
+from parsers.table_names import split_unit
+from parsers.unit_words import is_remark, says_unit
 from parsers.units import SI_TEXT, STANDARD_GRAVITY, Unit, find_unit
 
 RANK_CANONICAL = 0
@@ -30,6 +33,7 @@ _SUFFIX_UNITS = {
     "degp_sec": "deg/s", "degp_s": "deg/s", "radp_sec": "rad/s", "radp_s": "rad/s", "mp_s2": "m/s2", "mp_sec2": "m/s2",
     "mp_s": "m/s", "mp_sec": "m/s", "kmp_h": "km/h", "bar": "bar", "kpa": "kPa",
     "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
+    "knots": "kn", "knot": "kn", "kmph": "km/h", "psi": "psi", "cm": "cm", "lbft": "lb·ft", "ftlb": "lb·ft", "pct": "%", "percent": "%",
 }  # fmt: skip
 
 
@@ -200,7 +204,7 @@ def _canonical(channel: ChannelInfo, name: str) -> Binding | None:
     spec = COLUMNS.get(name)
     if spec is not None and (spec.column != spec.name or spec.name not in SIGNALS):
         stated = find_unit(channel.unit, spec.quantity)
-        if stated is None or stated.scale == 1.0:
+        if (stated is None and not says_unit(channel.unit)) or (stated is not None and stated.scale == 1.0):
             unit = Unit(channel.unit or SI_TEXT[spec.quantity], spec.quantity, 1.0)
             rule = f"canonical column {name!r}"
             return Binding(spec.name, (channel.name,), unit, "name", rule, rank=RANK_CANONICAL)
@@ -215,18 +219,35 @@ def _canonical(channel: ChannelInfo, name: str) -> Binding | None:
 
 
 def _unit(channel: ChannelInfo, signal: str, text: str | None) -> tuple[Unit, str] | str:
-    """The log's unit, else the one in the name, else SI; a reason where either is of another quantity."""
+    """The log's unit, else the one in the name, else SI; a reason where either is no unit of the quantity that is known.
+
+    text: what stands in the name.
+    """
     chosen = choose_unit(channel, signal, text, "name")
-    if not isinstance(chosen, str) and chosen[1] == "assumed SI" and text:
+    if not isinstance(chosen, str) and chosen[1] == "assumed SI" and text and not _remark(channel, text):
         return choose_unit(replace(channel, unit=text), signal, None, "")
     return chosen
+
+
+def _remark(channel: ChannelInfo, text: str) -> bool:
+    """Whether what stands behind a name is words that are no unit: any in round brackets, known ones in square ones."""
+    if not is_remark(text):
+        return False
+    square = channel.tags.get("column", channel.name).rstrip().endswith("]")
+    return not square or set(words_of(text, load_names())) <= _vocabulary()
+
+
+@cache
+def _vocabulary() -> frozenset[str]:
+    table = load_names()
+    return table.noise | table.worse | table.commands | {*table.words.values(), *WHEELS, "x", "y", "z"}
 
 
 def _named(channel: ChannelInfo, found: _Found, text: str | None, table: NameTable) -> Binding | Refusal:
     quantity = SIGNALS[found.signal].quantity
     chosen = _unit(channel, found.signal, text)
     if isinstance(chosen, str):
-        return Refusal(channel.name, found.signal, chosen)
+        return Refusal(channel.name, found.signal, chosen, unit=True)
     unit, unit_from = chosen
     if unit_from == "assumed SI" and "g" in found.key and quantity == "acceleration":
         unit, unit_from = Unit("g", quantity, STANDARD_GRAVITY), "name"

@@ -43,6 +43,7 @@ from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
 from parsers.mapping.bindings import BindingKind
 from parsers.signals import SIGNALS
+from parsers.table_names import split_header
 from parsers.units import find_unit
 
 Pattern = tuple[tuple[str, re.Pattern[str]], ...]
@@ -104,8 +105,13 @@ class Profile:
 
 
 def tags_of(channel: ChannelInfo) -> Mapping[str, str]:
-    """What rules match on: the channel's tags, its name, and message and signal where the name holds both."""
+    """What rules match on: the channel's tags, its name, and message and signal where the name holds both.
+
+    A column's header is looked at without the unit behind it ("AVz (deg/s)").
+    """
     tags = {"name": channel.name, "column": channel.name, "group": channel.group, **channel.tags}
+    if channel.family in ("table", "mdf"):
+        tags["column"] = split_header(tags["column"]).name
     if channel.family in ("table", "mdf") and "signal" not in tags and "." in channel.name:
         message, _, signal = channel.name.rpartition(".")
         tags |= {"message": message.rpartition(".")[2], "signal": signal}

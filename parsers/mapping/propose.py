@@ -21,15 +21,44 @@ _BUILTIN = 100
 
 
 def propose(channels: Sequence[ChannelInfo], user: MapFile | None) -> Mapping[str, tuple[Binding, ...]]:
-    """Candidates for each signal that the log can give, best first, in the order of the canonical table.
+    """The proposals of `propose_and_say`."""
+    return propose_and_say(channels, user)[0]
+
+
+def propose_and_say(
+    channels: Sequence[ChannelInfo], user: MapFile | None
+) -> tuple[Mapping[str, tuple[Binding, ...]], tuple[str, ...]]:
+    """Candidates for each signal that the log can give, best first, in the order of the canonical table; and a sentence
+    for each signal that it lacks because its channel's unit is none of the signal's.
 
     An entry of the user's mapping file wins outright: it is then the only candidate. Raises MappingError where such
     an entry names a channel that the log lacks (unless the file is not strict), or channels of two groups.
     """
     found: dict[str, list[Binding]] = defaultdict(list)
+    refused: dict[str, Refusal] = {}
     for candidate in candidates(channels):
         if isinstance(candidate, Binding):
             found[candidate.signal].append(candidate)
+        elif candidate.unit:
+            refused.setdefault(candidate.signal, candidate)
+    proposals = _ranked(found, channels)
+    if user is not None:
+        proposals = _with_user(proposals, channels, user)
+    wanted = set(SIGNALS) - proposals.keys() - (user.signals.keys() if user is not None else set())
+    bound = {name for bindings in proposals.values() for each in bindings for name in each.channels}
+    left_out = (refused[signal] for signal in SIGNALS if signal in refused and signal in wanted)
+    said = [
+        f"{each.channel} is not taken for {each.signal}: {each.reason}"
+        for each in left_out
+        if each.channel not in bound
+    ]
+    return proposals, tuple(said)
+
+
+def _ranked(
+    found: dict[str, list[Binding]], channels: Sequence[ChannelInfo]
+) -> dict[str, tuple[Binding, ...]]:
+    """The candidates of each signal, best first."""
     order = {channel.name: (-(channel.count or 0), place) for place, channel in enumerate(channels)}
     for one, other in (("latitude", "longitude"), ("longitude", "latitude")):
         if not found.get(other):
@@ -52,7 +81,7 @@ def propose(channels: Sequence[ChannelInfo], user: MapFile | None) -> Mapping[st
             unique.setdefault(binding.channels[0], binding)
         if unique:
             proposals[signal] = tuple(unique.values())
-    return proposals if user is None else _with_user(proposals, channels, user)
+    return proposals
 
 
 def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
@@ -104,7 +133,7 @@ def _resolved(entry: MapEntry, whole: Mapping[str, str]) -> MapEntry:
 
 def _with_user(
     proposals: dict[str, tuple[Binding, ...]], channels: Sequence[ChannelInfo], user: MapFile
-) -> Mapping[str, tuple[Binding, ...]]:
+) -> dict[str, tuple[Binding, ...]]:
     known = {channel.name: channel for channel in channels}
     whole = _whole_headers(channels)
     result = dict(proposals)

@@ -84,14 +84,6 @@ def _wheel_names(signal: str, row: str) -> list[str]:
     return [signal.replace("{w}", wheel) for wheel in WHEELS] if "{w}" in row else [signal]
 
 
-def split_unit(name: str) -> tuple[str, str | None]:
-    """A name without the unit in brackets at its end, and that unit: "Speed (km/h)" -> ("Speed", "km/h")."""
-    found = re.fullmatch(r"(.*?)\s*[\[(]([^\[\]()]*)[\])]\s*", name.strip())
-    if found and found.group(1) and not found.group(2).strip().isdigit():
-        return found.group(1), found.group(2).strip() or None
-    return name.strip(), None
-
-
 def plain_letters(name: str) -> str:
     """A name without accents, umlauts as two letters: "Längs" -> "Laengs", "Accélération" -> "Acceleration"."""
     if name.isascii():

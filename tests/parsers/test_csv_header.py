@@ -12,7 +12,8 @@ from hypothesis import strategies as st
 from parsers.errors import LogError
 from parsers.importer import ReadOptions
 from parsers.registry import find_importer
-from parsers.table_names import ColumnName, is_unit, split_header, unique_names
+from parsers.table_names import ColumnName, split_header, unique_names
+from parsers.unit_words import is_unit
 
 
 def test_motec_style_preamble_and_unit_row(tmp_path: Path) -> None:

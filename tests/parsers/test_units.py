@@ -105,3 +105,36 @@ def test_quantities_and_the_error_with_its_hint():
 def test_any_text_is_a_finite_unit_or_none(text, quantity):
     unit = find_unit(text, quantity)
     assert unit is None or (math.isfinite(unit.scale) and unit.scale > 0)
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "scale"),
+    [
+        ("ft·lbf", "torque", 1.3558179483),
+        ("lbs-ft", "torque", 1.3558179483),
+        ("in-lb", "torque", 0.1129848290),
+        ("daNm", "torque", 10.0),
+        ("Ncm", "torque", 0.01),
+        ("psia", "pressure", 6894.757293),
+        ("lbf/in²", "pressure", 6894.757293),
+        ("kgf/cm2", "pressure", 98066.5),
+        ("bar(g)", "pressure", 1e5),
+        ("N/m^2", "pressure", 1.0),
+        ("turns", "angle", 2 * math.pi),
+        ("gon", "angle", math.pi / 200),
+        ("degrees per second", "angular_rate", math.pi / 180),
+        ("miles per hour", "speed", 0.44704),
+        ("kilometres per hour", "speed", 1 / 3.6),
+        ("meters/second", "speed", 1.0),
+        ("G's", "acceleration", 9.80665),
+        ("Meters per second squared", "acceleration", 1.0),
+        ("metre/second²", "acceleration", 1.0),
+        ("mm/sec2", "acceleration", 0.001),
+        ("thou", "length", 2.54e-5),
+        ("°N", "geographic_angle", 1.0),
+    ],
+)
+def test_units_written_out_and_of_other_countries(text, quantity, scale):
+    unit = find_unit(text, quantity)
+    assert unit is not None
+    assert unit.scale == pytest.approx(scale, rel=1e-9)
