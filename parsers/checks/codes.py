@@ -42,10 +42,10 @@ def code_free(signal: Signal, *, stated: bool) -> Span | None:
     if float(values.min()) >= usual[0] and float(values.max()) <= usual[1]:
         return None
     if most < np.inf:
-        rest = _others(values, _beyond(values, usual) & _standing(signal.time_ns, values))
-        if rest is not None:
-            return min(usual[0], rest[0]), max(usual[1], rest[1])
-    return whole if stated and _others(values, _beyond(values, whole)) is not None else None
+        span = _between(values, _beyond(values, usual) & _standing(signal.time_ns, values))
+        if span is not None:
+            return span
+    return _between(values, _beyond(values, whole)) if stated else None
 
 
 def without_codes(signal: Signal, span: Span | None) -> Signal:
@@ -71,15 +71,18 @@ def _beyond(values: FloatArray, span: Span) -> BoolArray:
     return (values < span[0]) | (values > span[1])
 
 
-def _others(values: FloatArray, codes: BoolArray) -> Span | None:
-    """The range of what are no codes; None where none or most are codes, or where they adjoin the others."""
+def _between(values: FloatArray, codes: BoolArray) -> Span | None:
+    """The range up to the codes; None where none or most are codes, or where they adjoin the others."""
     share = float(codes.mean())
     if not 0 < share <= _MOST:
         return None
-    rest = values[~codes]
+    rest, code = values[~codes], values[codes]
     low, high = float(rest.min()), float(rest.max())
-    gap = float(np.maximum(values[codes] - high, low - values[codes]).min())
-    return (low, high) if gap >= high - low else None
+    if float(np.maximum(code - high, low - code).min()) < high - low:
+        return None
+    below = float(code[code < low].max(initial=-np.inf))
+    above = float(code[code > high].min(initial=np.inf))
+    return float(np.nextafter(below, np.inf)), float(np.nextafter(above, -np.inf))
 
 
 def _standing(time_ns: IntArray, values: FloatArray) -> BoolArray:

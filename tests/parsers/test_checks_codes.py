@@ -32,6 +32,13 @@ def test_a_second_of_a_code_is_removed_and_changes_no_unit(name, value, stated):
     assert np.array_equal(fixed[name].values, np.delete(signals[name].values, SECOND))
 
 
+def test_a_kerb_strike_stays_beside_a_code():
+    signals = with_code(drive(), "accel_x", 30.0, slice(2000, 2001))
+    fixed, decisions = check(with_code(signals, "accel_x", -65.0))
+    assert "50 samples" in decisions[0].found
+    assert np.array_equal(fixed["accel_x"].values, np.delete(signals["accel_x"].values, SECOND))
+
+
 def test_a_code_does_not_hide_a_unit_that_is_wrong():
     signals = {n: replace(s, group=n) for n, s in drive().items()}
     wrong = with_code(scaled(signals, yaw_rate=1 / DEG), "yaw_rate", 655.35)
