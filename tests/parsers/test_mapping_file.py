@@ -120,3 +120,17 @@ def test_starter_map_reads_back_and_maps_the_same(tmp_path):
             assert getattr(back, key) == getattr(first, key), (signal, key)
         assert back.unit.scale == first.unit.scale
         assert back.unit_from == "map file"
+
+
+def test_a_channel_in_volts_needs_its_unit_in_the_map(tmp_path):
+    path = tmp_path / "map.toml"
+    entry = '[signals.suspension_deflection_fl]\nchannel = "Pot FL"\nscale = 20.0\n'
+    channels = [ChannelInfo("Pot FL", "table", "V")]
+    path.write_text(entry)
+    with pytest.raises(
+        MappingError, match=r"unit V is no unit of a length.*say the unit in the mapping file"
+    ):
+        propose(channels, read_map(path))
+    path.write_text(f'{entry}unit = "mm"\n')
+    (only,) = propose(channels, read_map(path))["suspension_deflection_fl"]
+    assert (only.scale, only.unit.scale) == (20.0, 1e-3)
