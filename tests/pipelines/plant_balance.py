@@ -48,6 +48,10 @@ class Car:
     rolling: float = 0.011
     roll_inertia: float = 620.0
     pitch_inertia: float = 2500.0
+    stop_at: float = 1.0
+    """Travel from where the empty car stands, at which the front wheels meet their bump stops."""
+    stop_rate: float = 3e6
+    """N a m² of travel into them."""
 
     @property
     def sprung(self) -> float:
@@ -186,6 +190,8 @@ def _step_all(u: FloatArray, road: FloatArray, k: FloatArray, out: FloatArray) -
             damp = bump if rate[w] > 0 else reb
             s[w] = preload[w] + ks * d[w] * (1 + cube * d[w] ** 2) + bar * (d[w] - d[other]) + damp * rate[w]
             s[w] += fric * np.tanh(rate[w] / 0.002)
+            if w < 2 and d[w] > k[31]:
+                s[w] += k[32] * (d[w] - k[31]) ** 2
         drag = 0.6125 * da * v * v
         total = s.sum()
         # about the sprung CG: pitch nose down, roll right side down; the body's shift over its wheels with roll
@@ -231,7 +237,7 @@ def simulate(
         car.sprung, x, y, h, car.wheelbase, car.track, car.spring_front, car.spring_rear, car.cube, car.bar_front,
         car.bar_rear, car.bump, car.rebound, car.friction, car.tyre, car.roll_center, car.pitch_center, car.radius,
         car.wheel_inertia, car.drag, car.roll_inertia, car.pitch_inertia, car.unsprung,
-        front, front, rear, rear, *corners,
+        front, front, rear, rear, *corners, car.stop_at, car.stop_rate,
     ])  # fmt: skip
     metres = np.cumsum(u[:, 2]) / 1000
     grid = np.arange(0, metres[-1] + 10, 0.1)
