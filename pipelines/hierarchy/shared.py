@@ -53,6 +53,7 @@ HEIGHT = Belongs(0.6, "the same for how high a load lies; what goes onto a roof 
 REST = Belongs(
     0.2, "dry friction that holds at rest: mostly the way in which loads come on, in part new at every stop"
 )
+DRIVEN = Belongs(0.7, "in which gear a drive was braked, and how far an electric motor helped")
 WORKING = Belongs(1.0, "how far a drive's load and motion go into the bump stops, from where it stands")
 WOUND = Belongs(1.0, "what brakes that hold wind up in the links is another thing at every stop")
 ROAD = Belongs(1.0, "of the road that was driven, and of that day's air")
@@ -73,7 +74,7 @@ RULES: Mapping[str, Belongs] = {
     "wheelbase": BUILT, "track": BUILT, "spring_base": BUILT, "force_base": BUILT, "shaft_roll": BUILT, "wheel_inertia": BUILT, "empty": BUILT, "unsprung": BUILT, "cross": BUILT,
     "spring": BUILT, "bar": BUILT, "square": BUILT, "cube": BUILT, "roll_center": BUILT, "pitch_center": BUILT,
     "camber": BUILT, "drive_front": BUILT, "hubs_past": BUILT, "jack": BUILT, "roll_inertia": BUILT, "pitch_inertia": BUILT, "drag_height": BUILT, "lift": BUILT,
-    "stop": WORKING, "product": BUILT, "bush": BUILT, "yielding": BUILT, "side_path": BUILT, "axis_sinks": BUILT, "patch_side": BUILT,
+    "stop": WORKING, "engine_drag": DRIVEN, "product": BUILT, "bush": BUILT, "yielding": BUILT, "side_path": BUILT, "axis_sinks": BUILT, "patch_side": BUILT,
     "rub": MODEL, "roll_rubs": MODEL, "pitch_path": MODEL, "patch_lag": MODEL, "swing": MODEL, "inertia_factor": MODEL,
     "damping_factor": MODEL, "corner_drag": MODEL, "rolling_shift": MODEL, "torque_arm": MODEL,
     "axle_pitch_gain": MODEL, "strut_pitch_gain": MODEL, "tilt": MODEL,

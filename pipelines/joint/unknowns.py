@@ -315,6 +315,8 @@ def _long(book: Book, kilos: float) -> None:
     book.put("late_long", 0.0, 0.05)
     book.put("tilt", 1.0, 0.3)
     book.put("gain_long", 0.0, 0.01)
+    # what an engine in gear, or an electric motor, adds to the brakes where no log tells its torque, m/s²
+    book.put("engine_drag", 0.05, 0.12)
 
 
 def before_the_log(vehicle: Vehicle) -> Known:

@@ -199,8 +199,11 @@ def test_a_log_gives_height_and_mass_with_offsets_and_a_late_speed():
     assert height.status != "not_identifiable"
     assert height.std < 0.8 * height.prior.std
     assert mass.low < 1755 < mass.high
-    expected = CAR.mass * CAR.arm / CAR.roll_stiffness * 9.80665 * 180 / np.pi
-    assert lean.value == pytest.approx(expected, rel=0.03)
+    expected = CAR.mass * CAR.arm / CAR.roll_stiffness
+    assert found.diagnostics["roll_per_lateral_acceleration"] == pytest.approx(expected, rel=0.03)
+    # right here, where the ground is flat: no log of slow bends can know that
+    assert lean.status == "not_identifiable"
+    assert "roads lean into their bends" in lean.reason
     assert found.diagnostics["speed_delay_s"] == pytest.approx(0.15, abs=0.03)
     assert {t.name for t in found.traces} >= {"roll rate", "wheel speeds in braking"}
     assert not found.witness

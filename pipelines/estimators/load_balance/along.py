@@ -43,6 +43,7 @@ def along_terms(
 ) -> Coefficients:
     """The longitudinal balance, over the radius: forces. Rows are split into braking and not braking.
 
+    drive: the torque that drives is logged, what an engine holds back while braking in it too.
     guessed: the body's pitch follows from the acceleration, not from deflections: by springs and tyres where their
     rates are known (springs), else by what is usual.
     """
@@ -69,7 +70,8 @@ def along_terms(
                 add(terms, f"fx_tilt_{mode}", -mass * (p["tilt"] if guessed else 1.0))
             add(terms, f"fz_{name}", -mass * p["askew_pitch"])
             # what a nose that a load lifts reads of gravity is in the offset, here as in every relation that shares it
-            add(terms, name, -mass * (p["offset_x"] + GRAVITY * p["rolling"]))
+            held = 0.0 if drive else p["engine_drag"]
+            add(terms, name, -mass * (p["offset_x"] + GRAVITY * p["rolling"] + held))
             add(terms, f"v2_{name}", -radius * air_pressure(p) * p["drag"] / scale[mode])
         radius = p["radius"]
         mean = scale["drive"] if drive else scale["brake"]
