@@ -26,6 +26,7 @@ from pipelines.limits import what_limits
 from pipelines.needs import readiness
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
+from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.results import Assumption, DriveResults, Estimate, Inputs, ParameterEstimate, Standing, Trace
 from pipelines.rollover import assess_rollover
@@ -33,6 +34,7 @@ from pipelines.settings import choose, read_settings
 from pipelines.vehicles.priors import standing
 from pipelines.vehicles.vehicle import Vehicle, read_vehicle, with_suspension_map
 from pipelines.verdict.combine import verdict_of
+from pipelines.verdict.two_loads import holding_both_loads, taught_with_both_loads
 
 TRACE_POINTS = 2000
 """Points a trace keeps for the report; extremes are kept when thinning."""
@@ -141,13 +143,15 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     lateral = lateral_doubt(drive, vehicle)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive = with_doubt(drive, lateral)
+    step = load_step(drive, vehicle)
+    drive = with_load_step(drive, step)
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):
         progress(f"estimating: {estimator.title}", number / len(chosen))
         results.append(run_estimator(estimator, drive, vehicle, settings[estimator.name], request.seed))
     progress("weighing the evidence", 1.0)
     whole = verdict_of(results, vehicle, np.random.default_rng([request.seed, zlib.crc32(b"verdict")]))
-    verdict = as_sure_as_the_scale(whole.parameters, lateral)
+    verdict = holding_both_loads(as_sure_as_the_scale(whole.parameters, lateral), step, vehicle)
     # what predicts is code, and no result
     results = [replace(estimate, evidence=()) for estimate in results]
     made = DriveResults(
@@ -175,9 +179,10 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         assumptions=_assumptions(results),
         limits=what_limits(drive.record, results, verdict, vehicle, whole.joint),
         signals=signal_traces(drive),
-        joint=whole.joint,
+        joint=taught_with_both_loads(whole.joint, step, verdict),
     )
-    return Analysis(made, whole.kept)
+    # relations of two loads are of no state that a vehicle's other drives could be joined with
+    return Analysis(made, whole.kept if step is None else None)
 
 
 def _assumptions(results: Sequence[Estimate]) -> tuple[Assumption, ...]:

@@ -36,6 +36,15 @@ def _data_limits(record: ImportRecord) -> list[str]:
     return limits
 
 
+def _load_changed(record: ImportRecord) -> list[str]:
+    """That the drive holds two loads (`prepare.load_step`), and what to do."""
+    return [
+        f"{d.found[:1].upper()}{d.found[1:]}: split the drive there. What hangs on the load is weak, with both loads in its interval."
+        for d in record.decisions
+        if d.kind == "load"
+    ]
+
+
 def _not_run(estimates: Sequence[Estimate], record: ImportRecord) -> list[str]:
     """What was skipped; where nothing ran, what the log gives and what the first method lacks, as an example."""
     skipped = [e for e in estimates if e.status == "skipped"]
@@ -100,7 +109,7 @@ def what_limits(
     # the weightiest first: that nothing ran, or, where something did, at the end what else could have
     nothing_ran = not any(e.status == "ran" for e in estimates)
     limits = list(skipped) if nothing_ran else []
-    limits += [*_contradiction(joint), *_two_stiffnesses(vehicle)]
+    limits += [*_load_changed(record), *_contradiction(joint), *_two_stiffnesses(vehicle)]
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")
     if height is not None and height.status != "identified":

@@ -15,7 +15,7 @@ from reports.sections.values import (
     value_text,
 )
 from reports.sections.verdict import LEADING, Line, lines
-from reports.text import DASH, NARROW, NO_BREAK, clean, gist, spec_of, with_unit
+from reports.text import DASH, NARROW, NO_BREAK, clean, gist, sentence, spec_of, with_unit
 
 WIDTH = 100
 _STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}
@@ -42,8 +42,13 @@ def _reason(line: Line) -> list[str]:
 
 
 def _next_and_conflicts(results: DriveResults) -> list[str]:
-    """Conflicts between relations, and the measurement that would help most; nothing where there are none."""
-    told = [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
+    """A load that changed, conflicts between relations, and the measurement that would help most; nothing where there are none."""
+    told = [
+        f"{sentence(clean(d.found, 200)).rstrip('.')}: split the drive there."
+        for d in results.record.decisions
+        if d.kind == "load"
+    ]
+    told += [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
     following = next_line(results)
     if following:
         told.append(f"next, most useful: {following}")
@@ -57,7 +62,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
 def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
     """Parameter, value ± standard deviation, 95 % interval, status; below each line the reason, if long in short.
 
-    Behind the table: conflicts, and the measurement that would help most next.
+    Behind the table: a load that changed, conflicts, and the measurement that would help most next.
 
     colour: paint the status; for a terminal only. Every text is free of control characters.
     """

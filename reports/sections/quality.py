@@ -32,7 +32,10 @@ def decision_item(decision: Decision) -> Item:
     action = clean(decision.action).rstrip(".")
     evidence = f" ({clean(decision.evidence).rstrip('.')})" if decision.evidence else ""
     signal = clean(decision.signal, 60)
-    lead = "" if signal and signal.lower() in found.lower() else f"{signal}: "
+    if not signal:
+        # of the drive as a whole, not of one signal
+        found = sentence(found).rstrip(".")
+    lead = "" if not signal or signal.lower() in found.lower() else f"{signal}: "
     text = f"{lead}{found}{evidence}: {action}." if action else f"{lead}{found}{evidence}."
     return Item(text, "corrected", "good") if decision.applied else Item(text, "only reported", "warn")
 

@@ -7,7 +7,9 @@ from dataclasses import replace
 import pytest
 from sample_results import bare, hostile, rich
 
+from parsers.drive import Decision
 from pipelines.results import DriveResults
+from reports.sections.quality import checks_card
 from reports.terminal import verdict_table
 
 
@@ -67,3 +69,19 @@ def test_colour_only_when_asked_for() -> None:
 
 def test_nothing_asked_nothing_said() -> None:
     assert verdict_table(replace(bare(), verdict={})) == "No parameter was asked for."
+
+
+def test_a_load_that_changed_stands_below_and_on_the_first_screen() -> None:
+    said = Decision(
+        "", "load", "the load changed at about 350 s (by about -300 kg, more at the rear)",
+        "split the drive there", "-300 ± 20 kg", applied=False,
+    )  # fmt: skip
+    sample = rich()
+    changed = replace(sample, record=replace(sample.record, decisions=(*sample.record.decisions, said)))
+    told = " ".join(line.strip() for line in verdict_table(changed).splitlines())
+    assert (
+        "The load changed at about 350 s (by about -300 kg, more at the rear): split the drive there." in told
+    )
+    assert "load changed" not in verdict_table(sample)
+    (block,) = checks_card(changed)
+    assert "The load changed at about 350 s" in str(block)
