@@ -178,12 +178,11 @@ def _gradient(found: Found, vehicle: Vehicle) -> ParameterEstimate:
     status: Identification = "identified" if std < 0.08 * value else "not_identifiable"
     reason = "from the log alone: roll against the road per g of sensed lateral acceleration"
     if status != "identified":
-        slow = LEANING_STD * found.bends > 0.06
-        reason += (
-            "; roads lean into their bends, and this drive's cornering is as slow as they are"
-            if slow
-            else "; little cornering in relation to noise, offsets and scale errors"
-        )
+        own, lean = gain_spread(found.lateral), LEANING_STD * found.bends
+        if own > 0.5 * lean:
+            reason += "; little cornering in relation to noise, offsets and scale errors"
+        if lean > 0.5 * own:
+            reason += "; roads lean into their bends, and this drive's cornering may be theirs"
     if status == "not_identifiable":
         return unknown(name, reason, None, reference)
     low, high = max(value - 1.96 * std, 0.0), value + 1.96 * std
