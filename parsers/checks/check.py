@@ -8,11 +8,11 @@ from dataclasses import dataclass, field, replace
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.offsets import offsets, stuck, weightless
+from parsers.checks.rate_signs import rate_signs
 from parsers.checks.signs import (
     SignResult,
     lateral_signs,
     other_signs,
-    rate_signs,
     springs_signs,
     turned_along,
 )

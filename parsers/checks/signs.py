@@ -17,6 +17,7 @@ import numpy as np
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together, compare
+from parsers.checks.leaning import CANNOT_TELL, level_roads, told_by
 from parsers.checks.motion import (
     MIN_SPEED,
     path_speed,
@@ -26,18 +27,17 @@ from parsers.checks.motion import (
     smooth,
     vehicle_speed,
 )
-from parsers.checks.springs import DEFLECTIONS, springs_decision, springs_in_braking, springs_tilt
+from parsers.checks.springs import DEFLECTIONS, springs_decision, springs_in_braking
 from parsers.drive import Decision
 from parsers.quantiles import median, quantile
 
 MIN_LATERAL = 1.0
 MIN_SECONDS = 1.0
 _MIN_LATERAL_CENTRED = 0.7
-_MIN_TILT = 0.003
 _LEAST = 0.55
 _LEAST_QUICK = 0.6
-_LEAST_RATE = 0.5
 _SURE = 1.0
+_MIN_ROLL = 0.01
 # what it costs to say that a channel's sign is wrong
 _COSTS = {"accel_y": 1.5, "yaw_rate": 1.0, "roll": 0.9, "steering_wheel_angle": 1.2}
 _PATH_COST = 4.0
@@ -141,6 +141,9 @@ def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
         smoothed = smooth(lateral) if each == "path" else lateral
         smoothed = grid.rate(lateral) if each == _ROLL_RATE else smoothed
         together = compare(values, smoothed, centred=centred)
+        if each in ("roll", _ROLL_RATE) and together is not None and abs(together.correlation) >= _LEAST:
+            changes = values if each == _ROLL_RATE else grid.rate(values)
+            together = told_by(grid, together, (changes, grid.rate(lateral)), _LEAST_QUICK)
         if together is not None and abs(together.correlation) >= _LEAST:
             said = "yaw_rate × speed" if each == "yaw_rate" and speed is not None else each
             found.append(Vote(each, together, cost, _WITNESSES.get(each, said)))
@@ -198,10 +201,17 @@ def lateral_signs(grid: Grid) -> SignResult:
         names |= set(DEFLECTIONS) if each == "springs" else {each}
     axes_turned = z_down and name in chosen
     alone = axes_turned and "yaw_rate" in grid.columns and "yaw_rate" not in costs
+    unchecked = ("sign of roll: " + CANNOT_TELL,) if _hidden(grid, costs) else ()
     return SignResult(
-        frozenset(names), decisions, (_YAW_ALONE,) if alone else (), axes_turned=axes_turned,
+        frozenset(names), decisions, unchecked + ((_YAW_ALONE,) if alone else ()), axes_turned=axes_turned,
         exchanged=frozenset(DEFLECTIONS) if exchanged else frozenset(),
     )  # fmt: skip
+
+
+def _hidden(grid: Grid, told: Collection[str]) -> bool:
+    """Whether a roll angle that moves did not tell its sign, on roads that may lean."""
+    roll = grid.get("roll")
+    return roll is not None and "roll" not in told and varied(roll, _MIN_ROLL) and not level_roads(grid)
 
 
 def _lateral_decision(
@@ -234,43 +244,6 @@ def _lateral_decision(
         against = next((name for name in votes if name not in chosen), "")
         found = f"{shown} goes with {said}, which has the sign opposite to {_WITNESSES.get(against, against)}"
     return Decision(signal, "sign", found, action, evidence, applied=True)
-
-
-def rate_signs(grid: Grid) -> SignResult:
-    """Roll rate and pitch rate against the change of their angles, else against the acceleration behind them.
-
-    To be called when the angles' signs are settled.
-    """
-    inverted: set[str] = set()
-    decisions: list[Decision] = []
-    unchecked: list[str] = []
-    for rate, angle, push, sense in (
-        ("roll_rate", "roll", "accel_y", 1),
-        ("pitch_rate", "pitch", "accel_x", -1),
-    ):
-        turning = grid.get(rate)
-        if turning is None:
-            continue
-        tilt, driving = grid.get(angle), grid.get(push)
-        said, least = f"the change of {angle}", _LEAST_RATE
-        if tilt is None:
-            tilt, said = springs_tilt(grid, angle), f"the change of {angle} that the springs show"
-        found = None if tilt is None else compare(turning, grid.rate(tilt))
-        if tilt is not None and not varied(tilt, _MIN_TILT):
-            found = None
-        if (found is None or abs(found.correlation) < least) and driving is not None and varied(driving, 1.0):
-            found = compare(turning, sense * grid.rate(driving))
-            said, least = f"the change of {push}", 0.6
-            if sense < 0:
-                said += " (braking tips the nose down)"
-        if found is None or abs(found.correlation) < least:
-            unchecked.append(f"sign of {rate}: the drive moves it too little")
-        elif found.sign < 0:
-            inverted.add(rate)
-            evidence = f"correlation {found.correlation:.2f} over {found.seconds:.0f} s"
-            text = f"{rate} has the sign opposite to {said}"
-            decisions.append(Decision(rate, "sign", text, "inverted", evidence, applied=True))
-    return SignResult(frozenset(inverted), tuple(decisions), tuple(unchecked))
 
 
 def other_signs(grid: Grid) -> SignResult:

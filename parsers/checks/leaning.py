@@ -1,0 +1,49 @@
+"""Roll by what is quicker than roads bank: in a bend that leans, the body turns with the road, and its springs the other way.
+
+Against the horizon a body rolls with the road and on its springs. A road that leans into its bends is the larger part, and opposite to what
+springs and the lateral acceleration say. Within a second no road leans that much: what moves so quickly is the body on its
+springs, or wheels that roll it over uneven ground, and both press the springs of the side to which it rolls.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import Grid, Together, compare
+from parsers.checks.motion import MIN_SPEED, smooth, vehicle_speed
+
+_CELLS = 11
+_FLAT = 0.95
+"""Accelerometers on level roads show yaw rate times speed, and 3 to 10 % more by the body's roll; on roads that lean in, less."""
+_LEAST = 0.9
+CANNOT_TELL = (
+    "its quick changes are too small, and slow ones may be those of roads that lean into their bends"
+)
+
+
+def quick(values: FloatArray) -> FloatArray:
+    """What is left of a column (n,) without its mean over 1.1 s."""
+    return values - smooth(values, _CELLS)
+
+
+def level_roads(grid: Grid) -> bool:
+    """Whether the lateral acceleration is surely not less than yaw rate times speed, as it is where roads lean into bends."""
+    lateral, yaw, speed = grid.get("accel_y"), grid.get("yaw_rate"), vehicle_speed(grid)
+    if lateral is None or yaw is None or speed is None:
+        return False
+    found = compare(lateral, yaw * speed, np.abs(speed) > MIN_SPEED, centred=False)
+    return found is not None and abs(found.correlation) >= _LEAST and found.ratio >= _FLAT
+
+
+def told_by(
+    grid: Grid, plain: Together, changes: tuple[FloatArray, FloatArray], least: float
+) -> Together | None:
+    """How roll goes with what rolls it, whatever the roads do; None where they may hide it.
+
+    plain: of both as they are. changes: (n,) each, the rates of change of both; least: the correlation from which their quick part tells.
+    """
+    found = compare(quick(changes[0]), quick(changes[1]))
+    if found is not None and abs(found.correlation) >= least:
+        return plain if found.sign == plain.sign else found
+    return plain if level_roads(grid) else None
