@@ -6,19 +6,11 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
-from parsers.checks.grid import Grid, make_grid
+from parsers.checks.grid import make_grid
+from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
-from parsers.checks.rate_signs import rate_signs
-from parsers.checks.signs import (
-    SignResult,
-    lateral_signs,
-    other_signs,
-    springs_signs,
-    turned_along,
-)
 from parsers.checks.sizes import size_faults
 from parsers.checks.spikes import calm, clean
-from parsers.checks.springs import exchanged_decision
 from parsers.checks.unit_faults import unit_faults
 from parsers.drive import Decision, Signal
 
@@ -120,28 +112,29 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    inverted, exchanged, grid, rest, missing = _signs(make_grid(work, grid))
-    work = _scaled(work, dict.fromkeys(inverted, -1.0))
+    signs = judge_signs(make_grid(work, grid))
+    grid = signs.grid
+    work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
     idle = stuck(work, grid)
-    rest += [*wild.values(), *idle]
-    left_out = frozenset(wild) | exchanged | {each.signal for each in idle if each.applied}
+    rest = [*signs.decisions, *wild.values(), *idle]
+    left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
     work = {name: signal for name, signal in work.items() if name not in left_out}
-    rest += offsets(_without(grid, left_out))
+    rest += offsets(grid.without(left_out))
     guessed = [
         f"unit of {name}: the log does not say it"
         for name in work
         if not stated.get(name, True) and name not in factors
     ]
-    unsure = (*missing, *guessed)
+    unsure = (*signs.unchecked, *guessed)
     findings = Findings(
         factors,
-        inverted,
+        signs.inverted,
         left_out,
         tuple(units),
         tuple(spikes),
         tuple(rest),
         unsure,
-        frozenset(wild) | exchanged,
+        frozenset(wild) | signs.exchanged,
         spans,
     )
     return findings, work
@@ -160,44 +153,8 @@ def _beside(
     return whole, work
 
 
-def _signs(grid: Grid) -> tuple[frozenset[str], frozenset[str], Grid, list[Decision], list[str]]:
-    """The springs' sign, then lateral ones (which look at it and at accel_z's), then those that build on them.
-
-    Returns what is inverted, what is exchanged with each other, the grid as it then is, decisions, and checks that had too little.
-    """
-    inverted: frozenset[str] = frozenset()
-    exchanged: frozenset[str] = frozenset()
-    decisions: list[Decision] = []
-    missing: list[str] = []
-    axes_turned = False
-    for step in (springs_signs, lateral_signs, other_signs, rate_signs):
-        result: SignResult = step(grid)
-        if result.exchanged:
-            exchanged = result.exchanged & set(grid.columns)
-            decisions = [exchanged_decision(bool(exchanged & inverted))]
-            inverted -= exchanged
-            grid = _without(grid, exchanged)
-        axes_turned |= result.axes_turned
-        along = turned_along(grid.columns, result.unchecked) if axes_turned else ()
-        with_it = {each.signal for each in along}
-        turned = (result.inverted & set(grid.columns)) | with_it
-        inverted ^= turned
-        columns = {name: -column if name in turned else column for name, column in grid.columns.items()}
-        grid = Grid(grid.time_s, columns)
-        decisions += [*result.decisions, *along]
-        missing += [
-            text for text in result.unchecked if text.split(":")[0].removeprefix("sign of ") not in with_it
-        ]
-    return inverted, exchanged, grid, decisions, missing
-
-
 def _scaled(signals: Mapping[str, Signal], factors: Mapping[str, float]) -> dict[str, Signal]:
     return {
         name: replace(signal, values=signal.values * factors[name]) if name in factors else signal
         for name, signal in signals.items()
     }
-
-
-def _without(grid: Grid, names: Iterable[str]) -> Grid:
-    gone = set(names)
-    return Grid(grid.time_s, {name: column for name, column in grid.columns.items() if name not in gone})

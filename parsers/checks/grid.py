@@ -6,7 +6,7 @@ Only seconds in which some signal has samples are on the clock, so that its leng
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -47,6 +47,10 @@ class Grid:
         """The grid with some columns multiplied."""
         columns = {name: column * factors.get(name, 1.0) for name, column in self.columns.items()}
         return Grid(self.time_s, columns) if factors else self
+
+    def without(self, names: Collection[str]) -> Grid:
+        """The grid without some columns."""
+        return Grid(self.time_s, {name: column for name, column in self.columns.items() if name not in names})
 
     def rate(self, values: FloatArray) -> FloatArray:
         """Time derivative over two cells, NaN at the borders of what is contiguous."""

@@ -1,0 +1,50 @@
+"""All signs, step by step: the springs' own, then lateral ones (which look at it and at accel_z's), then those that build on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from parsers.checks.grid import Grid
+from parsers.checks.rate_signs import rate_signs
+from parsers.checks.signs import SignResult, lateral_signs, other_signs, springs_signs, turned_along
+from parsers.checks.springs import exchanged_decision
+from parsers.drive import Decision
+
+
+@dataclass(frozen=True)
+class AllSigns:
+    """inverted: signals whose sign is wrong; exchanged: with each other, so that none of them can be used; grid: as it then is, without
+    the exchanged ones; unchecked: checks that had too little to go by, as sentences."""
+
+    inverted: frozenset[str]
+    exchanged: frozenset[str]
+    grid: Grid
+    decisions: tuple[Decision, ...]
+    unchecked: tuple[str, ...]
+
+
+def all_signs(grid: Grid) -> AllSigns:
+    """Judge every signal's sign by itself."""
+    inverted: frozenset[str] = frozenset()
+    exchanged: frozenset[str] = frozenset()
+    decisions: list[Decision] = []
+    unchecked: list[str] = []
+    axes_turned = False
+    for step in (springs_signs, lateral_signs, other_signs, rate_signs):
+        result: SignResult = step(grid)
+        if result.exchanged:
+            exchanged = result.exchanged & set(grid.columns)
+            decisions = [exchanged_decision(bool(exchanged & inverted))]
+            inverted -= exchanged
+            grid = grid.without(exchanged)
+        axes_turned |= result.axes_turned
+        along = turned_along(grid.columns, result.unchecked) if axes_turned else ()
+        with_it = {each.signal for each in along}
+        turned = (result.inverted & set(grid.columns)) | with_it
+        inverted ^= turned
+        grid = grid.scaled(dict.fromkeys(turned, -1.0))
+        decisions += [*result.decisions, *along]
+        unchecked += [
+            text for text in result.unchecked if text.split(":")[0].removeprefix("sign of ") not in with_it
+        ]
+    return AllSigns(inverted, exchanged, grid, tuple(decisions), tuple(unchecked))
