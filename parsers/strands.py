@@ -9,7 +9,8 @@ import numpy as np
 
 from parsers.channels import FloatArray, IntArray
 from parsers.checks.check import Findings
-from parsers.checks.spikes import Bounds, Tally, impossible
+from parsers.checks.flat_tops import Limits
+from parsers.checks.spikes import Bounds, Tally, impossible, possible, with_cut_off
 from parsers.drive import Signal
 from parsers.pieces import Span
 from parsers.windows import Track, load_window
@@ -92,13 +93,15 @@ def whole_signals(strands: Sequence[Strand], spans: Sequence[Span]) -> dict[str,
 
 @dataclass
 class Cleaner:
-    """Takes impossible samples out of one signal, window by window. bounds: None where the range itself is in doubt."""
+    """Takes impossible samples out of one signal, window by window. bounds: None where the range itself is in doubt. limits: where it
+    is cut off."""
 
     strand: Strand
     bounds: Bounds | None
     inverted: bool
     tally: Tally
     before: tuple[IntArray, FloatArray]
+    limits: Limits | None = None
 
     def clean(self, now: Samples, after: Samples | None) -> Signal:
         """The window's samples, cleaned and with the right sign. after: those of the next window."""
@@ -114,7 +117,7 @@ class Cleaner:
         if self.bounds is None or (self.bounds.usual == np.inf and self.bounds.code == np.inf):
             masks = None if self.bounds is None else self._impossible(now.time_ns, now.values)
             self.tally.add(now.values, masks)
-            return None if masks is None else ~(masks[0] | masks[1] | masks[2])
+            return None if masks is None else possible(masks)
         head = (np.zeros(0, dtype=np.int64), np.zeros(0))
         if after is not None:
             head = after.time_ns[:CONTEXT], after.values[:CONTEXT]
@@ -125,17 +128,19 @@ class Cleaner:
         self.tally.add(values, masks, here)
         keep = slice(max(here.stop - CONTEXT, 0), here.stop)
         self.before = time_ns[keep].copy(), values[keep].copy()
-        return None if masks is None else ~(masks[0] | masks[1] | masks[2])[here]
+        return None if masks is None else possible(masks)[here]
 
     def _impossible(self, time_ns: IntArray, values: FloatArray) -> tuple[np.ndarray, ...] | None:
         assert self.bounds is not None
-        return impossible(self.strand.name, self.bounds, time_ns, values)
+        masks = impossible(self.strand.name, self.bounds, time_ns, values)
+        return with_cut_off(masks, values, self.limits)
 
 
 def make_cleaner(strand: Strand, bounds: Bounds | None, findings: Findings) -> Cleaner:
     """A cleaner at the beginning of the drive."""
     none = (np.zeros(0, dtype=np.int64), np.zeros(0))
-    return Cleaner(strand, bounds, strand.name in findings.inverted, Tally(), none)
+    inverted, limits = strand.name in findings.inverted, findings.limits.get(strand.name)
+    return Cleaner(strand, bounds, inverted, Tally(), none, limits)
 
 
 def cleaned(

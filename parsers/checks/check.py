@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
+from parsers.checks.flat_tops import Limits
 from parsers.checks.grid import make_grid
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
@@ -31,7 +32,7 @@ class Findings:
     factors: signal -> what its values are multiplied by. Then impossible samples go (`parsers.checks.spikes`; spans: the
     ranges, SI, of signals whose codes for "no value" lie in the usual one), and `inverted` signals change their sign. left_out: signals that are not used at all; wild: those of them that are mostly
     beyond what a road vehicle can do, or are something else than their name says. units, spikes, rest: the decisions
-    in order, as if all were applied; `spikes` belong to the samples that were looked at, the others to the whole.
+    in order, as if all were applied; limits: where signals are cut off, times their factor; `spikes` belong to the samples that were looked at, the others to the whole.
     """
 
     factors: Mapping[str, float]
@@ -42,6 +43,7 @@ class Findings:
     rest: tuple[Decision, ...]
     unchecked: tuple[str, ...]
     wild: frozenset[str] = frozenset()
+    limits: Mapping[str, Limits] = field(default_factory=dict)
     spans: Mapping[str, Span] = field(default_factory=dict)
 
 
@@ -96,12 +98,15 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
     spikes: list[Decision] = []
     wild: dict[str, Decision] = {}
+    limits: dict[str, Limits] = {}
     for name, signal in list(work.items()):
         cleaned = clean(signal, spans.get(name))
         if cleaned.wild:
             wild[name] = cleaned.decisions[0]
         else:
             spikes += cleaned.decisions
+        if cleaned.limits is not None:
+            limits[name] = cleaned.limits
         if cleaned.signal is None:
             del work[name]
         else:
@@ -118,12 +123,11 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     idle = stuck(work, grid)
     rest = [*signs.decisions, *wild.values(), *idle]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
-    work = {name: signal for name, signal in work.items() if name not in left_out}
     rest += offsets(grid.without(left_out))
     guessed = [
         f"unit of {name}: the log does not say it"
         for name in work
-        if not stated.get(name, True) and name not in factors
+        if not stated.get(name, True) and name not in factors and name not in left_out
     ]
     unsure = (*signs.unchecked, *guessed)
     findings = Findings(
@@ -135,9 +139,10 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         tuple(rest),
         unsure,
         frozenset(wild) | signs.exchanged,
+        limits,
         spans,
     )
-    return findings, work
+    return findings, {name: signal for name, signal in work.items() if name not in left_out}
 
 
 def _beside(

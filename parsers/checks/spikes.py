@@ -1,4 +1,4 @@
-"""Values that cannot be: beyond what any road vehicle does, or bursts that no vehicle could follow.
+"""Values that cannot be: beyond what any road vehicle does, bursts that no vehicle could follow, or cut off at the end of a range.
 
 A burst is removed only beyond doubt: it jumps away and back within a few samples, both jumps are larger than the
 quantity can change in that time and than anything usual in the same signal. What is removed is never filled in.
@@ -12,6 +12,7 @@ import numpy as np
 
 from parsers.channels import FloatArray, IntArray
 from parsers.checks.codes import Span
+from parsers.checks.flat_tops import Limits, flat_tops
 from parsers.checks.grid import BoolArray
 from parsers.checks.wording import show, times
 from parsers.drive import Decision, Signal
@@ -59,6 +60,10 @@ _FOUND = (
         "jumps away and back faster than the vehicle can move",
         "jump away and back faster than the vehicle can move",
     ),
+    (
+        "stands at its largest value, where the sensor or the recorder cuts it off",
+        "stand at its largest value, where the sensor or the recorder cuts it off",
+    ),
 )
 
 
@@ -78,16 +83,16 @@ class Bounds:
 
 @dataclass
 class Tally:
-    """How many samples of a signal were looked at, and those that are impossible: beyond the range, code, burst."""
+    """How many samples of a signal were looked at, and those that are impossible: beyond the range, code, burst, cut off."""
 
     total: int = 0
-    counts: list[int] = field(default_factory=lambda: [0, 0, 0])
-    largest: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    counts: list[int] = field(default_factory=lambda: [0] * len(_FOUND))
+    largest: list[float] = field(default_factory=lambda: [0.0] * len(_FOUND))
 
     def add(
         self, values: FloatArray, masks: tuple[BoolArray, ...] | None, where: slice = slice(None)
     ) -> None:
-        """Count the samples in `where`. masks: as from `impossible`."""
+        """Count the samples in `where`. masks: as from `impossible`, or `with_cut_off`."""
         self.total += len(values[where])
         for kind, mask in enumerate(masks or ()):
             bad = values[where][mask[where]]
@@ -111,11 +116,12 @@ class Tally:
 class Cleaned:
     """A signal without its impossible samples (None where nothing is left), and what was found.
 
-    wild: whether so much of it is impossible that none of it can be used."""
+    wild: whether so much of it is impossible that none of it can be used. limits: where it is cut off, None where it is not."""
 
     signal: Signal | None
     decisions: tuple[Decision, ...]
     wild: bool = False
+    limits: Limits | None = None
 
 
 def clean(signal: Signal, span: Span | None = None) -> Cleaned:
@@ -130,13 +136,30 @@ def clean(signal: Signal, span: Span | None = None) -> Cleaned:
         largest = float(np.abs(signal.values).max())
         return Cleaned(None, (out_of_range(signal.name, float(beyond.mean()), largest),), wild=True)
     masks = impossible(signal.name, bounds, signal.time_ns, signal.values)
-    if masks is None:
+    limits = flat_tops(signal.name, signal.values if masks is None else signal.values[possible(masks)])
+    every = with_cut_off(masks, signal.values, limits)
+    if every is None:
         return Cleaned(signal, ())
     tally = Tally()
-    tally.add(signal.values, masks)
-    good = ~(masks[0] | masks[1] | masks[2])
+    tally.add(signal.values, every)
+    good = possible(every)
     left = replace(signal, time_ns=signal.time_ns[good], values=signal.values[good]) if good.any() else None
-    return Cleaned(left, tally.decisions(signal.name))
+    return Cleaned(left, tally.decisions(signal.name), limits=limits)
+
+
+def with_cut_off(
+    masks: tuple[BoolArray, ...] | None, values: FloatArray, limits: Limits | None
+) -> tuple[BoolArray, ...] | None:
+    """The masks of `impossible`, and that of values which are cut off; None where all samples are possible."""
+    if limits is None:
+        return masks
+    none = np.zeros(len(values), dtype=np.bool_)
+    return (*(masks or (none, none, none)), limits.reached(values))
+
+
+def possible(masks: tuple[BoolArray, ...]) -> BoolArray:
+    """Which samples no mask is about, (n,)."""
+    return np.asarray(~np.logical_or.reduce(masks), dtype=np.bool_)
 
 
 def bounds_of(signal: Signal, span: Span) -> Bounds | None:

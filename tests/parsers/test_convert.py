@@ -242,6 +242,17 @@ def test_bursts_at_the_edges_of_windows(tapes, tmp_path, monkeypatch) -> None:
     assert decision.found.startswith(f"{np.count_nonzero(speed > 30)} samples of speed jump away and back")
 
 
+def test_what_is_cut_off_goes_from_a_long_drive_too(tapes, tmp_path) -> None:
+    n = 20_000
+    time_ns = np.arange(n) * 10_000_000
+    noise = 0.1 * np.random.default_rng(4).standard_normal(n)
+    lateral = np.clip(5 * np.sin(time_ns / NS) + noise, -3.0, 3.0)
+    rows = {"/imu": (time_ns, {"accel_y": lateral})}
+    converted, _ = both(tapes(Tape(rows)), tmp_path, rows=1000, window=1600)
+    (decision,) = converted.record.decisions
+    assert decision.found.startswith(f"{np.count_nonzero(np.abs(lateral) == 3.0)} samples of accel_y stand")
+
+
 def test_parts_in_a_row_that_overlap_a_little(tapes, tmp_path) -> None:
     logs = Tape(with_faults(drive(120, 1e9))), Tape(drive(150, 1e9 + 119.3, 2)), Tape(drive(60, 1e9 + 300, 3))
     record = both(tapes(*logs), tmp_path)[0].record

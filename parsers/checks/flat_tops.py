@@ -1,0 +1,69 @@
+"""Inertial signals that are cut off at the end of a sensor's or a recorder's range: flat tops.
+
+What is cut off is smaller than it was, by an unknown amount, exactly where the vehicle is driven hardest: no sample at all is honester.
+It shows without knowing the range: a noisy signal never stands still at its largest value, again and again, unless it is held there. Signals that do
+stay at an extreme (brake pressure, pedals, speeds, stops of steering or springs) are not looked at, nor are those without noise, which
+a simulator may hold anywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import BoolArray
+
+_RATES = ("roll_rate", "pitch_rate", "yaw_rate")
+_RUN = 4
+_LEAST_RUNS = 3
+_LEAST_SAMPLES = 20
+_NEAR = 0.3
+_LEAST_NEAR = 100
+_MOST_REPEATS = 0.1
+_LEAST_TURNS = 0.2
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Values at which a signal is cut off; NaN where it is not."""
+
+    low: float
+    high: float
+
+    def reached(self, values: FloatArray) -> BoolArray:
+        """Which of the values (n,) are cut off."""
+        return np.asarray((values == self.low) | (values == self.high), dtype=np.bool_)
+
+
+def flat_tops(name: str, values: FloatArray) -> Limits | None:
+    """Where an inertial signal's values (n,) are cut off, or None. Stray values are to be taken out before."""
+    if not (name in _RATES or name.startswith("accel_")) or len(values) < _LEAST_NEAR:
+        return None
+    high, low = float(values.max()), float(values.min())
+    above, below = high > 0 and _flat(values, high), low < 0 and _flat(-values, -low)
+    if not (above or below):
+        return None
+    # a range mostly ends alike on both sides, and the other end may be reached but a few times
+    alike = high == -low
+    return Limits(low if below or alike else np.nan, high if above or alike else np.nan)
+
+
+def _flat(values: FloatArray, top: float) -> bool:
+    """Whether noisy values (n,) are held at their largest one."""
+    at = values == top
+    if np.count_nonzero(at) < _LEAST_SAMPLES:
+        return False
+    edges = np.flatnonzero(np.diff(at, prepend=False, append=False))
+    lengths = edges[1::2] - edges[::2]
+    if np.count_nonzero(lengths >= _RUN) < _LEAST_RUNS:
+        return False
+    # how the signal moves where it is large, too, but not at the top
+    near = (values > _NEAR * top) & ~at
+    steps = np.diff(values)
+    both = near[1:] & near[:-1]
+    turns = (steps[1:] * steps[:-1])[both[1:] & both[:-1]]
+    if len(turns) < _LEAST_NEAR:
+        return False
+    return bool(np.mean(steps[both] == 0) <= _MOST_REPEATS and np.mean(turns < 0) >= _LEAST_TURNS)
