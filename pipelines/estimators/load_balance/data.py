@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pipelines.estimators.load_balance.levelled import levelled, tilted
 from pipelines.estimators.load_balance.nodding import nodding_columns
 from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
 from pipelines.joint.unknowns import CORNERS, TYRE_SHARE, Known
@@ -60,23 +61,6 @@ class Columns:
     def has(self, *names: str) -> bool:
         """Whether all of these columns hold something."""
         return all(n in self.columns and bool(np.isfinite(self.columns[n]).any()) for n in names)
-
-
-def _levelled(prepared: Prepared, tilt: FloatArray) -> FloatArray:
-    """The vertical specific force with its mean set to gravity: a vehicle does not rise for ever.
-
-    Takes out offset and scale error of the accelerometer, which would else pass into the mass. tilt: (n,) what the
-    body's lean takes from the reading.
-    """
-    f = prepared.columns["accel_z"]
-    rows = np.zeros(len(f), dtype=bool)
-    for s in prepared.segments:
-        rows[s.start : s.stop] = True
-    normal = (f + tilt)[rows]
-    there = normal[np.isfinite(normal)]
-    if len(there) == 0:
-        return f
-    return np.asarray(f + (GRAVITY - float(np.mean(there))))
 
 
 def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
@@ -161,21 +145,13 @@ def _speed(prepared: Prepared) -> FloatArray | None:
     return None
 
 
-def _tilted(prepared: Prepared, angles: tuple[FloatArray, FloatArray]) -> FloatArray:
-    """What has to be added to f_z in body axes for that along the road's normal, (n,)."""
-    nothing = np.zeros(len(prepared.time_s))
-    side, ahead = (prepared.columns.get(f"accel_{axis}", nothing) for axis in "yx")
-    return np.asarray(side * angles[1] - ahead * angles[0])
-
-
 def _inertial(
     prepared: Prepared, smooth: Smoother, angles: tuple[FloatArray, FloatArray]
 ) -> dict[str, FloatArray]:
     """Accelerations, their rates, and angular accelerations (gyros, or the deflections' where there are none)."""
     c, n = prepared.columns, len(prepared.time_s)
-    tilt = _tilted(prepared, angles)
     found: dict[str, FloatArray] = {}
-    level = {"z": _levelled(prepared, tilt)} if "accel_z" in c else {}
+    level = {"z": levelled(prepared, angles, _speed(prepared))} if "accel_z" in c else {}
     for axis in "xyz":
         if f"accel_{axis}" in c:
             column = level.get(axis, c[f"accel_{axis}"])
@@ -282,7 +258,7 @@ def collect(prepared: Prepared, known: Known, band_hz: float) -> Columns:
         found["fy2"] = smooth(c["accel_y"] ** 2)
         found["fy3"] = smooth(c["accel_y"] ** 3)
         found["fy_tilt"] = smooth(-GRAVITY * angles[1])
-    found["fz_tilt"] = smooth(_tilted(prepared, angles))
+    found["fz_tilt"] = smooth(tilted(prepared, angles))
     speed = np.zeros(len(prepared.time_s)) if v is None else v
     found["v"], found["v2"] = smooth(speed), smooth(speed * speed)
     found["vdot"] = smooth(speed, 1) if v is not None else found.get("fx", found["v"])
