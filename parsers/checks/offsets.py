@@ -8,6 +8,7 @@ import numpy as np
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import BoolArray, Grid, compare
+from parsers.checks.leaning_units import leaning_units
 from parsers.checks.motion import path_turn_rate, seconds, vehicle_speed
 from parsers.checks.wording import show
 from parsers.drive import Decision, Signal
@@ -25,7 +26,7 @@ _KEPT = "left in: estimators take it as a parameter"
 
 
 def offsets(grid: Grid) -> list[Decision]:
-    """Offsets of the rates and of the roll angle."""
+    """Offsets of the rates and of the roll angle, and of accelerations where they are larger than roads make them."""
     decisions: list[Decision] = []
     speed = vehicle_speed(grid)
     still = np.zeros(len(grid.time_s), dtype=np.bool_) if speed is None else np.abs(speed) < STANDSTILL
@@ -41,7 +42,7 @@ def offsets(grid: Grid) -> list[Decision]:
     roll = grid.get("roll")
     if roll is not None:
         decisions += _roll_offset(grid, roll, still)
-    return decisions
+    return decisions + leaning_units(grid, speed, still)
 
 
 def _rate_offset(
