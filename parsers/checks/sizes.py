@@ -17,6 +17,8 @@ _MM = (15.0, 400.0)
 _RADIUS_M = (0.292, 0.41)
 """Rolling radii of cars. 0.278 (km/h for m/s) lies below, 0.447 (mph) above."""
 _LEAST_PRESSURE_PA = 5e4
+_LEAST_PA_PER_MPS2 = 2.5e5
+"""Half of what the strongest hydraulic brakes of road vehicles take for 1 m/s². Air brakes take 1 to 2 bar."""
 _SURE = 0.95
 
 
@@ -83,13 +85,22 @@ def _agrees(grid: Grid, speed: FloatArray) -> bool:
 def _pressure(grid: Grid, stated: Mapping[str, bool]) -> tuple[dict[str, float], list[Decision]]:
     """Bar, MPa, psi and kPa cannot be told apart without the brakes: said, and left alone."""
     pressure, speed = grid.get("brake_pressure"), vehicle_speed(grid)
-    if pressure is None or speed is None or stated.get("brake_pressure", True):
+    if pressure is None or speed is None:
         return {}, []
     largest = size(pressure)
     found = compare(pressure, -grid.rate(speed))
-    if not 0 < largest < _LEAST_PRESSURE_PA or found is None or abs(found.correlation) < 0.5:
+    if found is None or abs(found.correlation) < 0.5:
         return {}, []
-    text = f"brake_pressure may be in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
-    action = "left as it is: say the unit in a mapping file"
     evidence = f"correlation {found.correlation:.2f} with the loss of speed"
+    if stated.get("brake_pressure", True):
+        if not 0 < found.ratio < _LEAST_PA_PER_MPS2:
+            return {}, []
+        per = found.ratio / 1e5
+        text = f"brake_pressure slows the vehicle by 1 m/s² for every {per:.2g} bar: as MPa called bar would, or air brakes"
+        evidence += "; hydraulic brakes take 5 to 20 bar"
+    elif 0 < largest < _LEAST_PRESSURE_PA:
+        text = f"brake_pressure may be in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
+    else:
+        return {}, []
+    action = "left as it is: say the unit in a mapping file"
     return {}, [Decision("brake_pressure", "unit", text, action, evidence, applied=False)]

@@ -65,3 +65,13 @@ def test_a_brake_pressure_of_no_stated_unit_is_said() -> None:
     (one,) = [each for each in decisions if each.signal == "brake_pressure"]
     assert "bar, MPa, kPa or psi" in one.found
     assert not one.applied
+
+
+@pytest.mark.parametrize(("pascal", "said"), [(1e6, False), (5e5, False), (1e5, True)])
+def test_a_stated_pressure_that_brakes_ten_times_too_well_is_said(pascal: float, said: bool) -> None:
+    signals = drive("brake")
+    braking = np.maximum(-signals["accel_x"].values, 0)
+    pressure = replace(signals["accel_x"], name="brake_pressure", values=braking * pascal)
+    _, decisions = check_signals({**signals, "brake_pressure": pressure}, fix=True, units_stated={})
+    found = [each for each in decisions if each.signal == "brake_pressure"]
+    assert [("MPa called bar" in each.found, each.applied) for each in found] == [(True, False)] * said
