@@ -36,7 +36,7 @@ def signals_page() -> str:
         [quantity.replace("_", " "), SI_TEXT[quantity], ", ".join(f"`{word}`" for word in words)]
         for quantity, words in spellings().items()
     ]
-    parameters = [[f"`{p.name}`", p.title, p.unit] for p in PARAMETERS.values()]
+    parameters = [[f"`{p.name}`", p.title, p.unit, p.meaning] for p in PARAMETERS.values()]
     return (
         f"# Signals, units, parameters\n\n{NOTE}\n"
         "SI inside, converted once by the mapping. Axes are those of ISO 8855: x forward, y left, z up; roll, pitch and yaw are\n"
@@ -48,7 +48,7 @@ def signals_page() -> str:
         + "\n## Units that are understood\n\nUpper and lower case, spaces, brackets and `²` make no difference (but `mPa` is not `MPa`).\n\n"
         + _table(["quantity", "inside", "spellings"], units)
         + "\n## Parameters\n\n"
-        + _table(["parameter", "what", "unit"], parameters)
+        + _table(["parameter", "what", "unit", "exactly"], parameters)
     )
 
 

@@ -5,6 +5,9 @@ from __future__ import annotations
 from pipelines.results import DriveResults
 from reports.blocks import Block, Fact, Facts
 from reports.sections.contract import Plots
+from reports.sections.values import has_result
+from reports.sections.verdict import ordered
+from reports.text import spec_of
 
 TERMS: tuple[tuple[str, str], ...] = (
     ("95 % interval", "the range in which the true value lies with 95 % probability, if what was taken as given is right."),
@@ -25,5 +28,12 @@ TERMS: tuple[tuple[str, str], ...] = (
 
 
 def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
-    """The chapter."""
-    return (Facts(tuple(Fact(term, text) for term, text in TERMS), prose=True),)
+    """The chapter: the terms, and what exactly each parameter with a result is."""
+    told = [spec_of(each.name) for each in ordered(results.verdict.values()) if has_result(each)]
+    exactly: dict[str, Fact] = {}
+    for spec in told:
+        if spec.meaning:
+            # the four wheels' figures mean the same: one line for them
+            exactly.setdefault(spec.meaning, Fact(spec.title, f"{spec.meaning}."))
+    facts = (*(Fact(term, text) for term, text in TERMS), *exactly.values())
+    return (Facts(facts, prose=True),)
