@@ -10,6 +10,7 @@ from dataclasses import replace
 
 from parsers.checks.all_signs import AllSigns, all_signs
 from parsers.checks.grid import Grid
+from parsers.checks.sideways import sideways
 from parsers.drive import Decision
 
 _FORCES = ("accel_x", "accel_y")
@@ -17,7 +18,13 @@ _TURNS = ("roll", "pitch", "roll_rate", "pitch_rate")
 
 
 def judge_signs(grid: Grid) -> AllSigns:
-    """All signs; those of a unit that is mounted backwards in one decision."""
+    """All signs; those of a unit that is mounted backwards in one decision, without what a unit mounted sideways says."""
+    aside = sideways(grid)
+    if aside is not None:
+        rest = all_signs(grid.without(aside.names))
+        return replace(
+            rest, exchanged=rest.exchanged | aside.names, decisions=(aside.decision, *rest.decisions)
+        )
     alone = all_signs(grid)
     if not _perhaps_backwards(grid, alone.inverted):
         return alone
