@@ -271,4 +271,8 @@ def said(doubts: Sequence[Weighed]) -> tuple[str, ...]:
     for d in doubts:
         for piece in d.doubt.text.split(BETWEEN):
             together[piece] = together.get(piece, 0.0) + d.weight
-    return tuple(f"{text} ({weight:.0%} likely)" for text, weight in together.items() if weight > NAMED)
+    return tuple(
+        f"{text} (odds {weight:.0%} among the causes weighed)"
+        for text, weight in together.items()
+        if weight > NAMED
+    )

@@ -233,6 +233,12 @@ def alerts(results: DriveResults) -> tuple[Item, ...]:
     return tuple(found)
 
 
+ODDS = (
+    "Odds are shares among the causes that cogest weighs (docs/verdict.md lists them). Where the true cause is none of these, "
+    "the nearest one gets its share: read them as where to look first."
+)
+
+
 def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     """The chapter; nothing where no joint posterior was made."""
     joint = results.joint
@@ -251,6 +257,6 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     blocks += _relations(joint)
     if joint.far:
         items = tuple(Item(sentence(text, 500), "unusual", "warn") for text in joint.far)
-        blocks += [Heading("What ended far from what was known"), Bullets(items)]
+        blocks += [Heading("What ended far from what was known"), Paragraph(ODDS), Bullets(items)]
     blocks.append(_method(joint))
     return tuple(blocks)
