@@ -67,6 +67,18 @@ class Slab:
         """Bytes that nothing was put into yet."""
         return self._room.size - self._at
 
+    @property
+    def cells(self) -> FloatArray:
+        """All of it as numbers of eight bytes."""
+        return self._room[: self._room.size // 8 * 8].view(np.float64)
+
+    def cell_of(self, values: FloatArray) -> int:
+        """Where in `cells` a column begins that was taken from the slab; -1 for one with memory of its own."""
+        if not self._room.size:
+            return -1
+        first, own = values.ctypes.data - self._room.ctypes.data, values.flags.c_contiguous
+        return first // 8 if own and 0 <= first <= self._room.size - values.nbytes and first % 8 == 0 else -1
+
     def empty(self, count: int, kind: type[T]) -> NDArray[T]:
         """(count,) values of a kind, not written yet."""
         size = count * np.dtype(kind).itemsize

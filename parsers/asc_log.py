@@ -7,11 +7,11 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from parsers.can.asc_kernel import parse_asc
+from parsers.can.asc_kernel import parse_asc, walk_asc
 from parsers.can.reader import CanReader
 from parsers.can.tally import AS_WRITTEN, SUMMED
 from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
-from parsers.channels import ByteArray
+from parsers.channels import ByteArray, IntArray
 from parsers.importer import HEAD_BYTES, ImportLog, ReadOptions
 
 _DATE = re.compile(r"^\s*date\s+(\S.*)", re.IGNORECASE)
@@ -82,6 +82,12 @@ class _Parser:
         header = self.header
         return parse_asc(
             text, begin, stop, header.base, header.relative, ended, work.book, work.rows, work.layouts
+        )
+
+    def walk(self, text: ByteArray, walk: IntArray, work: Work) -> bool:
+        """Parse all that a walk has left; whether it stopped for want of room."""
+        return walk_asc(
+            text, walk, self.header.base, self.header.relative, work.book, work.rows, work.layouts
         )
 
 

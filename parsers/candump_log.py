@@ -10,11 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
-from parsers.can.candump_kernel import DATED, DELTA, PLAIN, parse_candump
+from parsers.can.candump_kernel import DATED, DELTA, PLAIN, parse_candump, walk_candump
 from parsers.can.reader import CanReader
 from parsers.can.tally import AS_WRITTEN, SINCE_FIRST, SUMMED
 from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
-from parsers.channels import ByteArray
+from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 
@@ -67,6 +67,10 @@ class _Parser:
         return parse_candump(
             text, begin, stop, self.how, work.names, work.sizes, work.book, work.rows, work.layouts
         )
+
+    def walk(self, text: ByteArray, walk: IntArray, work: Work) -> bool:
+        """Parse all that a walk has left; whether it stopped for want of room."""
+        return walk_candump(text, walk, self.how, work.names, work.sizes, work.book, work.rows, work.layouts)
 
 
 def _time_of(lines: list[str], path: Path, log: ImportLog) -> tuple[int, bool, str]:

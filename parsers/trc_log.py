@@ -13,8 +13,8 @@ import numpy as np
 from parsers.can.reader import CanReader
 from parsers.can.tally import AS_WRITTEN
 from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
-from parsers.can.trc_kernel import parse_trc
-from parsers.channels import ByteArray
+from parsers.can.trc_kernel import parse_trc, walk_trc
+from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 
@@ -89,6 +89,10 @@ class _Parser:
     def parse(self, text: ByteArray, begin: int, stop: int, ended: bool, work: Work) -> int:
         """Read the lines in [begin, stop) as long as there is room; where it stopped."""
         return parse_trc(text, begin, stop, self._columns, work.book, work.rows, work.layouts)
+
+    def walk(self, text: ByteArray, walk: IntArray, work: Work) -> bool:
+        """Parse all that a walk has left; whether it stopped for want of room."""
+        return walk_trc(text, walk, self._columns, work.book, work.rows, work.layouts)
 
 
 def read_header(lines: list[str], path: Path) -> TrcHeader:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from parsers.can.blocks import BEGIN, CUT, STOP, next_block
 from parsers.can.bytescan import (
     BAD,
     decimal_ns,
@@ -287,3 +288,16 @@ def parse_asc(
                 reject(book, -10 - count)
         begin = feed + 1
     return begin
+
+
+@kernel
+def walk_asc(
+    text: ByteArray, walk: IntArray, base: int, relative: bool, book: Book, rows: Rows, layouts: Layouts,
+) -> bool:  # fmt: skip
+    """`parse_asc` for all blocks of a walk (`parsers.can.blocks`); whether it stopped for want of room."""
+    while next_block(text, walk):
+        ended = walk[CUT] == 1 or text[walk[STOP] - 1] == 10
+        walk[BEGIN] = parse_asc(text, walk[BEGIN], walk[STOP], base, relative, ended, book, rows, layouts)
+        if walk[BEGIN] < walk[STOP]:
+            return True
+    return False

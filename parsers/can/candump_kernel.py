@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from parsers.can.blocks import BEGIN, STOP, next_block
 from parsers.can.bytescan import (
     BAD,
     days_from_civil,
@@ -298,3 +299,15 @@ def parse_candump(
                 learn(text, begin, stop, count, SECOND_NS, found, book, layouts)
         begin = feed + 1
     return begin
+
+
+@kernel
+def walk_candump(
+    text: ByteArray, walk: IntArray, how: int, names: ByteArray, sizes: IntArray, book: Book, rows: Rows, layouts: Layouts,
+) -> bool:  # fmt: skip
+    """`parse_candump` for all blocks of a walk (`parsers.can.blocks`); whether it stopped for want of room."""
+    while next_block(text, walk):
+        walk[BEGIN] = parse_candump(text, walk[BEGIN], walk[STOP], how, names, sizes, book, rows, layouts)
+        if walk[BEGIN] < walk[STOP]:
+            return True
+    return False

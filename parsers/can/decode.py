@@ -5,7 +5,7 @@ Payloads come as words of eight bytes (`parsers.can.keep`): most fields are two 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,12 +22,15 @@ NOT_AVAILABLE, ERROR, RESERVED, INVALID = range(4)
 @dataclass(frozen=True)
 class Payloads:
     """n payloads of one message. time_ns: (n,) int64. length: (n,) uint8, bytes in the log. words: (n, w) uint64, first byte
-    lowest; bytes beyond a payload's length are of no meaning. shortest: least of length."""
+    lowest; bytes beyond a payload's length are of no meaning. shortest: least of length. flat: words of which these are some
+    that lie together, from the `first` on; first is -1 where they lie elsewhere."""
 
     time_ns: IntArray
     length: ByteArray
     words: WordArray
     shortest: int
+    flat: WordArray = field(default_factory=lambda: np.empty(0, np.uint64))
+    first: int = -1
 
     def rows(self, which: IntArray | slice) -> Payloads:
         """Some of the payloads, in this order."""
@@ -67,7 +70,7 @@ class Place:
 
 
 @kernel
-def _turned(word: np.uint64) -> np.uint64:
+def turned(word: np.uint64) -> np.uint64:
     """The bytes of a word the other way round."""
     low = np.uint64(0x00FF00FF00FF00FF)
     word = ((word >> np.uint64(8)) & low) | ((word & low) << np.uint64(8))
@@ -81,12 +84,12 @@ def _top(words: WordArray, i: int, first: int, second: int, left: int, right: in
     """A field of payload i, moved to the top of a word; what is below it belongs to others."""
     word = np.uint64(words[i, first])
     if swap:
-        word = _turned(word)
+        word = turned(word)
     if second < 0:
         return np.uint64(word << np.uint64(left))
     other = np.uint64(words[i, second])
     if swap:
-        return np.uint64((word << np.uint64(left)) | (_turned(other) >> np.uint64(right)))
+        return np.uint64((word << np.uint64(left)) | (turned(other) >> np.uint64(right)))
     return np.uint64((other << np.uint64(left)) | (word >> np.uint64(right)))
 
 
@@ -106,16 +109,28 @@ def _plain(
     up, down = np.uint64(left), np.uint64(64 - bits)
     if signed and swap:
         for i in range(out.size):
-            out[i] = np.float64(np.int64(_turned(words[i, first]) << up) >> np.int64(down)) * scale + offset
+            out[i] = np.float64(np.int64(turned(words[i, first]) << up) >> np.int64(down)) * scale + offset
     elif signed:
         for i in range(out.size):
             out[i] = np.float64(np.int64(words[i, first] << up) >> np.int64(down)) * scale + offset
     elif swap:
         for i in range(out.size):
-            out[i] = np.float64(np.int64((_turned(words[i, first]) << up) >> down)) * scale + offset
+            out[i] = np.float64(np.int64((turned(words[i, first]) << up) >> down)) * scale + offset
     else:
         for i in range(out.size):
             out[i] = np.float64(np.int64((words[i, first] << up) >> down)) * scale + offset
+
+
+def codes_of(signal: SignalDef, *, j1939: bool, proprietary: bool) -> list[tuple[int, int]]:
+    """The codes of J1939 that are looked for in a signal; see `decode_signal`."""
+    told = j1939 and not signal.signed and not signal.is_float
+    return j1939_codes(signal.field.length, proprietary) if told else []
+
+
+def is_plain(payloads: Payloads, signal: SignalDef, place: Place, *, codes: bool = False) -> bool:
+    """Whether a signal is a field in one word of every payload, without anything to look out for. codes: of J1939."""
+    odd = codes or signal.invalid or signal.is_float or place.second >= 0 or place.bits == 64
+    return not odd and payloads.shortest > place.last
 
 
 @kernel
@@ -177,7 +192,12 @@ def raw_values(payloads: Payloads, field: BitField) -> WordArray:
 
 def short(payloads: Payloads, fields: list[BitField]) -> NDArray[np.bool_]:
     """(n,) bool: which payloads are too short for one of the fields."""
-    return payloads.length <= max((Place.of(field).last for field in fields), default=-1)
+    return payloads.length <= last_byte(fields)
+
+
+def last_byte(fields: list[BitField]) -> int:
+    """The last byte that any of the fields reaches; -1 without fields."""
+    return max((Place.of(field).last for field in fields), default=-1)
 
 
 @dataclass(frozen=True)
@@ -214,11 +234,8 @@ def decode_signal(
         # beyond the longest payload
         values.fill(np.nan)
         return Decoded(values)
-    codes: list[tuple[int, int]] = []
-    if j1939 and not signal.signed and not signal.is_float:
-        codes = j1939_codes(signal.field.length, proprietary)
-    with_care = codes or signal.invalid or signal.is_float or place.second >= 0 or place.bits == 64
-    if not with_care and payloads.shortest > place.last:
+    codes = codes_of(signal, j1939=j1939, proprietary=proprietary)
+    if is_plain(payloads, signal, place, codes=bool(codes)):
         _plain(
             payloads.words, place.first, place.left, place.bits, place.swap, signal.signed, signal.scale, signal.offset,
             values,

@@ -10,9 +10,11 @@ from pathlib import Path
 
 import numpy as np
 
+from parsers.can.blocks import LAST, walk_of
 from parsers.can.words import BEHIND, FRONT
-from parsers.channels import ByteArray
+from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
+from parsers.jit_foreign import descriptor_of, pread_address
 
 PIECE_BYTES = 4 << 20
 BLOCK_BYTES = 512 << 10
@@ -91,6 +93,36 @@ def read_piece(
                 parse(text, begin, stop, cut or buffer[stop - 1] == 10)
             file.seek(max(piece.end - 1, 0))
             return file.read(1) == b"\n"
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+    finally:
+        buffers.free.append(buffer)
+
+
+def walk_piece(
+    path: Path, piece: Piece, buffers: Buffers, parse: Callable[[ByteArray, IntArray], bool]
+) -> bool | None:
+    """As `read_piece`, for a kernel that reads the blocks itself: call parse(text, walk) as long as it wants more room.
+
+    walk: of `parsers.can.blocks`. None, and nothing is read, where a kernel cannot: of files that are not on this machine's disks.
+    Raises LogError.
+    """
+    pread = pread_address()
+    if not pread:
+        return None
+    buffer = buffers.take()
+    text = np.frombuffer(buffer, dtype=np.uint8)
+    try:
+        with path.open("rb", buffering=0) as file:
+            number = descriptor_of(file)
+            if number < 0:
+                return None
+            walk = walk_of(pread, number, buffers.block, piece.begin, piece.end)
+            while parse(text, walk):
+                pass
+        if walk[LAST] < 0:
+            raise LogError("cannot be read (the disk reports an error)", path=path)
+        return int(walk[LAST]) == 10
     except OSError as error:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error
     finally:

@@ -10,12 +10,13 @@ import numpy as np
 
 from parsers.allocator import Slab, keep_freed_memory, room_of
 from parsers.can.database import builtin_j1939, load_databases
-from parsers.can.decode import Payloads, Place, decode_signal, raw_values, short
+from parsers.can.decode import Payloads, Place, codes_of, decode_signal, last_byte, raw_values, short
 from parsers.can.definitions import MessageDef, pgn_of
 from parsers.can.frames import FrameSource
 from parsers.can.groups import Group, channel_of, groups_of
 from parsers.can.keep import MOST_WORDS, Keeper, Kept, KnownIds
 from parsers.can.matching import explain_no_match, match_streams, note_unknown
+from parsers.can.plain import PlainColumns
 from parsers.can.slots import GROUP
 from parsers.can.spread import Piece, pieces, spread
 from parsers.can.whole import Columns, Places, places
@@ -128,7 +129,10 @@ class CanReader:
                 for part, group, columns in zip(parts, groups, into.columns, strict=True)
             ]
             slab = Slab(sum(_size(of, group, wanted) for of, group, columns in parcels if columns is None))
-            return [outcome for parcel in parcels for outcome in _decoded(*parcel, wanted, slab)]
+            plain = PlainColumns(into.slab or slab)
+            outcomes = [outcome for parcel in parcels for outcome in _decoded(*parcel, wanted, slab, plain)]
+            plain.decode()
+            return outcomes
 
         # the batches of another pass share their memory: one at a time
         workers = 1 if kept is None else None
@@ -172,9 +176,14 @@ def _size(payloads: Payloads, group: Group, wanted: frozenset[str]) -> int:
 
 
 def _decoded(
-    payloads: Payloads, group: Group, into: Columns | None, wanted: frozenset[str], slab: Slab
+    payloads: Payloads,
+    group: Group,
+    into: Columns | None,
+    wanted: frozenset[str],
+    slab: Slab,
+    plain: PlainColumns,
 ) -> Iterator[_Outcome]:
-    """The chunks of one group out of a batch of its stream's payloads."""
+    """The chunks of one group out of a batch of its stream's payloads; plain columns are only noted."""
     step = max(VALUES // len(group.signals), 4096)
     for begin in range(0, payloads.length.size, step):
         part, columns = payloads, into
@@ -182,13 +191,18 @@ def _decoded(
             rows = slice(begin, begin + step)
             part = payloads.rows(rows)
             columns = {name: values[rows] for name, values in into.items()} if into is not None else None
-        yield _chunk(part, group, columns, wanted, slab)
+        yield _chunk(part, group, columns, wanted, slab, plain)
 
 
 def _chunk(
-    payloads: Payloads, group: Group, into: Columns | None, wanted: frozenset[str], slab: Slab
+    payloads: Payloads,
+    group: Group,
+    into: Columns | None,
+    wanted: frozenset[str],
+    slab: Slab,
+    plain: PlainColumns,
 ) -> _Outcome:
-    """One chunk. into: where its values go; without, values and stamps go into the slab."""
+    """One chunk. into: where its values go; without, values and stamps go into the slab. plain: takes what it can decode later."""
     stream = group.stream
     rejected: list[tuple[str, int]] = []
     too_short = f"{stream.message.name}: frame shorter than the DBC says"
@@ -203,18 +217,22 @@ def _chunk(
     columns: dict[str, FloatArray] = {}
     for name, signal in signals.items():
         values = slab.empty(payloads.length.size, np.float64) if into is None else into[name]
+        columns[name] = values
+        codes = codes_of(signal, j1939=stream.special_codes, proprietary=stream.proprietary)
+        if plain.take(payloads, signal, values, codes=bool(codes)):
+            continue
         got = decode_signal(
             payloads, signal, values, j1939=stream.special_codes, proprietary=stream.proprietary
         )
-        columns[name] = got.values
         rejected += [
             (f"{name}: not available", got.not_available),
             (f"{name}: error indicator", got.errors),
             (f"{name}: reserved code", got.reserved),
             (f"{name}: invalid by the database's value table", got.invalid),
         ]
-    missing = short(payloads, [signal.field for signal in signals.values()])
-    rejected.append((too_short, int(np.count_nonzero(missing))))
+    fields = [signal.field for signal in signals.values()]
+    if payloads.shortest <= last_byte(fields):
+        rejected.append((too_short, int(np.count_nonzero(short(payloads, fields)))))
     time_ns = payloads.time_ns
     if into is None:
         # a copy, lest a few rows of a slow message keep the stamps of all in memory

@@ -131,6 +131,8 @@ def spread(
             length[first_row[k] : rows[k]],
             out[first_word[k] : words[k]].reshape(-1, width[k]),
             int(length[first_row[k] : rows[k]].min(initial=255)),
+            out,
+            int(first_word[k]),
         )
         for k in range(parts)
     ]

@@ -24,7 +24,7 @@ from parsers.can.linebook import (
     rows_for,
     with_more_room,
 )
-from parsers.can.pieces import Buffers, Piece, pieces, read_piece
+from parsers.can.pieces import Buffers, Piece, pieces, read_piece, walk_piece
 from parsers.can.tally import SINCE_FIRST, Tally
 from parsers.can.words import hex_pairs
 from parsers.channels import ByteArray, IntArray
@@ -74,6 +74,10 @@ class LineParser(Protocol):
 
         ended: the last line has its line feed.
         """
+        ...
+
+    def walk(self, text: ByteArray, walk: IntArray, work: Work) -> bool:
+        """Parse all that a walk (`parsers.can.blocks`) has left; whether it stopped for want of room."""
         ...
 
 
@@ -155,7 +159,16 @@ class TextSource:
             while (begin := self._parser.parse(text, begin, stop, ended, work)) < stop:
                 work.rows = with_more_room(work.rows)
 
-        return _Done(piece, work, read_piece(self._path, piece, buffers, parse))
+        def go_on(text: ByteArray, walk: IntArray) -> bool:
+            if not self._parser.walk(text, walk, work):
+                return False
+            work.rows = with_more_room(work.rows)
+            return True
+
+        ended = walk_piece(self._path, piece, buffers, go_on)
+        if ended is None:
+            ended = read_piece(self._path, piece, buffers, parse)
+        return _Done(piece, work, ended)
 
     def _named(
         self, done: _Done, buffers: Buffers, spare: deque[Rows], buses: list[bytes]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from parsers.can.blocks import BEGIN, STOP, next_block
 from parsers.can.bytescan import (
     BAD,
     decimal_ns,
@@ -222,3 +223,15 @@ def parse_trc(
                 learn(text, begin, stop, count, MILLISECOND_NS, found, book, layouts)
         begin = feed + 1
     return begin
+
+
+@kernel
+def walk_trc(
+    text: ByteArray, walk: IntArray, columns: ByteArray, book: Book, rows: Rows, layouts: Layouts,
+) -> bool:  # fmt: skip
+    """`parse_trc` for all blocks of a walk (`parsers.can.blocks`); whether it stopped for want of room."""
+    while next_block(text, walk):
+        walk[BEGIN] = parse_trc(text, walk[BEGIN], walk[STOP], columns, book, rows, layouts)
+        if walk[BEGIN] < walk[STOP]:
+            return True
+    return False

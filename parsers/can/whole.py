@@ -28,12 +28,14 @@ Columns = Mapping[str, FloatArray]
 class Places:
     """Where the rows of one piece go. stamps: those of all parts, each part's from stamps_at (parts,) on.
 
-    columns: of each group, None where they get memory of their own: where the group has not all of its message's frames.
+    columns: of each group, None where they get memory of their own: where the group has not all of its message's frames. slab: what
+    they lie in, None where they do not.
     """
 
     stamps: IntArray | None
     stamps_at: IntArray | None
     columns: Sequence[Columns | None]
+    slab: Slab | None = None
 
     @classmethod
     def loose(cls, groups: Sequence[Group]) -> Places:
@@ -72,5 +74,5 @@ def places(
             None if group.gates else {name: column[begin[part] : end[part]] for name, column in whole.items()}
             for group, part, whole in zip(groups, parts, columns, strict=True)
         ]
-        yield piece, Places(stamps, first + begin, rows)
+        yield piece, Places(stamps, first + begin, rows, slab)
         begin = end
