@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
+from pipelines.estimators.roll_map.tyre_share import off_banked_roads
 from pipelines.evidence import Evidence, Unknown, Values
 from pipelines.joint.book import AXLES
 from pipelines.joint.laden import axis_lever, roll_springs
@@ -31,16 +32,9 @@ from pipelines.vehicles.vehicle import Vehicle
 LEAST = 0.01
 """Information, in units of the fit's own weak priors, below which a direction is not handed on."""
 
-BANKED, BANKED_STD = 0.03, 0.05
-"""Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it."""
-
 RUBS = Unknown("roll_rubs", 0.5, 0.4)
 """Share of the dry friction that takes energy in roll: all of it where it slides at every turn, little where bushings and leaves give
 by more than the drive moves them."""
-
-IMPOSSIBLE = 0.93
-"""Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much
-is not known."""
 
 DEPENDS = (
     "wheelbase", "track_front", "track_rear", "spring_base_front", "spring_base_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
@@ -126,23 +120,6 @@ def _some(coefficients: Coefficients, chosen: list[int]) -> Coefficients:
     return replace(coefficients, covariance=wide)
 
 
-def _off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coefficients:
-    """The gyro's gain as on flat ground.
-
-    A road that leans into its bends turns the body against the horizon the other way than its springs do. What was steered
-    on flat ground is quicker than such bends.
-    """
-    if "rate_gain" not in coefficients.names:
-        return coefficients
-    i, slow = coefficients.names.index("rate_gain"), min(max(slow_share, 0.0), 1.0)
-    mean, covariance = coefficients.mean.copy(), coefficients.covariance.copy()
-    if mean[i] < IMPOSSIBLE:
-        covariance[i, i] += (100 * coefficients.prior_std[i]) ** 2
-    mean[i] /= 1 - BANKED * slow
-    covariance[i, i] += (BANKED_STD * slow * mean[i]) ** 2
-    return replace(coefficients, mean=mean, covariance=covariance)
-
-
 def evidence_of(
     coefficients: Coefficients, motion: Motion, vehicle: Vehicle, source: str
 ) -> tuple[Evidence, ...]:
@@ -159,7 +136,7 @@ def evidence_of(
     coefficients = _some(coefficients, [i for i in range(len(coefficients.mean)) if i not in slow])
     parts = [("horizon", "roll motion against the horizon", coefficients)]
     if motion.against_axles:
-        coefficients = _off_banked_roads(coefficients, motion.slow_share)
+        coefficients = off_banked_roads(coefficients, motion.slow_share)
         rest = list(range(1, len(coefficients.mean)))
         parts = [
             ("spring deflections", "steady roll against the axles", _some(coefficients, [0])),

@@ -28,6 +28,7 @@ from pipelines.estimators.roll_map.priors import (
     draw_vehicle,
     stiffness_prior,
 )
+from pipelines.estimators.roll_map.tyre_share import drawn_tyres
 from pipelines.results import Assumption, FloatArray, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.vehicle import Vehicle
@@ -99,22 +100,31 @@ def _sensor_draws(
     before: VehiclePart,
     vehicle: Vehicle,
     coefficients: Coefficients,
-    against_axles: bool,
+    data: RollData,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Draws (n,) of the accelerometer's height above the roll axis, of the factor and of the summand that turn the
     apparent c into the body's own. The factor is also the suspension's share of the roll."""
+    against_axles = data.against_axles
     a, b = float(coefficients.mean[0]), float(coefficients.mean[1])
     if before.draws is not None:
         few = before.fewer(SENSOR_DRAWS)
         _, gain, loss = expected_rest(few, a, b, against_axles=against_axles)
-        return few.imu, 1 / gain if against_axles else np.ones_like(gain), loss
+        if not against_axles:
+            return few.imu, np.ones_like(gain), loss
+        gain, loss = drawn_tyres(
+            gain, loss, coefficients, data.slow_share, stated=few.tyre_roll is not None, rng=rng
+        )
+        return few.imu, 1 / gain, loss
     stated = vehicle.sensors.get("imu_above_ground_m")
     mean, std = IMU_HEIGHT if stated is None else (stated.value, stated.std)
     height = mean - ROLL_AXIS[0] + np.hypot(std, ROLL_AXIS[1]) * rng.standard_normal(SENSOR_DRAWS)
     ratio = np.clip(TYRE_RATIO[0] + TYRE_RATIO[1] * rng.standard_normal(SENSOR_DRAWS), 0.6, 0.99)
     if against_axles:
-        return height, ratio, np.zeros(SENSOR_DRAWS)
+        gain, loss = drawn_tyres(
+            1 / ratio, np.zeros(SENSOR_DRAWS), coefficients, data.slow_share, stated=False, rng=rng
+        )
+        return height, 1 / gain, loss
     return height, np.ones(SENSOR_DRAWS), series_loss((1 - ratio) / (1 + 0.2 * ratio), a, b)
 
 
@@ -164,7 +174,7 @@ def explain_vehicle(
         else "of the body against the horizon (tyres included)"
     )
     coefficients, sentences = usable(before, coefficients, data.against_axles)
-    sensor = _sensor_draws(before, vehicle, coefficients, data.against_axles, rng)
+    sensor = _sensor_draws(before, vehicle, coefficients, data, rng)
     found = log_answers(coefficients, sensor, before.imu_known, what, vehicle.reference, rng)
     if before.draws is None:
         missing = "the vehicle's mass is not known: give mass_kg (and body) in a vehicle file"

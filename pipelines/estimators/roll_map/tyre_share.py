@@ -1,0 +1,72 @@
+"""What tyres add to a roll against the axles: drawn from what is known of them, and weighed by the gyro beside the springs.
+
+An angle from deflections lacks the tyres' part, a sixth of a car's roll. A gyro turns with the whole body: its rate over that of the
+springs' angle is 1 / (share of the suspension). Where no gyro tells, tyres that hardly give stay possible: on racing tyres, on
+rims, and in many a simulator.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from pipelines.estimators.roll_map.answers import Coefficients
+from pipelines.results import FloatArray
+
+BANKED, BANKED_STD = 0.03, 0.05
+"""Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it."""
+
+IMPOSSIBLE = 0.93
+"""Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much
+is not known."""
+
+RIGID, RIGID_THOUGH_STATED = 0.1, 0.03
+"""Chance beforehand that tyres do not give in roll, by the vehicle file's silence on them or against what it states."""
+
+FEWEST = 100.0
+"""Effective draws below which a gyro's gain is one that none of the tyres has, and tells nothing of them."""
+
+
+def off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coefficients:
+    """The gyro's gain as on flat ground.
+
+    A road that leans into its bends turns the body against the horizon the other way than its springs do. What was steered
+    on flat ground is quicker than such bends.
+    """
+    if "rate_gain" not in coefficients.names:
+        return coefficients
+    i, slow = coefficients.names.index("rate_gain"), min(max(slow_share, 0.0), 1.0)
+    mean, covariance = coefficients.mean.copy(), coefficients.covariance.copy()
+    if mean[i] < IMPOSSIBLE:
+        covariance[i, i] += (100 * coefficients.prior_std[i]) ** 2
+    mean[i] /= 1 - BANKED * slow
+    covariance[i, i] += (BANKED_STD * slow * mean[i]) ** 2
+    return replace(coefficients, mean=mean, covariance=covariance)
+
+
+def drawn_tyres(
+    gain: FloatArray,
+    loss: FloatArray,
+    coefficients: Coefficients,
+    slow_share: float,
+    *,
+    stated: bool,
+    rng: np.random.Generator,
+) -> tuple[FloatArray, FloatArray]:
+    """Draws (n,) of the gain and of what tyres take off c, as known beforehand, to those after the gyro; some of them rigid.
+
+    stated: whether the vehicle file has the tyres' rate.
+    """
+    rigid = rng.random(len(gain)) < (RIGID_THOUGH_STATED if stated else RIGID)
+    gain, loss = np.where(rigid, 1.0, gain), np.where(rigid, 0.0, loss)
+    if "rate_gain" not in coefficients.names:
+        return gain, loss
+    seen = off_banked_roads(coefficients, slow_share)
+    i = seen.names.index("rate_gain")
+    weight = np.exp(-0.5 * (gain - seen.mean[i]) ** 2 / seen.covariance[i, i])
+    total = float(weight.sum())
+    if total <= 0 or total**2 < FEWEST * float(np.sum(weight**2)):
+        return gain, loss
+    rows = rng.choice(len(gain), len(gain), p=weight / total)
+    return gain[rows], loss[rows]

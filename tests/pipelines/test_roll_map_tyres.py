@@ -1,0 +1,53 @@
+"""What tyres add to a roll against the axles: as known beforehand, or as a gyro beside the springs shows it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from pipelines.estimators.roll_map.answers import Coefficients
+from pipelines.estimators.roll_map.tyre_share import RIGID, RIGID_THOUGH_STATED, drawn_tyres
+
+
+def drawn(gain: float | None, std: float = 0.02, slow: float = 0.0, *, stated: bool = False):
+    """Draws of the gain, beforehand 1.2 ± 0.05, after a gyro that showed `gain`, with what tyres take off c (1 beforehand)."""
+    rng = np.random.default_rng(1)
+    names = ("a", "b", "c") if gain is None else ("a", "b", "c", "rate_gain")
+    mean = np.array([100.0, 6.0, 0.8, gain or 1.0])[: len(names)]
+    spread = np.diag(np.array([5.0, 1.0, 0.1, std])[: len(names)] ** 2)
+    weak = np.array([80.0, 6.0, 0.6, 0.15])[: len(names)]
+    coefficients = Coefficients(names, mean, spread, mean, weak)
+    before = 1.2 + 0.05 * rng.standard_normal(20_000)
+    return drawn_tyres(before, np.ones(20_000), coefficients, slow, stated=stated, rng=rng)
+
+
+@pytest.mark.parametrize(("stated", "chance"), [(False, RIGID), (True, RIGID_THOUGH_STATED)])
+def test_without_a_gyro_rigid_tyres_stay_possible(stated: bool, chance: float) -> None:
+    gain, loss = drawn(None, stated=stated)
+    assert np.mean(gain == 1.0) == pytest.approx(chance, abs=0.01)
+    assert ((loss == 0.0) == (gain == 1.0)).all()
+    assert np.median(gain) == pytest.approx(1.2, abs=0.01)
+
+
+def test_a_gyro_tells_tyres_that_give() -> None:
+    gain, _ = drawn(1.25)
+    assert np.mean(gain == 1.0) < 1e-3
+    # two normal figures of 1.2 ± 0.05 and 1.25 ± 0.02
+    assert gain.mean() == pytest.approx(1.2 + 0.05 * 25 / 29, abs=0.003)
+    assert gain.std() == pytest.approx(0.05 * (4 / 29) ** 0.5, abs=0.002)
+
+
+def test_a_gyro_tells_rigid_tyres() -> None:
+    gain, loss = drawn(1.01, std=0.03)
+    assert np.mean(gain == 1.0) > 0.95
+    assert np.mean(loss == 0.0) > 0.95
+
+
+def test_on_roads_that_lean_a_gyro_tells_less() -> None:
+    assert drawn(1.15, slow=1.0)[0].std() > 1.5 * drawn(1.15)[0].std()
+    # less than any tyres make of it: the road leans, and nobody knows by how much
+    assert np.mean(drawn(0.85, slow=1.0)[0] == 1.0) == pytest.approx(RIGID, abs=0.01)
+
+
+def test_a_gain_that_no_tyres_have_tells_nothing() -> None:
+    assert np.mean(drawn(2.5)[0] == 1.0) == pytest.approx(RIGID, abs=0.01)
