@@ -257,6 +257,8 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     blocks += _relations(joint)
     if joint.far:
         items = tuple(Item(sentence(text, 500), "unusual", "warn") for text in joint.far)
-        blocks += [Heading("What ended far from what was known"), Paragraph(ODDS), Bullets(items)]
+        blocks += [Heading("What ended far from what was known"), Bullets(items)]
+        if any("(odds " in text for text in joint.far):
+            blocks.append(Paragraph(ODDS))
     blocks.append(_method(joint))
     return tuple(blocks)
