@@ -70,7 +70,7 @@ class Place:
 
 
 @kernel
-def turned(word: np.uint64) -> np.uint64:
+def _turned(word: np.uint64) -> np.uint64:
     """The bytes of a word the other way round."""
     low = np.uint64(0x00FF00FF00FF00FF)
     word = ((word >> np.uint64(8)) & low) | ((word & low) << np.uint64(8))
@@ -84,17 +84,17 @@ def _top(words: WordArray, i: int, first: int, second: int, left: int, right: in
     """A field of payload i, moved to the top of a word; what is below it belongs to others."""
     word = np.uint64(words[i, first])
     if swap:
-        word = turned(word)
+        word = _turned(word)
     if second < 0:
         return np.uint64(word << np.uint64(left))
     other = np.uint64(words[i, second])
     if swap:
-        return np.uint64((word << np.uint64(left)) | (turned(other) >> np.uint64(right)))
+        return np.uint64((word << np.uint64(left)) | (_turned(other) >> np.uint64(right)))
     return np.uint64((other << np.uint64(left)) | (word >> np.uint64(right)))
 
 
 @kernel
-def _plain(
+def plain(
     words: WordArray,
     first: int,
     left: int,
@@ -109,13 +109,13 @@ def _plain(
     up, down = np.uint64(left), np.uint64(64 - bits)
     if signed and swap:
         for i in range(out.size):
-            out[i] = np.float64(np.int64(turned(words[i, first]) << up) >> np.int64(down)) * scale + offset
+            out[i] = np.float64(np.int64(_turned(words[i, first]) << up) >> np.int64(down)) * scale + offset
     elif signed:
         for i in range(out.size):
             out[i] = np.float64(np.int64(words[i, first] << up) >> np.int64(down)) * scale + offset
     elif swap:
         for i in range(out.size):
-            out[i] = np.float64(np.int64((turned(words[i, first]) << up) >> down)) * scale + offset
+            out[i] = np.float64(np.int64((_turned(words[i, first]) << up) >> down)) * scale + offset
     else:
         for i in range(out.size):
             out[i] = np.float64(np.int64((words[i, first] << up) >> down)) * scale + offset
@@ -236,7 +236,7 @@ def decode_signal(
         return Decoded(values)
     codes = codes_of(signal, j1939=j1939, proprietary=proprietary)
     if is_plain(payloads, signal, place, codes=bool(codes)):
-        _plain(
+        plain(
             payloads.words, place.first, place.left, place.bits, place.swap, signal.signed, signal.scale, signal.offset,
             values,
         )  # fmt: skip

@@ -9,40 +9,27 @@ from __future__ import annotations
 import numpy as np
 
 from parsers.allocator import Slab
-from parsers.can.decode import Payloads, Place, WordArray, is_plain, turned
+from parsers.can.decode import Payloads, Place, WordArray, is_plain, plain
 from parsers.can.definitions import SignalDef
 from parsers.channels import FloatArray, IntArray
 from parsers.jit import kernel
 
-FIRST, STEP, ROWS, INTO, LEFT, BITS, SWAP, SIGNED, JOB = range(9)
-"""Of a job: the first word and how many lie between two payloads', how many rows, the first cell of the column; how the field lies
-in the word, as `Place` has it."""
+FIRST, STEP, ROWS, INTO, WORD, LEFT, BITS, SWAP, SIGNED, JOB = range(10)
+"""Of a job: the first payload's first word and how many words a payload has, how many rows, the first cell of the column; which
+of the words holds the field and how it lies in it, as `Place` has it."""
 
 
 @kernel
 def _columns(words: WordArray, cells: FloatArray, jobs: IntArray, factors: FloatArray) -> None:
-    """Fields in one word into their columns: each case its own short loop. factors: (jobs, 2) scale and offset."""
+    """Fields in one word into their columns. factors: (jobs, 2) scale and offset."""
     for k in range(len(jobs)):
         job = jobs[k]
-        first, step, into = job[FIRST], job[STEP], job[INTO]
-        up, down = np.uint64(job[LEFT]), np.uint64(64 - job[BITS])
-        scale, offset = factors[k, 0], factors[k, 1]
-        if job[SIGNED] and job[SWAP]:
-            for i in range(job[ROWS]):
-                raw = np.int64(turned(words[first + i * step]) << up) >> np.int64(down)
-                cells[into + i] = np.float64(raw) * scale + offset
-        elif job[SIGNED]:
-            for i in range(job[ROWS]):
-                raw = np.int64(words[first + i * step] << up) >> np.int64(down)
-                cells[into + i] = np.float64(raw) * scale + offset
-        elif job[SWAP]:
-            for i in range(job[ROWS]):
-                raw = np.int64((turned(words[first + i * step]) << up) >> down)
-                cells[into + i] = np.float64(raw) * scale + offset
-        else:
-            for i in range(job[ROWS]):
-                raw = np.int64((words[first + i * step] << up) >> down)
-                cells[into + i] = np.float64(raw) * scale + offset
+        rows, step = job[ROWS], job[STEP]
+        payloads = words[job[FIRST] : job[FIRST] + rows * step].reshape((rows, step))
+        into = cells[job[INTO] : job[INTO] + rows]
+        plain(
+            payloads, job[WORD], job[LEFT], job[BITS], job[SWAP] == 1, job[SIGNED] == 1, factors[k, 0], factors[k, 1], into
+        )  # fmt: skip
 
 
 class PlainColumns:
@@ -64,8 +51,8 @@ class PlainColumns:
             return False
         self._words = payloads.flat
         self._jobs.append((
-            payloads.first + place.first, payloads.words.shape[1], values.size, into, place.left, place.bits,
-            place.swap, signal.signed,
+            payloads.first, payloads.words.shape[1], values.size, into, place.first, place.left, place.bits, place.swap,
+            signal.signed,
         ))  # fmt: skip
         self._factors.append((signal.scale, signal.offset))
         return True

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -129,9 +130,9 @@ class CanReader:
                 for part, group, columns in zip(parts, groups, into.columns, strict=True)
             ]
             slab = Slab(sum(_size(of, group, wanted) for of, group, columns in parcels if columns is None))
-            plain = PlainColumns(into.slab or slab)
-            outcomes = [outcome for parcel in parcels for outcome in _decoded(*parcel, wanted, slab, plain)]
-            plain.decode()
+            to = _Target(wanted, slab, PlainColumns(into.slab or slab))
+            outcomes = [outcome for parcel in parcels for outcome in _decoded(*parcel, to)]
+            to.plain.decode()
             return outcomes
 
         # the batches of another pass share their memory: one at a time
@@ -166,6 +167,15 @@ class CanReader:
         self._options.progress(1, 1)
 
 
+@dataclass(frozen=True)
+class _Target:
+    """Where a piece is decoded to: the signals that are wanted, room for what has no other, and what decodes plain columns later."""
+
+    wanted: frozenset[str]
+    slab: Slab
+    plain: PlainColumns
+
+
 _Outcome = tuple[Chunk | None, list[tuple[str, int]]]
 """A chunk, and what was left out of it: reasons and counts."""
 
@@ -179,9 +189,7 @@ def _decoded(
     payloads: Payloads,
     group: Group,
     into: Columns | None,
-    wanted: frozenset[str],
-    slab: Slab,
-    plain: PlainColumns,
+    to: _Target,
 ) -> Iterator[_Outcome]:
     """The chunks of one group out of a batch of its stream's payloads; plain columns are only noted."""
     step = max(VALUES // len(group.signals), 4096)
@@ -191,18 +199,16 @@ def _decoded(
             rows = slice(begin, begin + step)
             part = payloads.rows(rows)
             columns = {name: values[rows] for name, values in into.items()} if into is not None else None
-        yield _chunk(part, group, columns, wanted, slab, plain)
+        yield _chunk(part, group, columns, to)
 
 
 def _chunk(
     payloads: Payloads,
     group: Group,
     into: Columns | None,
-    wanted: frozenset[str],
-    slab: Slab,
-    plain: PlainColumns,
+    to: _Target,
 ) -> _Outcome:
-    """One chunk. into: where its values go; without, values and stamps go into the slab. plain: takes what it can decode later."""
+    """One chunk. into: where its values go; without, values and stamps go into the slab."""
     stream = group.stream
     rejected: list[tuple[str, int]] = []
     too_short = f"{stream.message.name}: frame shorter than the DBC says"
@@ -213,13 +219,13 @@ def _chunk(
         payloads = payloads.rows(np.flatnonzero(passes))
     if payloads.length.size == 0:
         return None, rejected
-    signals = {name: signal for name, signal in group.signals.items() if name in wanted}
+    signals = {name: signal for name, signal in group.signals.items() if name in to.wanted}
     columns: dict[str, FloatArray] = {}
     for name, signal in signals.items():
-        values = slab.empty(payloads.length.size, np.float64) if into is None else into[name]
+        values = to.slab.empty(payloads.length.size, np.float64) if into is None else into[name]
         columns[name] = values
         codes = codes_of(signal, j1939=stream.special_codes, proprietary=stream.proprietary)
-        if plain.take(payloads, signal, values, codes=bool(codes)):
+        if to.plain.take(payloads, signal, values, codes=bool(codes)):
             continue
         got = decode_signal(
             payloads, signal, values, j1939=stream.special_codes, proprietary=stream.proprietary
@@ -236,7 +242,7 @@ def _chunk(
     time_ns = payloads.time_ns
     if into is None:
         # a copy, lest a few rows of a slow message keep the stamps of all in memory
-        time_ns = slab.empty(payloads.length.size, np.int64)
+        time_ns = to.slab.empty(payloads.length.size, np.int64)
         time_ns[:] = payloads.time_ns
     return Chunk(group.name, time_ns, columns, own=True), rejected
 
