@@ -23,11 +23,12 @@ from parsers.jit_foreign import call_6
 
 @dataclass(frozen=True)
 class _Library:
-    """libdeflate's functions for zlib streams, of which `inflate` is an address."""
+    """libdeflate's functions for zlib streams, of which `inflate` and `crc32` are addresses."""
 
     make: Any
     inflate: int
     free: Any
+    crc32: int
 
 
 @functools.cache
@@ -39,12 +40,21 @@ def _library() -> _Library | None:
         # both are done in no time: the interpreter's lock is kept
         found = ctypes.PyDLL(deflate._deflate.__file__)
         make, free = found.libdeflate_alloc_decompressor, found.libdeflate_free_decompressor
-        address = ctypes.cast(found.libdeflate_zlib_decompress, ctypes.c_void_p).value
+        address, crc32 = (
+            ctypes.cast(function, ctypes.c_void_p).value
+            for function in (found.libdeflate_zlib_decompress, found.libdeflate_crc32)
+        )
     except (AttributeError, OSError):
         return None
     make.argtypes, make.restype = (), ctypes.c_void_p
     free.argtypes, free.restype = (ctypes.c_void_p,), None
-    return _Library(make, address, free) if address else None
+    return _Library(make, address, free, crc32) if address and crc32 else None
+
+
+def crc32_address() -> int:
+    """Where libdeflate_crc32 (checksum so far, address, bytes) lies, for kernels; 0 without it."""
+    library = _library()
+    return library.crc32 if library else 0
 
 
 @kernel

@@ -52,12 +52,26 @@ def _caller(count: int) -> Callable[..., int]:
 
             return intrinsic(call_1)
 
+        if count == 3:
+
+            def call_3(_typing: Any, function: Any, a: Any, b: Any, c: Any) -> Any:
+                return types.int64(*[types.int64] * 4), generate
+
+            return intrinsic(call_3)
+
         if count == 4:
 
             def call_4(_typing: Any, function: Any, a: Any, b: Any, c: Any, d: Any) -> Any:
                 return types.int64(*[types.int64] * 5), generate
 
             return intrinsic(call_4)
+
+        if count == 5:
+
+            def call_5(_typing: Any, function: Any, a: Any, b: Any, c: Any, d: Any, e: Any) -> Any:
+                return types.int64(*[types.int64] * 6), generate
+
+            return intrinsic(call_5)
 
         def call_6(_typing: Any, function: Any, a: Any, b: Any, c: Any, d: Any, e: Any, f: Any) -> Any:
             return types.int64(*[types.int64] * 7), generate
@@ -68,7 +82,7 @@ def _caller(count: int) -> Callable[..., int]:
 
 
 _ADDRESS = cast("Callable[[Any, int], int]", Primitive("address", _address))
-_CALL_1, _CALL_4, _CALL_6 = _caller(1), _caller(4), _caller(6)
+_CALL_1, _CALL_3, _CALL_4, _CALL_5, _CALL_6 = _caller(1), _caller(3), _caller(4), _caller(5), _caller(6)
 
 
 @functools.cache
@@ -111,12 +125,39 @@ def call_1(function: int, a: int) -> int:
 
 
 @kernel
+def call_3(function: int, a: int, b: int, c: int) -> int:
+    """Call the C function at an address with three arguments. As `call_1`."""
+    return _CALL_3(function, a, b, c)
+
+
+@kernel
 def call_4(function: int, a: int, b: int, c: int, d: int) -> int:
     """Call the C function at an address with four arguments. As `call_1`."""
     return _CALL_4(function, a, b, c, d)
 
 
 @kernel
+def call_5(function: int, a: int, b: int, c: int, d: int, e: int) -> int:
+    """Call the C function at an address with five arguments. As `call_1`."""
+    return _CALL_5(function, a, b, c, d, e)
+
+
+@kernel
 def call_6(function: int, a: int, b: int, c: int, d: int, e: int, f: int) -> int:
     """Call the C function at an address with six arguments. As `call_1`."""
     return _CALL_6(function, a, b, c, d, e, f)
+
+
+@kernel
+def read_at(pread: int, file: int, at: int, size: int, data: ByteArray, begin: int) -> int:
+    """Read the file's bytes from `at` on to data[begin:]; how many there are, up to `size`. For kernels, unchecked.
+
+    pread: see `pread_address`. file: see `descriptor_of`.
+    """
+    done = 0
+    while done < size:
+        got = call_4(pread, file, address_of_byte(data, begin + done), size - done, at + done)
+        if got <= 0:
+            break
+        done += got
+    return done

@@ -16,7 +16,9 @@ from typing import Any
 import lz4.frame
 import numpy as np
 
-from parsers.channels import ByteArray
+from parsers.channels import ByteArray, IntArray
+from parsers.jit import kernel
+from parsers.jit_foreign import address_of_byte, address_of_number, call_1, call_6
 
 VERSION = 100
 """LZ4F_VERSION: of the interface."""
@@ -119,3 +121,41 @@ def _copied(source: ByteArray, out: ByteArray) -> int:
         raise Lz4Error("lz4 finds an error") from error
     out[: len(unpacked)] = np.frombuffer(unpacked, np.uint8)
     return len(unpacked)
+
+
+@kernel
+def unpack_frame(
+    data: ByteArray,
+    at: int,
+    held: int,
+    out: ByteArray,
+    first: int,
+    reset: int,
+    decompress: int,
+    context: int,
+    state: IntArray,
+    parts: int,
+) -> int:
+    """How many bytes of the frame data[at : at + held] came to out[first:]; -1 where it is damaged. For kernels, unchecked.
+
+    reset, decompress, context: `Addresses`. state[parts : parts + 2]: for the calls.
+    """
+    call_1(reset, context)
+    begin, done = at, 0
+    while True:
+        state[parts], state[parts + 1] = out.size - first - done, at + held - begin
+        found = call_6(
+            decompress,
+            context,
+            address_of_byte(out, first + done),
+            address_of_number(state, parts),
+            address_of_byte(data, begin),
+            address_of_number(state, parts + 1),
+            0,
+        )
+        # an error is a number just below 2**64
+        if found < 0:
+            return -1
+        done, begin = done + int(state[parts]), begin + int(state[parts + 1])
+        if found == 0 or (state[parts] == 0 and state[parts + 1] == 0):
+            return done

@@ -17,6 +17,7 @@ from parsers.mcap_records import RECORD_HEAD, WALK_CUT, WALK_INVALID, gather
 from parsers.mcap_sparse import may_skip, pick_sparsely
 from parsers.mcap_survey import damage
 from parsers.mcap_toplevel import TopLevel, Window
+from parsers.mcap_train import BROKEN, DONE, ODD, Train
 from parsers.ros.contract import Decoded, MessageDecoder
 
 PACKED_BYTES = 2 << 20
@@ -150,20 +151,30 @@ class Reader:
 
     def _chunks(self, spans: Sequence[ChunkSpan], scratch: Scratch, picker: Picker, result: Result) -> None:
         scratch.used = 0
-        for span in spans:
-            try:
-                at, state, short, size = self._pick(span, scratch, picker)
-            except DamagedError as error:
-                result.damaged.append((span, str(error)))
-                continue
-            result.short += short
-            if span.whole and state in (WALK_CUT, WALK_INVALID):
-                result.cut.append((span, at, size))
+        train = Train(self._file, spans, [span.whole and not may_skip(span, self._keep) for span in spans])
+        while (why := train.run(scratch, picker, self._slot_of, UNPACKED_BYTES)) != DONE:
+            if why == BROKEN:
+                result.cut.append((spans[train.chunk - 1], train.at, train.size))
+            elif why == ODD:
+                self._alone(spans[train.chunk], scratch, picker, result)
+                train.skip()
             if scratch.used >= UNPACKED_BYTES:
                 self._decode(scratch.records, picker, result)
                 scratch.used = 0
+        result.short += train.short
         self._decode(scratch.records, picker, result)
         result.place = spans[-1].offset
+
+    def _alone(self, span: ChunkSpan, scratch: Scratch, picker: Picker, result: Result) -> None:
+        """Collect the messages of one chunk."""
+        try:
+            at, state, short, size = self._pick(span, scratch, picker)
+        except DamagedError as error:
+            result.damaged.append((span, str(error)))
+            return
+        result.short += short
+        if span.whole and state in (WALK_CUT, WALK_INVALID):
+            result.cut.append((span, at, size))
 
     def _pick(self, span: ChunkSpan, scratch: Scratch, picker: Picker) -> tuple[int, int, int, int]:
         """Where and why the walk over a chunk stopped, how many records were too short, and the chunk's size."""

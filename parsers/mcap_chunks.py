@@ -24,6 +24,7 @@ from parsers.mcap_records import (
     ChunkHead,
     parse_chunk_head,
 )
+from parsers.zstd_frames import ZstdContext
 
 MAX_CHUNK_BYTES = 1 << 29
 """A chunk that says it unpacks to more is taken for damaged: recorders write chunks of 1-16 MiB."""
@@ -91,6 +92,11 @@ class McapFile:
         self.size = file.seek(0, 2)
         self._number = _number_of(file)
 
+    @property
+    def descriptor(self) -> int:
+        """The number by which the system knows the file; -1 for one that is not on this machine's disks."""
+        return -1 if self._number is None else self._number
+
     def array(self, offset: int, length: int) -> ByteArray:
         """Up to `length` bytes from `offset`, fewer at the end of the file."""
         out = np.empty(max(0, min(length, self.size - offset)), dtype=np.uint8)
@@ -119,7 +125,7 @@ class McapFile:
 class Scratch:
     """Memory of one thread that chunk after chunk is read and unpacked into: fresh memory costs more than the work.
 
-    records: the unpacked records of some chunks behind one another, the first `used` bytes count. zstd, lz4: as above, for the state of the decompression.
+    records: the unpacked records of some chunks behind one another, the first `used` bytes count. zstd, lz4, context: for the state of the decompression, the last for kernels.
     """
 
     def __init__(self) -> None:
@@ -127,6 +133,7 @@ class Scratch:
         self.records: ByteArray = np.empty(0, dtype=np.uint8)
         self.zstd = zstandard.ZstdDecompressor()
         self.lz4 = FrameUnpacker()
+        self.context = ZstdContext()
         self._packed: ByteArray = np.empty(0, dtype=np.uint8)
 
     def packed(self, size: int) -> ByteArray:

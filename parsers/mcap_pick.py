@@ -22,7 +22,8 @@ from parsers.mcap_records import (
 
 Slots = NDArray[np.int32]
 CHANNEL_IDS = 1 << 16
-_LEAST = RECORD_HEAD + MESSAGE_HEAD
+LEAST = RECORD_HEAD + MESSAGE_HEAD
+"""Bytes of the shortest message's record."""
 # rows of the table of picked messages
 _SLOT, _LOG, _OFFSET, _LENGTH = range(4)
 
@@ -34,13 +35,13 @@ def signed(bits: int) -> int:
 
 
 @kernel
-def _pick(
+def pick(
     data: ByteArray, start: int, end: int, slot_of: Slots, picked: IntArray, count: int
 ) -> tuple[int, int, int, int]:
     """Add the wanted messages among the records of data[start:end] to picked[:, count:].
 
     Returns how many are picked now, where the walk stopped and why (WALK_…), and how many message records were too
-    short to be one. `picked` must have room for a message every _LEAST bytes.
+    short to be one. `picked` must have room for a message every LEAST bytes.
     """
     at, short = start, 0
     while at < end:
@@ -103,48 +104,51 @@ class Picks:
 class Picker:
     """Collects the wanted messages of one batch after the other; belongs to one thread.
 
-    slot_of: for each channel id the number of its topic, -1 where it is not wanted. topics: how many there are.
+    slot_of: for each channel id the number of its topic, -1 where it is not wanted. topics: how many there are. picked, count:
+    the table for `pick`, and how much of it is filled.
     """
 
     def __init__(self, slot_of: Slots, topics: int) -> None:
         self._slot_of, self._topics = slot_of, topics
-        self._picked: IntArray = np.empty((4, 0), dtype=np.int64)
+        self.picked: IntArray = np.empty((4, 0), dtype=np.int64)
         self._sorted: IntArray = np.empty((3, 0), dtype=np.int64)
-        self._count = 0
+        self.count = 0
 
     def walk(self, data: ByteArray, start: int, end: int) -> tuple[int, int, int]:
         """Collect from the records in data[start:end]; returns where and why it stopped, and how many were too short."""
         if not 0 <= start <= end <= data.size:
             raise ValueError("records outside of the buffer")
-        self._make_room(self._count + (end - start) // _LEAST)
-        self._count, at, state, short = _pick(data, start, end, self._slot_of, self._picked, self._count)
+        self.make_room(end - start)
+        self.count, at, state, short = pick(data, start, end, self._slot_of, self.picked, self.count)
         return at, state, short
 
     def mark(self) -> int:
         """How much is collected, for `rewind`."""
-        return self._count
+        return self.count
 
     def rewind(self, mark: int) -> None:
         """Forget what was collected since the mark."""
-        self._count = mark
+        self.count = mark
 
     def take(self) -> list[Picks]:
         """What was collected, by topic; then it starts anew."""
-        count, self._count = self._count, 0
+        count, self.count = self.count, 0
         if self._sorted.shape[1] < count:
-            self._sorted = np.empty((3, self._picked.shape[1]), dtype=np.int64)
+            self._sorted = np.empty((3, self.picked.shape[1]), dtype=np.int64)
         first = np.zeros(self._topics + 2, dtype=np.int64)
-        _sort(self._picked, count, first, self._sorted)
+        _sort(self.picked, count, first, self._sorted)
         log_ns, offset, length = self._sorted
         bounds = first.tolist()
         parts = [(slot, slice(bounds[slot], bounds[slot + 1])) for slot in range(self._topics)]
         return [Picks(slot, log_ns[p], offset[p], length[p]) for slot, p in parts if p.start < p.stop]
 
-    def _make_room(self, rows: int) -> None:
-        if self._picked.shape[1] < rows:
+    def make_room(self, size: int) -> None:
+        """Make room for the messages of so many bytes of records."""
+        rows = self.count + size // LEAST
+        if self.picked.shape[1] < rows:
             larger = np.empty((4, rows + rows // 4), dtype=np.int64)
-            larger[:, : self._count] = self._picked[:, : self._count]
-            self._picked = larger
+            larger[:, : self.count] = self.picked[:, : self.count]
+            self.picked = larger
 
 
 def slot_table(topics: list[tuple[int, ...]]) -> Slots:

@@ -97,6 +97,7 @@ def _top(words: WordArray, i: int, first: int, second: int, left: int, right: in
 def plain(
     words: WordArray,
     first: int,
+    step: int,
     left: int,
     bits: int,
     swap: bool,
@@ -104,21 +105,30 @@ def plain(
     scale: float,
     offset: float,
     out: FloatArray,
+    into: int,
+    rows: int,
 ) -> None:
-    """Fields in one word, without anything to look out for: each case its own short loop. Unsigned: below 64 bits."""
+    """Fields in one word, without anything to look out for: each case its own short loop. Unsigned: below 64 bits.
+
+    words: (m,), the first payload's at `first`, the next one's `step` further on. out: (k,), filled from `into` on. Unchecked.
+    """
     up, down = np.uint64(left), np.uint64(64 - bits)
     if signed and swap:
-        for i in range(out.size):
-            out[i] = np.float64(np.int64(_turned(words[i, first]) << up) >> np.int64(down)) * scale + offset
+        for i in range(rows):
+            raw = np.int64(_turned(words[first + i * step]) << up) >> np.int64(down)
+            out[into + i] = np.float64(raw) * scale + offset
     elif signed:
-        for i in range(out.size):
-            out[i] = np.float64(np.int64(words[i, first] << up) >> np.int64(down)) * scale + offset
+        for i in range(rows):
+            raw = np.int64(words[first + i * step] << up) >> np.int64(down)
+            out[into + i] = np.float64(raw) * scale + offset
     elif swap:
-        for i in range(out.size):
-            out[i] = np.float64(np.int64((_turned(words[i, first]) << up) >> down)) * scale + offset
+        for i in range(rows):
+            raw = np.int64((_turned(words[first + i * step]) << up) >> down)
+            out[into + i] = np.float64(raw) * scale + offset
     else:
-        for i in range(out.size):
-            out[i] = np.float64(np.int64((words[i, first] << up) >> down)) * scale + offset
+        for i in range(rows):
+            raw = np.int64((words[first + i * step] << up) >> down)
+            out[into + i] = np.float64(raw) * scale + offset
 
 
 def codes_of(signal: SignalDef, *, j1939: bool, proprietary: bool) -> list[tuple[int, int]]:
@@ -236,9 +246,10 @@ def decode_signal(
         return Decoded(values)
     codes = codes_of(signal, j1939=j1939, proprietary=proprietary)
     if is_plain(payloads, signal, place, codes=bool(codes)):
+        words = np.ascontiguousarray(payloads.words)
         plain(
-            payloads.words, place.first, place.left, place.bits, place.swap, signal.signed, signal.scale, signal.offset,
-            values,
+            words.reshape(-1), place.first, words.shape[1], place.left, place.bits, place.swap, signal.signed,
+            signal.scale, signal.offset, values, 0, values.size,
         )  # fmt: skip
         return Decoded(values)
     raw = raw_values(payloads, signal.field)

@@ -14,9 +14,9 @@ from parsers.can.definitions import SignalDef
 from parsers.channels import FloatArray, IntArray
 from parsers.jit import kernel
 
-FIRST, STEP, ROWS, INTO, WORD, LEFT, BITS, SWAP, SIGNED, JOB = range(10)
-"""Of a job: the first payload's first word and how many words a payload has, how many rows, the first cell of the column; which
-of the words holds the field and how it lies in it, as `Place` has it."""
+FIRST, STEP, LEFT, BITS, SWAP, SIGNED, INTO, ROWS, JOB = range(9)
+"""Of a job: the first payload's word with the field, how many words a payload has, how the field lies in its word, as `Place` has
+it; the first cell of the column, and how many rows."""
 
 
 @kernel
@@ -24,11 +24,10 @@ def _columns(words: WordArray, cells: FloatArray, jobs: IntArray, factors: Float
     """Fields in one word into their columns. factors: (jobs, 2) scale and offset."""
     for k in range(len(jobs)):
         job = jobs[k]
-        rows, step = job[ROWS], job[STEP]
-        payloads = words[job[FIRST] : job[FIRST] + rows * step].reshape((rows, step))
-        into = cells[job[INTO] : job[INTO] + rows]
+        swap, signed = job[SWAP] == 1, job[SIGNED] == 1
         plain(
-            payloads, job[WORD], job[LEFT], job[BITS], job[SWAP] == 1, job[SIGNED] == 1, factors[k, 0], factors[k, 1], into
+            words, job[FIRST], job[STEP], job[LEFT], job[BITS], swap, signed, factors[k, 0], factors[k, 1],
+            cells, job[INTO], job[ROWS],
         )  # fmt: skip
 
 
@@ -51,8 +50,8 @@ class PlainColumns:
             return False
         self._words = payloads.flat
         self._jobs.append((
-            payloads.first, payloads.words.shape[1], values.size, into, place.first, place.left, place.bits, place.swap,
-            signal.signed,
+            payloads.first + place.first, payloads.words.shape[1], place.left, place.bits, place.swap, signal.signed,
+            into, values.size,
         ))  # fmt: skip
         self._factors.append((signal.scale, signal.offset))
         return True

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from parsers.channels import ByteArray, IntArray
 from parsers.jit import kernel, lean_kernel, load_u32
-from parsers.jit_foreign import address_of_byte, address_of_number, call_1, call_4, call_6
+from parsers.jit_foreign import read_at
+from parsers.lz4_frames import unpack_frame
 from parsers.ros.bag1_kernels import FULL, SEEN, decode_records
 from parsers.ros.kernels import Program, Rows, Shapes
 
@@ -20,7 +21,7 @@ CHUNK, AT, STOP, BEFORE, WHY = range(5)
 STATE = 8
 """Size of the state: the chunk, where in it to go on (-1: at its beginning) and where it stops, what was SEEN before it, WHY.
 The rest is for the calls of the library."""
-_ROOM, _LEFT = 6, 7
+_PARTS = 6
 _OP_CHUNK, _NONE, _LZ4 = 5, 4, 3
 _MAX_RATIO, _MAX_CHUNK = 256, 1 << 30
 _EQUALS = 61
@@ -69,51 +70,6 @@ def _chunk_record(data: ByteArray, at: int, limit: int) -> tuple[int, int, int, 
 
 
 @kernel
-def _unpacked(
-    data: ByteArray,
-    at: int,
-    held: int,
-    room: ByteArray,
-    reset: int,
-    decompress: int,
-    context: int,
-    state: IntArray,
-) -> int:
-    """How many bytes of the LZ4 frame data[at : at + held] came to `room`; -1 where it is damaged."""
-    call_1(reset, context)
-    begin, done = at, 0
-    while True:
-        state[_ROOM], state[_LEFT] = room.size - done, at + held - begin
-        found = call_6(
-            decompress,
-            context,
-            address_of_byte(room, done),
-            address_of_number(state, _ROOM),
-            address_of_byte(data, begin),
-            address_of_number(state, _LEFT),
-            0,
-        )
-        # an error is a number just below 2**64
-        if found < 0:
-            return -1
-        done, begin = done + int(state[_ROOM]), begin + int(state[_LEFT])
-        if found == 0 or (state[_ROOM] == 0 and state[_LEFT] == 0):
-            return done
-
-
-@kernel
-def _read(pread: int, file: int, at: int, size: int, data: ByteArray) -> int:
-    """Read the file's bytes from `at` on to the beginning of `data`; how many there are, up to `size`."""
-    done = 0
-    while done < size:
-        got = call_4(pread, file, address_of_byte(data, done), size - done, at + done)
-        if got <= 0:
-            break
-        done += got
-    return done
-
-
-@kernel
 def decode_chunks(
     pread: int,
     file: int,
@@ -146,7 +102,7 @@ def decode_chunks(
         size = starts[number + 1] - starts[number]
         if state[AT] < 0:
             state[BEFORE], state[WHY] = tally[SEEN], ODD
-            if size > data.size or _read(pread, file, starts[number], size, data) < size:
+            if size > data.size or read_at(pread, file, starts[number], size, data, 0) < size:
                 return
         kind, begin, held, declared = _chunk_record(data, 0, size)
         if state[AT] < 0:
@@ -156,7 +112,10 @@ def decode_chunks(
                 if room.size <= declared:
                     state[STOP], state[WHY] = declared + 1, NO_ROOM
                     return
-                if _unpacked(data, begin, held, room, reset, decompress, context, state) != declared:
+                if (
+                    unpack_frame(data, begin, held, room, 0, reset, decompress, context, state, _PARTS)
+                    != declared
+                ):
                     return
                 state[AT], state[STOP] = 0, declared
             else:

@@ -13,6 +13,7 @@ import pytest
 from mcap.writer import CompressionType, IndexType, Writer
 from mcap_files import MS, START, N, check_values, imu_definition, imu_ros1, open_log, read, spans_of, write
 
+from parsers import mcap_train
 from parsers.mcap_chunks import ChunkSpan, LooseSpan, McapFile, Scratch, load_chunk
 
 
@@ -25,8 +26,16 @@ def loaded(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
         offsets.append(span.offset)
         return load_chunk(file, span, scratch)
 
+    def train_spy(*args: Any) -> None:
+        starts, state = args[2], args[-1]
+        before = int(state[mcap_train.NEXT])
+        take_chunks(*args)
+        offsets.extend(starts[before : int(state[mcap_train.NEXT])].tolist())
+
     for module in ("batches", "messages", "survey"):
         monkeypatch.setattr(f"parsers.mcap_{module}.load_chunk", spy)
+    take_chunks = mcap_train.take_chunks
+    monkeypatch.setattr(mcap_train, "take_chunks", train_spy)
     return offsets
 
 
