@@ -9,46 +9,26 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.allocator import Slabs
-from parsers.channels import ByteArray, IntArray
+from parsers.channels import ByteArray
 from parsers.importer import ImportLog
 from parsers.mcap_chunks import ChunkSpan, DamagedError, LooseSpan, McapFile, Scratch, Span, load_chunk
+from parsers.mcap_flow import Flow, plan_of
+from parsers.mcap_parts import ENOUGH_CELLS, MAX_CELLS, Part, Want
 from parsers.mcap_pick import Picker, Picks, slot_table
 from parsers.mcap_records import RECORD_HEAD, WALK_CUT, WALK_INVALID, gather
 from parsers.mcap_sparse import may_skip, pick_sparsely
 from parsers.mcap_survey import damage
 from parsers.mcap_toplevel import TopLevel, Window
-from parsers.mcap_train import BROKEN, DONE, ODD, Train
-from parsers.ros.contract import Decoded, MessageDecoder
+from parsers.mcap_train import Train
+from parsers.mcap_unpack import BROKEN, DONE, ODD
 
 PACKED_BYTES = 2 << 20
 """Chunks that are handed to a thread together: many small ones, or a large one."""
 UNPACKED_BYTES = 4 << 20
 """Records decoded together, where a chunk is not larger by itself."""
-MAX_CELLS = 1 << 22
-"""Numbers decoded at once: a batch of a type with many fields has fewer rows."""
-ENOUGH_CELLS = 1 << 15
-"""A part of a topic with more is given on as it is; smaller ones are joined."""
 TOO_SHORT = "message record too short for its own head"
 
 Group = tuple[ChunkSpan, ...] | Window
-
-
-@dataclass(frozen=True)
-class Want:
-    """What is wanted of one topic: the ids of its MCAP channels, its decoder, and field paths."""
-
-    ids: tuple[int, ...]
-    decoder: MessageDecoder
-    paths: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Part:
-    """Decoded messages of one topic, in the order of the file."""
-
-    number: int
-    log_ns: IntArray
-    decoded: Decoded
 
 
 @dataclass(frozen=True)
@@ -130,6 +110,7 @@ class Reader:
         self._keep = frozenset(channel for want in wants for channel in want.ids)
         self._slot_of = slot_table([want.ids for want in wants])
         self._tools, self._slabs = _Tools(), slabs
+        self._plan = plan_of(wants, self._slot_of)
 
     def __call__(self, group: Group) -> Result:
         """The decoded messages of a group, topic by topic, each topic's in their order."""
@@ -151,7 +132,18 @@ class Reader:
 
     def _chunks(self, spans: Sequence[ChunkSpan], scratch: Scratch, picker: Picker, result: Result) -> None:
         scratch.used = 0
-        train = Train(self._file, spans, [span.whole and not may_skip(span, self._keep) for span in spans])
+        plain = [span.whole and not may_skip(span, self._keep) for span in spans]
+        if self._plan is None:
+            self._by_train(Train(self._file, spans, plain), spans, scratch, picker, result)
+        else:
+            flow = Flow(self._file, spans, plain, self._plan, self._slabs.cells)
+            self._by_flow(flow, spans, scratch, picker, result)
+        result.place = spans[-1].offset
+
+    def _by_train(
+        self, train: Train, spans: Sequence[ChunkSpan], scratch: Scratch, picker: Picker, result: Result
+    ) -> None:
+        """Collect the messages of some chunks, then decode them, topic by topic."""
         while (why := train.run(scratch, picker, self._slot_of, UNPACKED_BYTES)) != DONE:
             if why == BROKEN:
                 result.cut.append((spans[train.chunk - 1], train.at, train.size))
@@ -163,7 +155,28 @@ class Reader:
                 scratch.used = 0
         result.short += train.short
         self._decode(scratch.records, picker, result)
-        result.place = spans[-1].offset
+
+    def _by_flow(
+        self, flow: Flow, spans: Sequence[ChunkSpan], scratch: Scratch, picker: Picker, result: Result
+    ) -> None:
+        """Decode the messages of some chunks, chunk by chunk."""
+        while True:
+            why, parts = flow.decode(scratch, picker)
+            result.parts += parts
+            if why == DONE:
+                break
+            if why == BROKEN:
+                result.cut.append((spans[flow.chunk - 1], flow.at, flow.size))
+            else:
+                if flow.unfit:
+                    # so may all those be that come: not to be unpacked twice
+                    self._plan = None
+                picker.rewind(0)
+                self._alone(spans[flow.chunk], scratch, picker, result)
+                flow.skip()
+                self._decode(scratch.records, picker, result)
+                scratch.used = 0
+        result.short += flow.short
 
     def _alone(self, span: ChunkSpan, scratch: Scratch, picker: Picker, result: Result) -> None:
         """Collect the messages of one chunk."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from parsers.allocator import Slabs
 from parsers.channels import FloatArray, IntArray
-from parsers.mcap_batches import ENOUGH_CELLS, Part
+from parsers.mcap_parts import ENOUGH_CELLS, Part
 from parsers.ros.contract import MISFIT, Decoded
 
 ENOUGH_ROWS = 1 << 16

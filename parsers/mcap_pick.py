@@ -24,8 +24,8 @@ Slots = NDArray[np.int32]
 CHANNEL_IDS = 1 << 16
 LEAST = RECORD_HEAD + MESSAGE_HEAD
 """Bytes of the shortest message's record."""
-# rows of the table of picked messages
-_SLOT, _LOG, _OFFSET, _LENGTH = range(4)
+SLOT, LOG, OFFSET, LENGTH = range(4)
+"""Rows of the table of picked messages."""
 
 
 @lean_kernel
@@ -62,10 +62,10 @@ def pick(
                 continue
             slot = slot_of[load_u16(data, content)]
             if slot >= 0:
-                picked[_SLOT, count] = slot
-                picked[_LOG, count] = signed(load_u64(data, content + 6))
-                picked[_OFFSET, count] = content + MESSAGE_HEAD
-                picked[_LENGTH, count] = size - MESSAGE_HEAD
+                picked[SLOT, count] = slot
+                picked[LOG, count] = signed(load_u64(data, content + 6))
+                picked[OFFSET, count] = content + MESSAGE_HEAD
+                picked[LENGTH, count] = size - MESSAGE_HEAD
                 count += 1
         elif op == DATA_END:
             return count, at, WALK_DATA_END, short
@@ -79,16 +79,16 @@ def _sort(picked: IntArray, count: int, first: IntArray, out: IntArray) -> None:
     first: shape (slots + 2,), zero; slot s is out[:, first[s] : first[s + 1]] afterwards.
     """
     for i in range(count):
-        first[picked[_SLOT, i] + 2] += 1
+        first[picked[SLOT, i] + 2] += 1
     for s in range(2, first.size):
         first[s] += first[s - 1]
     for i in range(count):
-        slot = picked[_SLOT, i] + 1
+        slot = picked[SLOT, i] + 1
         place = first[slot]
         first[slot] = place + 1
-        out[0, place] = picked[_LOG, i]
-        out[1, place] = picked[_OFFSET, i]
-        out[2, place] = picked[_LENGTH, i]
+        out[0, place] = picked[LOG, i]
+        out[1, place] = picked[OFFSET, i]
+        out[2, place] = picked[LENGTH, i]
 
 
 @dataclass(frozen=True)
@@ -134,7 +134,7 @@ class Picker:
         """What was collected, by topic; then it starts anew."""
         count, self.count = self.count, 0
         if self._sorted.shape[1] < count:
-            self._sorted = np.empty((3, self.picked.shape[1]), dtype=np.int64)
+            self._sorted = np.empty((3, count + count // 4), dtype=np.int64)
         first = np.zeros(self._topics + 2, dtype=np.int64)
         _sort(self.picked, count, first, self._sorted)
         log_ns, offset, length = self._sorted

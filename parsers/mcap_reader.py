@@ -14,9 +14,10 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.json_decode import NewKeys
-from parsers.mcap_batches import Part, Reader, Want, groups_of
+from parsers.mcap_batches import Reader, groups_of
 from parsers.mcap_chunks import McapFile
 from parsers.mcap_join import Joiner
+from parsers.mcap_parts import Part, Want
 from parsers.mcap_survey import Surveyor
 from parsers.mcap_topics import Source, sources_of
 from parsers.parallel import in_order

@@ -11,6 +11,7 @@ from mcap.writer import CompressionType, IndexType
 from mcap_files import MS, N, check_values, open_log, read, write
 
 import parsers.mcap_batches
+import parsers.mcap_flow
 import parsers.mcap_join
 import parsers.mcap_toplevel
 from parsers.importer import ImportLog
@@ -159,7 +160,8 @@ def test_types_with_many_fields_are_decoded_little_by_little(
 ) -> None:
     path = write(tmp_path / "a.mcap", chunk_size=100_000)
     whole, times, _ = read(path)
-    monkeypatch.setattr(parsers.mcap_batches, "MAX_CELLS", 300)
+    for module in (parsers.mcap_batches, parsers.mcap_flow):
+        monkeypatch.setattr(module, "MAX_CELLS", 300)
     monkeypatch.setattr(parsers.mcap_join, "ENOUGH_CELLS", 1)
     parts, part_times, log = read(path)
     assert log.messages == 2 * N

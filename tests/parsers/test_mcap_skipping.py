@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,9 @@ import pytest
 from mcap.writer import CompressionType, IndexType, Writer
 from mcap_files import MS, START, N, check_values, imu_definition, imu_ros1, open_log, read, spans_of, write
 
-from parsers import mcap_train
+from parsers import mcap_flow, mcap_train
 from parsers.mcap_chunks import ChunkSpan, LooseSpan, McapFile, Scratch, load_chunk
+from parsers.mcap_unpack import NEXT
 
 
 @pytest.fixture
@@ -26,16 +27,19 @@ def loaded(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[int]]:
         offsets.append(span.offset)
         return load_chunk(file, span, scratch)
 
-    def train_spy(*args: Any) -> None:
-        starts, state = args[2], args[-1]
-        before = int(state[mcap_train.NEXT])
-        take_chunks(*args)
-        offsets.extend(starts[before : int(state[mcap_train.NEXT])].tolist())
+    def spied(kernel: Callable[..., None]) -> Callable[..., None]:
+        def train_spy(*args: Any) -> None:
+            starts, state = args[0].starts, args[-1]
+            before = int(state[NEXT])
+            kernel(*args)
+            offsets.extend(starts[before : int(state[NEXT])].tolist())
+
+        return train_spy
 
     for module in ("batches", "messages", "survey"):
         monkeypatch.setattr(f"parsers.mcap_{module}.load_chunk", spy)
-    take_chunks = mcap_train.take_chunks
-    monkeypatch.setattr(mcap_train, "take_chunks", train_spy)
+    monkeypatch.setattr(mcap_train, "take_chunks", spied(mcap_train.take_chunks))
+    monkeypatch.setattr(mcap_flow, "decode_chunks", spied(mcap_flow.decode_chunks))
     return offsets
 
 
