@@ -12,7 +12,7 @@ from parsers.allocator import Slabs
 from parsers.channels import ByteArray
 from parsers.importer import ImportLog
 from parsers.mcap_chunks import ChunkSpan, DamagedError, LooseSpan, McapFile, Scratch, Span, load_chunk
-from parsers.mcap_flow import Flow, plan_of
+from parsers.mcap_flow import Flow
 from parsers.mcap_parts import ENOUGH_CELLS, MAX_CELLS, Part, Want
 from parsers.mcap_pick import Picker, Picks, slot_table
 from parsers.mcap_records import RECORD_HEAD, WALK_CUT, WALK_INVALID, gather
@@ -21,6 +21,7 @@ from parsers.mcap_survey import damage
 from parsers.mcap_toplevel import TopLevel, Window
 from parsers.mcap_train import Train
 from parsers.mcap_unpack import BROKEN, DONE, ODD
+from parsers.ros.flow import plan_of
 
 PACKED_BYTES = 2 << 20
 """Chunks that are handed to a thread together: many small ones, or a large one."""
@@ -110,7 +111,7 @@ class Reader:
         self._keep = frozenset(channel for want in wants for channel in want.ids)
         self._slot_of = slot_table([want.ids for want in wants])
         self._tools, self._slabs = _Tools(), slabs
-        self._plan = plan_of(wants, self._slot_of)
+        self._plan = plan_of([(want.decoder, want.paths) for want in wants])
 
     def __call__(self, group: Group) -> Result:
         """The decoded messages of a group, topic by topic, each topic's in their order."""
@@ -136,7 +137,7 @@ class Reader:
         if self._plan is None:
             self._by_train(Train(self._file, spans, plain), spans, scratch, picker, result)
         else:
-            flow = Flow(self._file, spans, plain, self._plan, self._slabs.cells)
+            flow = Flow(self._file, spans, plain, self._plan, self._slot_of, self._slabs.cells)
             self._by_flow(flow, spans, scratch, picker, result)
         result.place = spans[-1].offset
 

@@ -11,9 +11,9 @@ from mcap.writer import CompressionType, IndexType
 from mcap_files import MS, N, check_values, open_log, read, write
 
 import parsers.mcap_batches
-import parsers.mcap_flow
 import parsers.mcap_join
 import parsers.mcap_toplevel
+import parsers.ros.flow
 from parsers.importer import ImportLog
 from parsers.mcap_log import McapImporter
 from parsers.mcap_records import MAGIC
@@ -160,7 +160,7 @@ def test_types_with_many_fields_are_decoded_little_by_little(
 ) -> None:
     path = write(tmp_path / "a.mcap", chunk_size=100_000)
     whole, times, _ = read(path)
-    for module in (parsers.mcap_batches, parsers.mcap_flow):
+    for module in (parsers.mcap_batches, parsers.ros.flow):
         monkeypatch.setattr(module, "MAX_CELLS", 300)
     monkeypatch.setattr(parsers.mcap_join, "ENOUGH_CELLS", 1)
     parts, part_times, log = read(path)

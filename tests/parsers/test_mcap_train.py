@@ -13,6 +13,7 @@ from mcap_files import MS, START, N, check_values, imu_definition, imu_ros1, rea
 
 from parsers import mcap_batches, mcap_flow, mcap_train, mcap_unpack
 from parsers.importer import ImportLog
+from parsers.ros import flow
 from parsers.zstd_frames import ZstdContext
 
 Outcome = tuple[dict[str, np.ndarray], dict[str, np.ndarray], ImportLog]
@@ -36,7 +37,7 @@ def both(path: Path, only: str, monkeypatch: pytest.MonkeyPatch) -> tuple[Outcom
     assert any(done)
     with monkeypatch.context() as patch:
         patch.setattr(mcap_unpack, "pread_address", lambda: 0)
-        patch.setattr(mcap_batches, "plan_of", lambda wants, slot_of: None)
+        patch.setattr(mcap_batches, "plan_of", lambda wanted: None)
         alone = read(path, only)
     return together, alone
 
@@ -84,8 +85,8 @@ def test_little_room_at_first_and_a_library_without_addresses(
         # records are decoded in the middle of a train
         (mcap_batches, "UNPACKED_BYTES", 5000),
         # rows run out with every chunk; a chunk is more than is decoded at once
-        (mcap_flow, "SPARE_ROWS", 0),
-        (mcap_flow, "MAX_CELLS", 40),
+        (flow, "SPARE_ROWS", 0),
+        (flow, "MAX_CELLS", 40),
         (mcap_unpack, "MAX_PACKED", 1000),
         (mcap_unpack, "crc32_address", lambda: 0),
         (ZstdContext, "__init__", lambda self: vars(self).update(decompress=0, context=0)),
