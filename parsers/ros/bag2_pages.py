@@ -18,9 +18,12 @@ import numpy as np
 
 from parsers.allocator import Slabs, keep_freed_memory
 from parsers.channels import ByteArray, IntArray
+from parsers.jit_foreign import pread_address
 from parsers.ros.bag2_decode import Chosen, Outcome, Piece, decode_rows, decode_topic
+from parsers.ros.bag2_flow import LeafFlow
 from parsers.ros.bag2_messages import ZSTD_MARK
 from parsers.ros.bag2_rows import DAMAGED_MESSAGE, Rows
+from parsers.ros.flow import Filled, Plan, plan_of
 from parsers.sqlite_kernels import LENGTH, NEXT, PAGE, PLACE, TIME, TOPIC, BoolArray
 from parsers.sqlite_overflow import gather, pages_needed
 from parsers.sqlite_pages import PagedFile, PageReader, paged_file
@@ -28,11 +31,16 @@ from parsers.sqlite_scan import Grouped, LeafScanner, Query
 from parsers.sqlite_tree import PARENTS, Nodes, TableTree, table_tree
 
 LEAF_BYTES = 1 << 22
-"""Leaf pages that are read, searched and decoded together."""
+"""Leaf pages that the slower way reads, searches and decodes together."""
+FLOW_BYTES = 1 << 23
+"""Leaf pages that a thread is given at once where it can decode them with one call."""
 CHAIN_BYTES = 1 << 20
 """Overflow pages that are read together."""
 BATCH_BYTES = 1 << 24
 """Payloads that are gathered together where some of them are on overflow pages."""
+
+MOST_ODD = 8
+"""So often may pages of a batch be left to the slower way before all are."""
 
 MOST_COLUMNS = 12
 """So many columns always have a record header of less than 128 bytes, as `leaf_rows` expects it."""
@@ -94,6 +102,21 @@ class Batch:
     size: int
 
 
+@dataclass(frozen=True)
+class _Hands:
+    """What one thread reads with. flow: None where only the slower way will do."""
+
+    scanner: LeafScanner
+    chains: PageReader
+    flow: LeafFlow | None
+
+    def close(self) -> None:
+        """Close the files."""
+        for each in (self.scanner, self.chains, self.flow):
+            if each is not None:
+                each.close()
+
+
 @dataclass
 class PageSource:
     """Reads the chosen topics' messages batch by batch: `batches` in one thread, `read` in any, `close` at the end."""
@@ -103,46 +126,82 @@ class PageSource:
     chosen: Chosen
     _query: Query = field(init=False)
     _slabs: Slabs = field(init=False, default_factory=Slabs)
-    _free: SimpleQueue[tuple[LeafScanner, PageReader]] = field(init=False, default_factory=SimpleQueue)
+    _free: SimpleQueue[_Hands] = field(init=False, default_factory=SimpleQueue)
+    _plan: Plan | None = field(init=False)
 
     def __post_init__(self) -> None:
         """Sort the topics' numbers, and let what batches take be used again."""
         keep_freed_memory()
-        self._query = Query(self.pages.columns, np.array(sorted(self.chosen), dtype=np.int64))
+        ids = sorted(self.chosen)
+        self._query = Query(self.pages.columns, np.array(ids, dtype=np.int64))
+        self._plan = None
+        if pread_address():
+            self._plan = plan_of(
+                [(topic.decoder, paths) for topic, paths in map(self.chosen.__getitem__, ids)]
+            )
 
     def batches(self) -> Iterator[Nodes]:
         """Yield the leaf pages, a batch at a time."""
+        size = LEAF_BYTES if self._plan is None else FLOW_BYTES
         with PageReader(self.pages.paged, PARENTS) as reader:
-            yield from self.tree.leaves(reader, _room(self.pages.paged, LEAF_BYTES))
+            yield from self.tree.leaves(reader, _room(self.pages.paged, size))
 
     def read(self, nodes: Nodes) -> Batch:
         """Read a batch: what its pages hold and which of its keys are on damaged pages, in order."""
-        scanner, chains = self._borrow()
+        hands = self._borrow()
         try:
-            parts = tuple(self._parts(nodes, scanner, chains))
+            parts = tuple(_joined(self._parts(nodes, hands)))
         finally:
-            self._free.put((scanner, chains))
+            self._free.put(hands)
         return Batch(parts, len(nodes.page) * self.pages.paged.page_size)
 
     def close(self) -> None:
         """Close the files."""
         while True:
             try:
-                scanner, chains = self._free.get_nowait()
+                self._free.get_nowait().close()
             except Empty:
                 return
-            scanner.close()
-            chains.close()
 
-    def _borrow(self) -> tuple[LeafScanner, PageReader]:
+    def _borrow(self) -> _Hands:
         try:
             return self._free.get_nowait()
         except Empty:  # more threads than before
-            paged = self.pages.paged
+            paged, plan = self.pages.paged, self._plan
             scanner = LeafScanner(paged, self._query, _room(paged, LEAF_BYTES))
-            return scanner, PageReader(paged, _room(paged, CHAIN_BYTES))
+            chains = PageReader(paged, _room(paged, CHAIN_BYTES))
+            flow = None if plan is None else LeafFlow(paged, self._query, plan, self._slabs.cells, ZSTD_MARK)
+            return _Hands(scanner, chains, flow)
 
-    def _parts(self, nodes: Nodes, scanner: LeafScanner, chains: PageReader) -> Iterator[Outcome | Unread]:
+    def _parts(self, nodes: Nodes, hands: _Hands) -> Iterator[Outcome | Unread]:
+        at, odd, end = 0, 0, len(nodes.page)
+        while self._plan is not None and hands.flow is not None and at < end:
+            stretch = hands.flow.decode(nodes, at)
+            if stretch.span_ns is not None:
+                yield self._flown(stretch.filled, stretch.span_ns)
+            at = stretch.end
+            if not stretch.more:
+                return
+            stop = min(at + hands.flow.step, end)
+            yield from self._slowly(nodes.part(at, stop), hands)
+            at, odd = stop, odd + 1
+            if odd >= MOST_ODD:
+                # a bag of compressed messages, or of large ones: its pages are not to be read twice
+                self._plan = None
+        yield from self._slowly(nodes.part(at, end), hands)
+
+    def _flown(self, filled: Sequence[Filled], span_ns: tuple[int, int]) -> Outcome:
+        numbers = self._query.ids.tolist()
+        pieces = (Piece(self.chosen[numbers[each.number]][0], each.decoded, each.time_ns) for each in filled)
+        return Outcome(tuple(pieces), {}, span_ns)
+
+    def _slowly(self, nodes: Nodes, hands: _Hands) -> Iterator[Outcome | Unread]:
+        """The same in several calls, and for all that there may be on the pages."""
+        room = hands.scanner.room
+        for start in range(0, len(nodes.page), room):
+            yield from self._scanned(nodes.part(start, start + room), hands.scanner, hands.chains)
+
+    def _scanned(self, nodes: Nodes, scanner: LeafScanner, chains: PageReader) -> Iterator[Outcome | Unread]:
         rows, bad = scanner.scan(nodes)
         edges = [0, *(np.flatnonzero(np.diff(bad)) + 1).tolist(), len(bad)]
         for start, stop in pairwise(edges):
@@ -186,6 +245,21 @@ class PageSource:
         good = Rows(topic_id[whole], time_ns[whole], blobs.offset[whole], blobs.length[whole], blobs.data)
         done = replace(decode_rows(good, self.chosen), overflow=blobs.pages)
         return done if len(whole) == len(time_ns) else _with_losses(done, blobs.whole, time_ns)
+
+
+def _joined(parts: Iterator[Outcome | Unread]) -> Iterator[Outcome | Unread]:
+    """Damaged pages that follow each other as one."""
+    held: Unread | None = None
+    for part in parts:
+        if isinstance(part, Unread):
+            held = part if held is None else Unread(held.low, part.high)
+            continue
+        if held is not None:
+            yield held
+            held = None
+        yield part
+    if held is not None:
+        yield held
 
 
 def _with_losses(done: Outcome, whole: BoolArray, time_ns: IntArray) -> Outcome:

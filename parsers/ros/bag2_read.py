@@ -84,8 +84,13 @@ class DatabaseRead:
         if self.cut or self._asked > MAX_ASKED:
             yield decode_rows(no_rows(lost=True), self.chosen)
             return
+        found = False
         for rows in table.batches(part.low, part.high):
+            found = True
             yield decode_rows(rows, self.chosen)
+        if not found:
+            # to the library a damaged page may look like an empty one
+            yield decode_rows(no_rows(lost=True), self.chosen)
 
     def _damaged(self, what: str) -> None:
         if self.cut:

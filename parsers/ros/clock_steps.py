@@ -14,7 +14,8 @@ LASTS = 16
 """So many messages in a row must be off by the step: a single wrong stamp, or a second sender with a delay of its own, is no
 clock that was set."""
 _WARM_UP = 32
-_SLOW, _QUICK = 4096, 16
+_SLOW_BITS, _QUICK_BITS = 12, 4
+_SLOW, _QUICK = 1 << _SLOW_BITS, 1 << _QUICK_BITS
 """Over about so many messages the usual delay and the present one are taken; a stalled network moves the second only."""
 _HEADER, _RECEIVE, _USUAL, _PRESENT, _SEEN, _RUN, _NEW, _FIRST_STEP, _SIZE = 0, 1, 2, 3, 4, 5, 6, 7, 8
 
@@ -30,37 +31,42 @@ def find_steps(
     right; where it lost some of them, they jump back to the usual delay. state: carried from batch to batch.
     """
     found, begin = 0, 0
+    usual, present, seen, run = state[_USUAL], state[_PRESENT], state[_SEEN], state[_RUN]
+    last_stamp, last_receive = state[_HEADER], state[_RECEIVE]
     for i in range(header_ns.shape[0]):
         instead[i] = 0
         stamp, receive = header_ns[i], receive_ns[i]
         if stamp <= 0 or receive < 0 or abs(receive - stamp) > limit:
             continue
         delay = receive - stamp
-        usual, present, seen = state[_USUAL], state[_PRESENT], state[_SEEN]
         away = min(abs(delay - usual), abs(delay - present))
         if seen < _WARM_UP or away <= JUMP_BACK_NS:
-            state[_RUN] = 0
-        elif state[_RUN] >= LASTS or (state[_RUN] > 0 and abs(delay - state[_NEW]) <= JUMP_BACK_NS):
-            state[_RUN] += 1
+            run = 0
+        elif run >= LASTS or (run > 0 and abs(delay - state[_NEW]) <= JUMP_BACK_NS):
+            run += 1
         else:
-            state[_RUN] = 0
-            before = state[_RECEIVE] - state[_HEADER]
-            jump, went_on = abs(stamp - state[_HEADER]), abs(receive - state[_RECEIVE])
+            run = 0
+            before = last_receive - last_stamp
+            jump, went_on = abs(stamp - last_stamp), abs(receive - last_receive)
             if jump > JUMP_BACK_NS and went_on < jump // 2 and abs(delay - usual) > abs(before - usual):
-                state[_RUN], state[_NEW] = 1, delay
+                run, state[_NEW] = 1, delay
                 begin = i
-        if state[_RUN] >= LASTS:
+        if run >= LASTS:
             if state[_FIRST_STEP] == 0:
                 state[_FIRST_STEP] = present - delay
-            for k in range(begin if state[_RUN] == LASTS else i, i + 1):
+            for k in range(begin if run == LASTS else i, i + 1):
                 if header_ns[k] > 0 and receive_ns[k] >= 0 and abs(receive_ns[k] - header_ns[k]) <= limit:
                     instead[k] = receive_ns[k] - present
                     found += 1
-        elif state[_RUN] == 0:
-            state[_USUAL] += (delay - usual) // min(seen + 1, _SLOW)
-            state[_PRESENT] += (delay - present) // min(seen + 1, _QUICK)
-            state[_SEEN] = seen + 1
-        state[_HEADER], state[_RECEIVE] = stamp, receive
+        elif run == 0:
+            # a division takes longer than all else here: where it is by a power of two, it is a shift
+            slow, quick = delay - usual, delay - present
+            usual += slow >> _SLOW_BITS if seen + 1 >= _SLOW else slow // (seen + 1)
+            present += quick >> _QUICK_BITS if seen + 1 >= _QUICK else quick // (seen + 1)
+            seen += 1
+        last_stamp, last_receive = stamp, receive
+    state[_USUAL], state[_PRESENT], state[_SEEN], state[_RUN] = usual, present, seen, run
+    state[_HEADER], state[_RECEIVE] = last_stamp, last_receive
     return found
 
 
