@@ -137,10 +137,15 @@ def codes_of(signal: SignalDef, *, j1939: bool, proprietary: bool) -> list[tuple
     return j1939_codes(signal.field.length, proprietary) if told else []
 
 
-def is_plain(payloads: Payloads, signal: SignalDef, place: Place, *, codes: bool = False) -> bool:
-    """Whether a signal is a field in one word of every payload, without anything to look out for. codes: of J1939."""
+def plain_at_best(signal: SignalDef, place: Place, *, codes: bool = False) -> bool:
+    """Whether a signal is a field in one word, without anything to look out for but the payloads' length. codes: of J1939."""
     odd = codes or signal.invalid or signal.is_float or place.second >= 0 or place.bits == 64
-    return not odd and payloads.shortest > place.last
+    return not odd
+
+
+def is_plain(payloads: Payloads, signal: SignalDef, place: Place, *, codes: bool = False) -> bool:
+    """Whether it is so in every one of these payloads."""
+    return plain_at_best(signal, place, codes=codes) and payloads.shortest > place.last
 
 
 @kernel

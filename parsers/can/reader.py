@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from parsers.allocator import Slab, keep_freed_memory, room_of
+from parsers.allocator import keep_freed_memory
 from parsers.can.database import builtin_j1939, load_databases
-from parsers.can.decode import Payloads, Place, codes_of, decode_signal, last_byte, raw_values, short
+from parsers.can.decode import Place
 from parsers.can.definitions import MessageDef, pgn_of
 from parsers.can.frames import FrameSource
-from parsers.can.groups import Group, channel_of, groups_of
+from parsers.can.groups import channel_of, groups_of
 from parsers.can.keep import MOST_WORDS, Keeper, Kept, KnownIds
 from parsers.can.matching import explain_no_match, match_streams, note_unknown
-from parsers.can.plain import PlainColumns
+from parsers.can.piece_decode import Cut, PieceDecoder
+from parsers.can.plain import PlainGroups
 from parsers.can.slots import GROUP
-from parsers.can.spread import Piece, pieces, spread
-from parsers.can.whole import Columns, Places, places
-from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
+from parsers.can.spread import Piece, pieces
+from parsers.can.whole import Places, whole_columns
+from parsers.channels import ChannelInfo, Chunk, IntArray
 from parsers.importer import ImportLog, ReadOptions
 from parsers.parallel import in_order
 
@@ -30,9 +30,6 @@ KEPT_BYTES = 96 << 20
 
 PIECE = 1 << 17
 """Frames of a batch that is kept which a core decodes at a time: what lies between frames and columns stays small."""
-
-VALUES = 1 << 21
-"""About how many values a chunk has at the most."""
 
 
 class CanReader:
@@ -107,6 +104,7 @@ class CanReader:
         parts = [number[id(group.stream)] for group in groups]
         part_of_key = {key: part for part, stream in enumerate(streams) for key in stream.keys}
         part_of = np.array([part_of_key.get(key, -1) for key in self._keeper.keys.tolist()], np.int64)
+        plain: PlainGroups | None = None
         if kept is None:
             words = np.where(part_of >= 0, np.array(width, np.int64)[part_of], 0)
             work: Iterator[tuple[Piece, Places]] = (
@@ -120,21 +118,13 @@ class CanReader:
                 piece for batch in kept for piece in pieces(batch, words, part_of, len(streams), PIECE)
             )
             kept.clear()
-            work = places(taken, groups, parts, wanted)
+            whole = whole_columns(taken, groups, parts, wanted)
+            if whole is not None:
+                plain, work = PlainGroups(groups, whole), whole.places(taken)
+            else:
+                work = ((taken.popleft(), Places.loose(groups)) for _ in range(len(taken)))
 
-        def decode(item: tuple[Piece, Places]) -> list[_Outcome]:
-            piece, into = item
-            payloads = spread(piece, words, part_of, width, into.stamps, into.stamps_at)
-            parcels = [
-                (payloads[part], group, columns)
-                for part, group, columns in zip(parts, groups, into.columns, strict=True)
-            ]
-            slab = Slab(sum(_size(of, group, wanted) for of, group, columns in parcels if columns is None))
-            to = _Target(wanted, slab, PlainColumns(into.slab or slab))
-            outcomes = [outcome for parcel in parcels for outcome in _decoded(*parcel, to)]
-            to.plain.decode()
-            return outcomes
-
+        decode = PieceDecoder(groups, parts, wanted, Cut(words, part_of, width), plain)
         # the batches of another pass share their memory: one at a time
         workers = 1 if kept is None else None
         for outcomes in in_order(decode, work, workers=workers):
@@ -165,86 +155,6 @@ class CanReader:
         self._keeper.keep_only(words)
         yield from _batches(self._source, self._keeper, counting=False)
         self._options.progress(1, 1)
-
-
-@dataclass(frozen=True)
-class _Target:
-    """Where a piece is decoded to: the signals that are wanted, room for what has no other, and what decodes plain columns later."""
-
-    wanted: frozenset[str]
-    slab: Slab
-    plain: PlainColumns
-
-
-_Outcome = tuple[Chunk | None, list[tuple[str, int]]]
-"""A chunk, and what was left out of it: reasons and counts."""
-
-
-def _size(payloads: Payloads, group: Group, wanted: frozenset[str]) -> int:
-    """The bytes of a group's chunks out of a batch: stamps and values."""
-    return room_of(8 * payloads.length.size) * (1 + sum(name in wanted for name in group.signals))
-
-
-def _decoded(
-    payloads: Payloads,
-    group: Group,
-    into: Columns | None,
-    to: _Target,
-) -> Iterator[_Outcome]:
-    """The chunks of one group out of a batch of its stream's payloads; plain columns are only noted."""
-    step = max(VALUES // len(group.signals), 4096)
-    for begin in range(0, payloads.length.size, step):
-        part, columns = payloads, into
-        if payloads.length.size > step:
-            rows = slice(begin, begin + step)
-            part = payloads.rows(rows)
-            columns = {name: values[rows] for name, values in into.items()} if into is not None else None
-        yield _chunk(part, group, columns, to)
-
-
-def _chunk(
-    payloads: Payloads,
-    group: Group,
-    into: Columns | None,
-    to: _Target,
-) -> _Outcome:
-    """One chunk. into: where its values go; without, values and stamps go into the slab."""
-    stream = group.stream
-    rejected: list[tuple[str, int]] = []
-    too_short = f"{stream.message.name}: frame shorter than the DBC says"
-    for gate in group.gates:
-        missing = short(payloads, [gate.field])
-        rejected.append((too_short, int(np.count_nonzero(missing))))
-        passes = np.isin(raw_values(payloads, gate.field), np.array(gate.values, np.uint64)) & ~missing
-        payloads = payloads.rows(np.flatnonzero(passes))
-    if payloads.length.size == 0:
-        return None, rejected
-    signals = {name: signal for name, signal in group.signals.items() if name in to.wanted}
-    columns: dict[str, FloatArray] = {}
-    for name, signal in signals.items():
-        values = to.slab.empty(payloads.length.size, np.float64) if into is None else into[name]
-        columns[name] = values
-        codes = codes_of(signal, j1939=stream.special_codes, proprietary=stream.proprietary)
-        if to.plain.take(payloads, signal, values, codes=bool(codes)):
-            continue
-        got = decode_signal(
-            payloads, signal, values, j1939=stream.special_codes, proprietary=stream.proprietary
-        )
-        rejected += [
-            (f"{name}: not available", got.not_available),
-            (f"{name}: error indicator", got.errors),
-            (f"{name}: reserved code", got.reserved),
-            (f"{name}: invalid by the database's value table", got.invalid),
-        ]
-    fields = [signal.field for signal in signals.values()]
-    if payloads.shortest <= last_byte(fields):
-        rejected.append((too_short, int(np.count_nonzero(short(payloads, fields)))))
-    time_ns = payloads.time_ns
-    if into is None:
-        # a copy, lest a few rows of a slow message keep the stamps of all in memory
-        time_ns = to.slab.empty(payloads.length.size, np.int64)
-        time_ns[:] = payloads.time_ns
-    return Chunk(group.name, time_ns, columns, own=True), rejected
 
 
 def _batches(source: FrameSource, keeper: Keeper, *, counting: bool) -> Iterator[Kept]:

@@ -31,7 +31,7 @@ def many_rows(count: int) -> list[tuple[int, int, int, bytes]]:
         {"keep.ROWS": 7},
         {"keep.WORDS": 9},
         {"keep.PICKS": 5},
-        {"reader.VALUES": 1},
+        {"piece_decode.VALUES": 1},
         {"reader.KEPT_BYTES": 0},
         {"reader.KEPT_BYTES": 2000, "keep.ROWS": 40},
     ],

@@ -213,11 +213,14 @@ def test_text_formats_give_the_same_signals(tmp_path: Path) -> None:
     assert len(results[0]) == 7
 
 
-@pytest.mark.parametrize("whole", [0, 1 << 20])
+@pytest.mark.parametrize(
+    ("whole", "page"), [(0, 1 << 21), (0, 1 << 6), (1 << 20, 1 << 21), (1 << 20, 1 << 6)]
+)
 @pytest.mark.parametrize("size", [1, 3, 7, 1000])
 def test_pieces_of_any_size_give_the_same_columns(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int, whole: int
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, size: int, whole: int, page: int
 ) -> None:
+    """page: with small ones, the columns of so short a log lie in a slab as those of a long one do."""
     rng = np.random.default_rng(5)
     rows = []
     for stamp in range(60):
@@ -231,6 +234,7 @@ def test_pieces_of_any_size_give_the_same_columns(
     columns = read_all(expected)
     monkeypatch.setattr("parsers.can.reader.PIECE", size)
     monkeypatch.setattr("parsers.can.whole.WHOLE_BYTES", whole)
+    monkeypatch.setattr("parsers.allocator.LARGE_PAGE", page)
     reader, cut = open_rows(tmp_path, rows, both)
     assert str(read_all(reader)) == str(columns)
     assert cut.rejected == log.rejected
