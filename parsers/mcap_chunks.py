@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import os
 import re
-from collections.abc import Callable
 from dataclasses import dataclass
 from io import RawIOBase
 from pathlib import Path
-from threading import Lock
 
 import deflate
 import numpy as np
@@ -24,6 +21,7 @@ from parsers.mcap_records import (
     ChunkHead,
     parse_chunk_head,
 )
+from parsers.shared_file import SharedFile
 from parsers.zstd_frames import ZstdContext
 
 MAX_CHUNK_BYTES = 1 << 29
@@ -66,36 +64,18 @@ class LooseSpan:
 Span = ChunkSpan | LooseSpan
 
 
-def _number_of(file: RawIOBase) -> int | None:
-    """The system's number of an open file, where it is one of the system's and can be read at any place."""
-    try:
-        return file.fileno() if hasattr(os, "preadv") else None
-    except OSError:
-        return None
-
-
-def _filled(out: ByteArray, read: Callable[[memoryview, int], int | None]) -> int:
-    """Read until `out` is full or nothing comes any more; how many bytes came. read: into a rest, behind so many bytes."""
-    view, done = out.data, 0
-    while done < out.size and (got := read(view[done:], done)):
-        done += got
-    return done
-
-
 class McapFile:
     """A file of known size, read at given places into writable buffers; threads may share it."""
 
     def __init__(self, path: Path, file: RawIOBase) -> None:
         self.path = path
-        self._file = file
-        self._lock = Lock()
         self.size = file.seek(0, 2)
-        self._number = _number_of(file)
+        self._shared = SharedFile(file)
 
     @property
     def descriptor(self) -> int:
         """The number by which the system knows the file; -1 for one that is not on this machine's disks."""
-        return -1 if self._number is None else self._number
+        return self._shared.number
 
     def array(self, offset: int, length: int) -> ByteArray:
         """Up to `length` bytes from `offset`, fewer at the end of the file."""
@@ -105,13 +85,7 @@ class McapFile:
     def fill(self, offset: int, out: ByteArray) -> int:
         """Read from `offset` until `out` is full; returns how many bytes there were."""
         try:
-            if self._number is not None:
-                # with a place of its own for each read, threads need not wait for each other
-                number = self._number
-                return _filled(out, lambda rest, done: os.preadv(number, [rest], offset + done))
-            with self._lock:
-                self._file.seek(offset)
-                return _filled(out, lambda rest, _: self._file.readinto(rest))
+            return self._shared.fill(offset, out)
         except OSError as error:
             raise LogError(
                 f"cannot be read ({error.strerror})", path=self.path, place=f"byte {offset}"

@@ -14,6 +14,7 @@ import numpy as np
 
 from parsers.channels import ByteArray
 from parsers.errors import LogError
+from parsers.shared_file import SharedFile
 
 HEADER = struct.Struct("<4sIQQ")
 ID_SIZE = 64
@@ -49,12 +50,13 @@ class Head:
 
 @dataclass
 class BlockFile:
-    """An open MF4 file. `with BlockFile(path) as file:`. seen: where blocks begin, as far as they have been met."""
+    """An open MF4 file, to be read by any thread. `with BlockFile(path) as file:`. seen: where blocks begin, as far as they have been met."""
 
     path: Path
     size: int = 0
     seen: list[int] = field(default_factory=list)
     _raw: FileIO = field(init=False)
+    _shared: SharedFile = field(init=False)
 
     def __enter__(self) -> BlockFile:
         try:
@@ -63,6 +65,7 @@ class BlockFile:
         except OSError as error:
             raise LogError(f"cannot be opened ({error.strerror})", path=self.path) from error
         self.size = self._raw.seek(0, 2)
+        self._shared = SharedFile(self._raw)
         return self
 
     def __exit__(
@@ -77,8 +80,7 @@ class BlockFile:
     def read(self, at: int, size: int) -> bytes:
         """Exactly `size` bytes. Raises LogError where the file has fewer."""
         self._check(at, size)
-        self._raw.seek(at)
-        data = self._raw.read(size)
+        data = self._shared.bytes(at, size)
         if len(data) == size:
             return data
         # a read may stop early without being at the end
@@ -89,13 +91,8 @@ class BlockFile:
     def read_into(self, at: int, out: ByteArray) -> None:
         """Fill `out` (contiguous) with the file's bytes from `at`. Raises LogError where the file has fewer."""
         self._check(at, out.size)
-        self._raw.seek(at)
-        rest = memoryview(out.data)
-        while rest:
-            count = self._raw.readinto(rest)
-            if not count:
-                raise self.fail("the file became shorter while it was read", at)
-            rest = rest[count:]
+        if self._shared.fill(at, out) < out.size:
+            raise self.fail("the file became shorter while it was read", at)
 
     def _check(self, at: int, size: int) -> None:
         if at < 0 or size < 0 or at + size > self.size:

@@ -11,6 +11,7 @@ import numpy as np
 
 from parsers.can.frames import CanFrames
 from parsers.channels import ByteArray
+from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.mf4.batch import Batch
 from parsers.mf4.blocks import BlockFile
@@ -20,7 +21,7 @@ from parsers.mf4.clock import NO_TIME
 from parsers.mf4.gaps import Gaps
 from parsers.mf4.model import UNFINISHED_OFFSETS, DataGroup, Measurement
 from parsers.mf4.payload import Payload, stream_payload, window_payload
-from parsers.mf4.records import batches
+from parsers.mf4.records import batches, unread
 from parsers.mf4.streams import DataStream, open_stream
 from parsers.parallel import in_order
 
@@ -28,6 +29,15 @@ MAX_WAITING = 1 << 20
 """Frames that may wait for payloads further on in the file."""
 NO_PAYLOAD = "CAN frame without its payload"
 NO_STAMP = "frame with an impossible time stamp"
+
+
+@dataclass(frozen=True)
+class _Work:
+    """A batch, what reads its columns, and the stream that its bytes are still to be read of, if they are."""
+
+    batch: Batch
+    reader: FrameColumnsReader | None
+    stream: DataStream | None = None
 
 
 @dataclass
@@ -70,11 +80,17 @@ class _DataGroupReader:
             self.readers[number] = columns_reader(self.layouts[number], self.measurement.start_ns)
         return self.readers[number]
 
-    def work(self, stream: DataStream) -> Iterator[tuple[Batch, FrameColumnsReader | None]]:
+    def work(self, stream: DataStream) -> Iterator[_Work]:
         """The batches, each with what reads its columns; None where they are read in turn, or not at all."""
+        if not any(layout.rejected or layout.by_reference for layout in self.layouts.values()):
+            later = unread(self.data_group, stream, self.measurement, self.log)
+            if later is not None:
+                for batch in later:
+                    yield _Work(batch, self._reader(batch), stream)
+                return
         for batch in self.batches(stream):
             layout = self.layouts[batch.group.number]
-            yield batch, None if layout.rejected or layout.by_reference else self._reader(batch)
+            yield _Work(batch, None if layout.rejected or layout.by_reference else self._reader(batch))
 
     def frames(self, batch: Batch, columns: FrameColumns | None) -> Iterator[CanFrames]:
         """The frames of a batch whose payloads are there. columns: as its reader gave them."""
@@ -146,9 +162,16 @@ class _DataGroupReader:
             self.log.worsen("truncated", "the payloads of the last CAN frames are missing")
 
 
-def _with_columns(work: tuple[Batch, FrameColumnsReader | None]) -> tuple[Batch, FrameColumns | None]:
-    batch, reader = work
-    return batch, None if reader is None else reader.read(batch)
+def _with_columns(work: _Work) -> tuple[Batch, FrameColumns | LogError | None]:
+    batch = work.batch
+    if work.stream is not None:
+        begin = batch.first * batch.stride
+        try:
+            data = work.stream.read(begin, begin + batch.count * batch.stride)
+        except LogError as error:
+            return batch, error
+        batch = replace(batch, data=data)
+    return batch, None if work.reader is None else work.reader.read(batch)
 
 
 @dataclass(frozen=True)
@@ -201,6 +224,9 @@ class Mf4Frames:
         """The frames of one data group. They stay good when the next are asked for."""
         size = reader.file.size
         for batch, columns in in_order(_with_columns, reader.work(stream)):
+            if isinstance(columns, LogError):
+                stream.left_out(batch.file_at, columns)
+                continue
             for frames in reader.frames(batch, columns):
                 reader.log.messages += frames.time_ns.size
                 yield frames

@@ -152,13 +152,16 @@ class DataStream:
         """
         for part in parts(self._pieces(unit), self.fragments):
             if isinstance(part.data, LogError):
-                self.log.reject("damaged data block in the MF4 file")
-                self.log.worsen(
-                    "malformed",
-                    f"the data block at byte {part.file_at} is damaged and was left out: {part.data.problem}",
-                )
+                self.left_out(part.file_at, part.data)
             else:
                 yield part.start, part.data, part.file_at
+
+    def left_out(self, file_at: int, why: LogError) -> None:
+        """Say that a piece of the stream could not be read."""
+        self.log.reject("damaged data block in the MF4 file")
+        self.log.worsen(
+            "malformed", f"the data block at byte {file_at} is damaged and was left out: {why.problem}"
+        )
 
 
 class _Builder:
