@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pipelines.models.roll import GRAVITY
+from pipelines.vehicles.kinds import LOAD_SPREAD
 
 TYRE_SHARE = 1.15
 """Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
@@ -96,10 +97,6 @@ def even_factor(scale: Any) -> Any:
     return np.exp(scale - 1)
 
 
-LOAD_SPREAD = (0.12, 0.25)
-"""m²: a load's own inertia about its own CG over its mass, in roll and in pitch: a metre wide, persons in two rows."""
-
-
 def body_inertias(p: Values) -> tuple[float, float]:
     """Roll and pitch inertia of the loaded sprung body about its own CG, kg m².
 
@@ -123,4 +120,5 @@ def body_inertias(p: Values) -> tuple[float, float]:
     roll = p["roll_inertia"] - wheels_roll - lifted + reduced * (above + (p["load_y"] - y) ** 2)
     pitch = p["pitch_inertia"] - wheels_pitch - lifted - empty * (x - p["empty_x"]) ** 2
     pitch = pitch + reduced * (above + (p["load_x"] - x) ** 2)
-    return roll + LOAD_SPREAD[0] * p["load"], pitch + LOAD_SPREAD[1] * p["load"]
+    wide, long = LOAD_SPREAD[0] * p["track_front"] ** 2, LOAD_SPREAD[1] * length**2
+    return roll + wide * p["load"], pitch + long * p["load"]

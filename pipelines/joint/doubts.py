@@ -26,8 +26,9 @@ from scipy.special import ndtr
 from pipelines.joint.answers import Told
 from pipelines.joint.file_check import STATED
 from pipelines.joint.posterior import Joint
-from pipelines.joint.unknowns import AXLES, Known
+from pipelines.joint.unknowns import AXLES, CORNERS, Known, levelled_n
 from pipelines.results import INNER, OUTER, FloatArray
+from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
 WRONG_FILE = 0.015
@@ -41,6 +42,11 @@ SIMPLE = 0.25
 
 BARE = 0.1
 """Chance beforehand that it has wheel loads by m a h / L, as textbooks do: wheels and gravity out, the rest as a coin falls."""
+
+LEVELLED = {"car": 0.003, "carrier": 0.03, "heavy": 0.4}
+"""Chance beforehand that springs level themselves (air, by valve or compressor) where the vehicle file is silent: half of them at both
+axles, half at the rear one."""
+LEVELS = "springs that level themselves, so that deflections tell no load"
 
 WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips a pitched body"
 
@@ -181,6 +187,19 @@ def _physics_doubts(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
     return found
 
 
+def _levelling(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
+    """Deflections that have nothing to do with the load."""
+    if vehicle.self_levelling is not None:
+        return []
+    known = joint.known
+    kilos = float(known.mean[known.index("empty_mass")])
+    chance, spread = 0.5 * LEVELLED[kind_of(vehicle)], levelled_n(vehicle, kilos)
+    return [
+        _physics(LEVELS, known, {f"zero_{wheel}": (0.0, spread) for wheel in wheels}, chance)
+        for wheels in (CORNERS, CORNERS[2:])
+    ]
+
+
 def _weigh(joint: Joint, doubt: Doubt) -> tuple[float, Weighed]:
     """ln B and the doubt's effect, its weight not yet known."""
     rows = [joint.known.index(name) for name in doubt.names]
@@ -199,7 +218,10 @@ def _weigh(joint: Joint, doubt: Doubt) -> tuple[float, Weighed]:
 
 def doubts_of(joint: Joint, vehicle: Vehicle) -> tuple[Weighed, ...]:
     """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1."""
-    found = [_weigh(joint, d) for d in (*_file_doubts(vehicle), *_physics_doubts(joint, vehicle))]
+    found = [
+        _weigh(joint, d)
+        for d in (*_file_doubts(vehicle), *_levelling(joint, vehicle), *_physics_doubts(joint, vehicle))
+    ]
     logs = np.array([odds + math.log(w.doubt.chance) for odds, w in found])
     none = math.log(max(1 - sum(w.doubt.chance for _, w in found), 0.05))
     top = max(none, float(logs.max(initial=none)))

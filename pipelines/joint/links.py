@@ -182,15 +182,16 @@ def inertias(book: Book, kilos: float) -> None:
     """Roll and pitch inertia of the empty vehicle of so many kilograms."""
     roll = measured_roll_inertia(kilos, book.rows["track_front"][0])
     pitch = measured_pitch_inertia(kilos)
-    book.quantity(
-        "roll_inertia",
-        "roll_inertia_kgm2",
-        *((roll.value, roll.std) if roll else (0.34 * kilos, 0.1 * kilos)),
+    # beyond the measured vehicles: they go by the size
+    wide, long = (
+        0.15 * book.rows["track_front"][0] ** 2 * kilos,
+        0.22 * book.rows["wheelbase"][0] ** 2 * kilos,
     )
     book.quantity(
-        "pitch_inertia",
-        "pitch_inertia_kgm2",
-        *((pitch.value, pitch.std) if pitch else (1.6 * kilos, 0.4 * kilos)),
+        "roll_inertia", "roll_inertia_kgm2", *((roll.value, roll.std) if roll else (wide, 0.3 * wide))
+    )
+    book.quantity(
+        "pitch_inertia", "pitch_inertia_kgm2", *((pitch.value, pitch.std) if pitch else (long, 0.3 * long))
     )
     for name in ("roll_inertia", "pitch_inertia"):
         # of the empty whole vehicle: what the load adds follows from its unknowns (`body_inertias`), but for its own shape

@@ -11,6 +11,7 @@ from pipelines.joint.book import AXLES, Book
 from pipelines.joint.links import inertias, links
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
+from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.vehicle import Vehicle
@@ -72,6 +73,9 @@ class Known:
         return self.names.index(name)
 
 
+ANY_H, TALL_H = (0.8, 0.3), (1.0, 0.3)
+"""m above ground: an empty vehicle's CG where no measured vehicle is like it, and that of lorries and buses."""
+
 NOD_WOUND = 0.004
 """rad of pitch that held brakes leave: a fifth of a stop's force between the axles, on links that dive and lift by a tenth of it."""
 
@@ -120,7 +124,8 @@ def _empty(book: Book) -> float:
     elif prior is not None:
         book.put("empty_h", prior.value, prior.std, "cg_height_m (empty)", prior.source)
     else:
-        book.put("empty_h", 0.8, 0.3, "cg_height_m (empty)", "no measured vehicle is like it")
+        tall = TALL_H if kind_of(vehicle) == "heavy" else ANY_H
+        book.put("empty_h", *tall, "cg_height_m (empty)", "no measured vehicle is like it")
     return kilos
 
 
@@ -129,7 +134,8 @@ def _load(book: Book, kilos: float) -> None:
     length, track = book.rows["wheelbase"][0], book.rows["track_front"][0]
     h = book.rows["empty_h"][0]
     if stated is None:
-        book.put("load", 0.10 * kilos, 0.12 * kilos, "load, kg", "the vehicle file has no [load]")
+        usual = usual_load(book.vehicle, kilos)
+        book.put("load", usual.mean, usual.std, "load, kg", "the vehicle file has no [load]")
     else:
         book.put("load", stated.value, stated.std, "load, kg", stated.source)
     where = "seats, boot, roof: anywhere in or on the vehicle"
@@ -180,6 +186,12 @@ def _shared(left: float, share: float, axle: str) -> float:
     return left if axle == "rear" else 0.0
 
 
+def levelled_n(vehicle: Vehicle, kilos: float) -> float:
+    """N: how far a wheel's spring force may be from what its deflection says, where springs level themselves: a load's share."""
+    usual = usual_load(vehicle, kilos)
+    return 0.4 * GRAVITY * float(np.hypot(usual.mean, usual.std))
+
+
 STOP_A_METRE = 15.0
 """1/m: spread of a bump stop's force over the spring's rate, a m² of travel into it."""
 
@@ -212,7 +224,10 @@ def _suspension(book: Book, kilos: float) -> bool:
     stuck = STUCK * GRAVITY * corner
     for wheel in CORNERS:
         rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
-        book.put(f"zero_{wheel}", 0.0, float(np.hypot(ZERO_M * rate, 20.0)))
+        zero = float(np.hypot(ZERO_M * rate, 20.0))
+        if vehicle.self_levelling == "both" or (vehicle.self_levelling == "rear" and wheel[0] == "r"):
+            zero = levelled_n(vehicle, kilos)
+        book.put(f"zero_{wheel}", 0.0, zero)
         book.put(f"stuck_{wheel}", 0.0, stuck)
         book.put(f"scale_{wheel}", 1.0, 0.01)
     book.assumptions.append(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
-RIGID_REAR = frozenset(("Pickup", "Van", "Truck"))
-"""Bodies whose rear axle is rigid, as a rule."""
+RIGID_REAR = frozenset(("carrier", "heavy"))
+"""Kinds of vehicles whose rear axle is rigid, as a rule."""
 INSIDE = 0.95
 """Springs closer together than this share of the track stand on a rigid axle: those of single wheels are reckoned at the wheels."""
 
@@ -29,5 +30,5 @@ def narrowing(vehicle: Vehicle, axle: str) -> tuple[float, float]:
 
 
 def rigid_axle(vehicle: Vehicle, axle: str) -> bool:
-    """Whether a rigid beam joins the wheels of an axle: its springs stand well inside the track, or it is the rear axle of a body that has one, as a rule."""
-    return narrowing(vehicle, axle)[0] < INSIDE or (axle == "rear" and vehicle.body in RIGID_REAR)
+    """Whether a rigid beam joins the wheels of an axle: its springs stand well inside the track, or it is the rear axle of a vehicle that has one, as a rule."""
+    return narrowing(vehicle, axle)[0] < INSIDE or (axle == "rear" and kind_of(vehicle) in RIGID_REAR)

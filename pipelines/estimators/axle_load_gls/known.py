@@ -12,13 +12,14 @@ from pipelines.models.axle_load import GRAVITY
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Assumption, FloatArray
+from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 DRIVER = (75.0, 35.0)
 LOAD_MEAN_SHARE = 0.09
 LOAD_MOST_SHARE = 0.8
 """Where no load is stated: a driver (kg), and further load as a share of the empty mass: mean of an exponential law
-and its end. A lorry may carry most of its own mass."""
+and its end, of a car; of others as `usual_load` has it."""
 
 WHEEL_SPIN_SHARE = (0.016, 0.006)
 ROLLING = (0.009, 0.004)
@@ -66,12 +67,16 @@ def loaded_mass(vehicle: Vehicle, rng: np.random.Generator, count: int) -> MassK
         load = np.maximum(stated.value + stated.std * rng.standard_normal(count), 0.0)
         words = f"{empty.value:.0f} kg empty and {stated.value:.0f} ± {stated.std:.0f} kg load (vehicle file)"
         return MassKnowledge(masses + load, words, True)
-    further = rng.exponential(LOAD_MEAN_SHARE * empty.value, count)
+    share, end = LOAD_MEAN_SHARE, LOAD_MOST_SHARE
+    if kind_of(vehicle) != "car":
+        usual = usual_load(vehicle, empty.value)
+        share, end = usual.further / empty.value, usual.most / empty.value
+    further = rng.exponential(share * empty.value, count)
     driver = np.maximum(DRIVER[0] + DRIVER[1] * rng.standard_normal(count), 0.0)
-    most = LOAD_MOST_SHARE * empty.value
+    most = end * empty.value
     words = (
         f"{empty.value:.0f} kg empty (vehicle file), a driver, and an unknown load (none stated: "
-        f"{LOAD_MEAN_SHARE:.0%} of the empty mass in the mean, at most {LOAD_MOST_SHARE:.0%})"
+        f"{share:.0%} of the empty mass in the mean, at most {end:.0%})"
     )
     return MassKnowledge(masses + driver + np.minimum(further, most), words, False)
 

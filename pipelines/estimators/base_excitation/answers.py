@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 from parsers.signals import WHEELS
 from pipelines.estimators.base_excitation.data import AXLES, axle_of, unsprung_masses
-from pipelines.estimators.roll_map.priors import DRIVER, FURTHER_LOAD_MEAN
 from pipelines.results import Assumption, ParameterEstimate, Prior
+from pipelines.vehicles.kinds import DRIVER, usual_load
 from pipelines.vehicles.vehicle import Vehicle
 
 CORNER_MASSES = tuple(f"corner_mass_{w}_kg" for w in WHEELS)
@@ -47,9 +47,9 @@ def mass_prior(vehicle: Vehicle) -> Prior | None:
     if load is not None:
         std = math.hypot(empty.std, load.std)
         return Prior(empty.value + load.value, std, f"{empty.source}: empty mass and load")
-    usual = DRIVER[0] + FURTHER_LOAD_MEAN
+    further = usual_load(vehicle, empty.value).further
     return Prior(
-        empty.value + usual, math.hypot(empty.std, FURTHER_LOAD_MEAN), f"{empty.source}, a usual load"
+        empty.value + DRIVER[0] + further, math.hypot(empty.std, further), f"{empty.source}, a usual load"
     )
 
 

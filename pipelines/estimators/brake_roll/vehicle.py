@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 
 from pipelines.estimators.roll_map.priors import (
-    DRIVER,
-    FURTHER_LOAD_MEAN,
     ROLL_AXIS,
     TYRE_RATIO,
     damping_prior,
@@ -15,6 +13,7 @@ from pipelines.estimators.roll_map.priors import (
 )
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import Assumption
+from pipelines.vehicles.kinds import DRIVER, usual_load
 from pipelines.vehicles.priors import measured_roll_inertia
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -89,9 +88,10 @@ def _masses(book: _Ledger, vehicle: Vehicle) -> tuple[Quantity, Quantity] | None
             empty.value + load.value, math.hypot(empty.std, load.std), "vehicle file with its [load]"
         )
         return book.note("mass (loaded)", mass, "kg"), mass
-    spread = math.hypot(DRIVER[1], FURTHER_LOAD_MEAN)
+    usual = usual_load(vehicle, empty.value)
+    spread = math.hypot(DRIVER[1], usual.further)
     mass = Quantity(
-        empty.value + DRIVER[0] + FURTHER_LOAD_MEAN,
+        empty.value + DRIVER[0] + usual.further,
         math.hypot(empty.std, spread),
         "vehicle file (empty), a driver and an unknown load: there is no [load]",
     )
@@ -106,7 +106,8 @@ def _front(vehicle: Vehicle, mass: Quantity) -> Quantity | None:
         return None
     load = mass.value - unladen.value
     told = vehicle.load.get("mass_kg")
-    spread = math.hypot(DRIVER[1], FURTHER_LOAD_MEAN) if told is None else told.std
+    usual = usual_load(vehicle, unladen.value)
+    spread = math.hypot(DRIVER[1], usual.further) if told is None else told.std
     moved = load / mass.value * LOAD_BEHIND[0]
     std = math.hypot(load / mass.value * LOAD_BEHIND[1], spread / mass.value * LOAD_BEHIND[0])
     return Quantity(empty.value + moved, math.hypot(empty.std, std), f"{empty.source}, moved by the load")

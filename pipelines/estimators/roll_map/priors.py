@@ -14,13 +14,11 @@ import numpy as np
 
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import Assumption, FloatArray, Prior
+from pipelines.vehicles.kinds import DRIVER, LOAD_SPREAD, usual_load
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
-DRIVER = (75.0, 15.0)
-FURTHER_LOAD_MEAN = 130.0
-FURTHER_LOAD_MOST = 400.0
 LOAD_HEIGHT_RATIO = (1.1, 0.3)
 ROOF_SHARE = 0.3
 ROOF_RATIO = (2.0, 2.9)
@@ -124,9 +122,10 @@ def _load(book: _Book, vehicle: Vehicle, empty_height: FloatArray) -> tuple[Floa
         mass = np.maximum(book.known("load mass", stated, "kg"), 0.0)
     else:
         driver = np.maximum(book.normal(*DRIVER), 40.0)
-        further = np.minimum(book.rng.exponential(FURTHER_LOAD_MEAN, book.count), FURTHER_LOAD_MOST)
+        usual = usual_load(vehicle, vehicle.quantities["mass_kg"].value)
+        further = np.minimum(book.rng.exponential(usual.further, book.count), usual.most)
         mass = np.asarray(driver + further)
-        text = f"a driver of {DRIVER[0]:g} ± {DRIVER[1]:g} kg and 0-{FURTHER_LOAD_MOST:g} kg more ({FURTHER_LOAD_MEAN:g} kg in the mean)"
+        text = f"a driver of {DRIVER[0]:g} ± {DRIVER[1]:g} kg and 0-{usual.most:.0f} kg more ({usual.further:.0f} kg in the mean)"
         book.assumptions.append(Assumption("load mass", text, "the vehicle file has no [load]"))
     height = vehicle.load.get("height_m")
     if height is not None:
@@ -246,8 +245,9 @@ def draw_vehicle(
     sprung = mass - unsprung
     sprung_height = (mass * height - unsprung * hub) / sprung
     shared = empty * load / mass * (load_height - empty_height) ** 2
-    inertia = empty_inertia + shared + 0.12 * load
-    half_track = (track.value if track else TYPICAL_TRACK[0]) / 2
+    width = TYPICAL_TRACK[0] if track is None else track.value
+    inertia = empty_inertia + shared + LOAD_SPREAD[0] * width**2 * load
+    half_track = width / 2
     hubs = unsprung * (half_track**2 + (hub - height) ** 2)
     body_inertia = inertia - hubs - sprung * (sprung_height - height) ** 2
     arm = sprung_height - roll_axis

@@ -1,0 +1,103 @@
+"""Cars, vans, lorries and buses: told apart, each with the loads that such vehicles carry, and springs that level themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from parsers.errors import VehicleError
+from pipelines.joint.doubts import LEVELLED, LEVELS, doubts_of, said
+from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.unknowns import CORNERS, before_the_log
+from pipelines.models.roll import GRAVITY
+from pipelines.vehicles.kinds import kind_of, usual_load
+from pipelines.vehicles.spring_base import rigid_axle
+from pipelines.vehicles.vehicle import Quantity, Vehicle, read_vehicle
+from tests.pipelines.joint_parts import linear, vehicle
+
+
+def of(body: str | None, mass: float, wheelbase: float = 2.7) -> Vehicle:
+    figures = {"mass_kg": (mass, 20.0), "wheelbase_m": (wheelbase, 0.01)}
+    return Vehicle(body=body, quantities={k: Quantity(*v, "vehicle file") for k, v in figures.items()})
+
+
+@pytest.mark.parametrize(
+    ("body", "mass", "wheelbase", "kind"),
+    [
+        ("Sedan", 1500, 2.7, "car"),
+        ("SUV", 2600, 3.4, "car"),
+        (None, 1500, 2.7, "car"),
+        (None, 2400, 3.0, "car"),
+        ("Van", 1900, 3.0, "carrier"),
+        ("Pickup truck", 2100, 3.3, "carrier"),
+        ("Motorhome", 3000, 4.0, "carrier"),
+        (None, 2100, 3.66, "carrier"),
+        ("box truck", 3300, 4.0, "heavy"),
+        ("City bus", 11600, 5.9, "heavy"),
+        (None, 7700, 5.2, "heavy"),
+        ("Van", 3800, 4.3, "heavy"),
+    ],
+)
+def test_kinds(body: str | None, mass: float, wheelbase: float, kind: str) -> None:
+    assert kind_of(of(body, mass, wheelbase)) == kind
+    assert rigid_axle(of(body, mass, wheelbase), "rear") == (kind != "car")
+
+
+def test_a_lorry_may_carry_more_than_itself_and_a_car_may_not() -> None:
+    """A load of 1.2 empty masses is usual of a lorry and hardly possible in a car."""
+    for mass, most in ((1500.0, 400.0), (7700.0, 1.5 * 7700)):
+        before = before_the_log(of(None, mass))
+        row = before.index("load")
+        away = (1.2 * mass - before.mean[row]) / before.std[row]
+        assert (away < 2.5) == (mass > 3500)
+        assert usual_load(of(None, mass), mass).most == most
+
+
+def _weighed(mass: float, levelling: str | None = None) -> tuple[Joint, Vehicle]:
+    """Deflections say: empty. The axles' scales say: 60 % of the empty mass is carried."""
+    file = replace(vehicle(mass_kg=(mass, 0.01 * mass)), body=None, self_levelling=levelling)
+    known = before_the_log(file)
+    wheels = {f"zero_{wheel}": 1.0 for wheel in CORNERS}
+    seen = [
+        linear({"load": GRAVITY, **wheels}, 0.0, 0.01 * GRAVITY * mass, "deflections"),
+        linear({"empty_mass": 1.0, "load": 1.0}, 1.6 * mass, 0.02 * mass, "axle loads"),
+    ]
+    return find_mode(seen, known), file
+
+
+def test_deflections_that_the_axle_loads_contradict_are_those_of_springs_that_level_themselves() -> None:
+    joint, file = _weighed(9000.0)
+    doubts = doubts_of(joint, file)
+    assert sum(d.weight for d in doubts if d.doubt.text == LEVELS) > 0.9
+    assert any(text.startswith(LEVELS) for text in said(doubts))
+
+
+def test_without_a_contradiction_the_doubt_keeps_its_chance() -> None:
+    file = replace(vehicle(), body=None)
+    joint = find_mode([linear({"load": 1.0}, 180.0, 10.0)], before_the_log(file))
+    weight = sum(d.weight for d in doubts_of(joint, file) if d.doubt.text == LEVELS)
+    assert weight == pytest.approx(LEVELLED["car"], rel=0.05)
+
+
+@pytest.mark.parametrize("levelling", ["none", "rear", "both"])
+def test_what_the_file_says_of_levelling_is_not_doubted(levelling: str) -> None:
+    joint, file = _weighed(9000.0, levelling)
+    assert not any(d.doubt.text == LEVELS for d in doubts_of(joint, file))
+    known = joint.known
+    load = known.at(joint.u)["load"]
+    stiff = [float(known.std[known.index(f"zero_{wheel}")]) for wheel in ("fl", "rl")]
+    if levelling == "both":
+        assert load == pytest.approx(0.6 * 9000, rel=0.05)
+    assert (stiff[1] > 10 * stiff[0]) == (levelling == "rear")
+    assert (stiff[0] > 1e3) == (levelling == "both")
+
+
+def test_the_key_is_read_and_checked(tmp_path: Path) -> None:
+    path = tmp_path / "car.toml"
+    path.write_text('[vehicle]\nmass_kg = 9000\nself_levelling = "both"\n')
+    assert read_vehicle(path).self_levelling == "both"
+    path.write_text('[vehicle]\nmass_kg = 9000\nself_levelling = "yes"\n')
+    with pytest.raises(VehicleError, match="found 'yes', expected one of 'none', 'rear', 'both'"):
+        read_vehicle(path)
