@@ -10,6 +10,8 @@ import pytest
 from pipelines.estimators.roll_map.height import two_peaks
 from pipelines.estimators.roll_map.posterior import moments, pure_likelihood, quantiles
 from pipelines.estimators.roll_map.priors import damping_prior, draw_vehicle, stiffness_prior
+from pipelines.prepare.roll_angle import TYPICAL_TRACK
+from pipelines.vehicles.kinds import LOAD_SPREAD
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 
@@ -50,7 +52,8 @@ def test_a_stated_load_moves_mass_height_and_inertia() -> None:
     np.testing.assert_allclose(draws.mass, 1800, rtol=1e-6)
     np.testing.assert_allclose(draws.height, height, rtol=1e-5)
     np.testing.assert_allclose(draws.sprung_height, (1800 * height - 140 * 0.3) / 1660, rtol=1e-5)
-    np.testing.assert_allclose(draws.inertia, 550 + 1500 * 300 / 1800 * 0.65**2 + 0.12 * 300, rtol=1e-5)
+    own = LOAD_SPREAD[0] * TYPICAL_TRACK[0] ** 2
+    np.testing.assert_allclose(draws.inertia, 550 + 1500 * 300 / 1800 * 0.65**2 + own * 300, rtol=1e-5)
     assert {"load mass", "unsprung mass, front", "track"} <= {a.name for a in assumptions}
 
 
