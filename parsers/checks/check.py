@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
+from parsers.checks.frozen import frozen
 from parsers.checks.grid import make_grid
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
@@ -117,11 +118,17 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
+    still: list[Decision] = []
+    for decision in frozen(work, make_grid(work, grid)):
+        still.append(decision)
+        if decision.applied and decision.signal in work:
+            wild[decision.signal] = decision
+            del work[decision.signal]
     signs = judge_signs(make_grid(work, grid))
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
     idle = stuck(work, grid)
-    rest = [*signs.decisions, *wild.values(), *idle]
+    rest = [*signs.decisions, *wild.values(), *(each for each in still if not each.applied), *idle]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
     rest += offsets(grid.without(left_out))
     guessed = [

@@ -43,7 +43,7 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "wheel_radius_m": (0.02, 2.0, _LENGTH),
     "wheel_inertia_kgm2": (1e-5, 1e3, "kg·m²"),
     "steering_ratio": (0.2, 100.0, "degrees of the steering wheel a degree of the wheels"),
-    "brake_gain_nmppa": (1e-8, 0.1, "N·m/Pa of all wheels, not per bar"),
+    "brake_gain_nmppa": (1e-8, 1.0, "N·m/Pa of all wheels, not per bar"),
     "drag_area_m2": (0.005, 50.0, "m²"),
     "rolling_resistance": (0.0, 0.3, "newtons a newton, not in %"),
     "load.mass_kg": (0.0, 200e3, "kg"),

@@ -254,3 +254,23 @@ def test_torque_balance_holds_for_a_car_that_rolls_on_those_tyres() -> None:
         assert left == pytest.approx(0.0, abs=0.004 * torque)
         doubled = left + terms[f"fx_{mode}"] * 0.05 * felt
         assert abs(doubled) > 0.03 * torque
+
+
+@pytest.mark.parametrize(("ahead", "left"), [(-1.2, 0.0), (0.9, 0.0), (0.0, 0.4)])
+def test_torques_against_acceleration_do_not_ask_where_the_inertial_unit_sits(
+    ahead: float, left: float
+) -> None:
+    """A vehicle that rolls round a bend: the unit reads what its own place makes of turning."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names)))
+    body, turn, quicker = body_of(p, None), 0.35, 0.2
+
+    def missing(ahead: float, left: float) -> float:
+        """Of the force balance over the mass, m/s²."""
+        here = p | {"imu_x": body.whole_x - ahead, "imu_y": body.whole_y + left}
+        terms = along_terms(None, True, True, False, 1.0, True, True)(here)
+        row = {"fx_drive": -0.2 - ahead * turn**2 - left * quicker, "yaw2": turn**2, "yaw_acc": quicker}
+        return float(sum(terms[name] * value for name, value in row.items())) / (p["radius"] * body.mass)
+
+    lever = abs(ahead * turn**2 + left * quicker)
+    assert missing(ahead, left) == pytest.approx(missing(0.0, 0.0), abs=0.1 * lever)

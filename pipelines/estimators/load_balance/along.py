@@ -81,6 +81,10 @@ def along_terms(
         # what the tyres' slip adds to the angle goes with the square of the side force (`corner_drag`)
         add(terms, "side_steer", -radius * body.mass * (p["wheelbase"] - body.whole_x) / mean)
         add(terms, "turn_steer", -radius * YAW_OVER_PITCH * p["pitch_inertia"] / mean)
+        # the inertial unit ahead of the CG, or to its left, reads less of what turns the vehicle, or more: left out, the CG comes to
+        # where the unit is
+        add(terms, "yaw2", -radius * body.mass * (body.whole_x - p["imu_x"]) / mean)
+        add(terms, "yaw_acc", -radius * body.mass * (p["imu_y"] - body.whole_y) / mean)
         add(terms, "dfx", radius * body.mass * p["late_long"])
         return terms
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from pipelines.estimators.load_balance.axle_lag import LATE_S, axle_lag_s
 from pipelines.estimators.load_balance.levelled import levelled, tilted
 from pipelines.estimators.load_balance.nodding import nodding_columns
 from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
@@ -279,6 +280,9 @@ def collect(prepared: Prepared, known: Known, band_hz: float) -> Columns:
             found |= {f"{kind}_{w}": smooth(c[f"{name}_{w}"]) for w in CORNERS}
     if "axle" in kinds:
         found |= {f"axle_{a}": smooth(c[f"axle_load_{a}"]) for a in ("front", "rear")}
+        if axle_lag_s(prepared) > LATE_S:
+            # what the axles carry, and nothing of what moves it
+            found |= {f"axle_{a}": np.where(rest == 1, found[f"axle_{a}"], np.nan) for a in ("front", "rear")}
     time_s = prepared.time_s[smooth.rows]
     block = np.floor((time_s - (time_s[0] if len(time_s) else 0.0)) / BLOCK_S).astype(np.int64)
     rest_s = float(np.nansum(rest)) * smooth.step / prepared.rate_hz if prepared.rate_hz else 0.0

@@ -1,0 +1,120 @@
+"""Sensors that die or freeze: one wheel's that stands still while the others' move, and noisy signals that repeat one value for long.
+
+A sensor that is dead takes its wheel's part out of every motion: with one of four deflections frozen at half time a height came out 10 %
+low, and a roll gradient 20 %, at four to five standard deviations.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import CELL_S, BoolArray, Grid
+from parsers.checks.motion import vehicle_speed
+from parsers.checks.wording import show
+from parsers.drive import Decision, Signal
+from parsers.signals import WHEELS
+
+WINDOW_S = 5.0
+LEAST_WINDOWS = 4
+IDLE = 0.12
+"""Spread of a sensor within a window over the middle one of the other wheels' below which it does not move with them: axles
+differ by two or three times, and a dead sensor keeps its noise."""
+LIVELY = {"suspension_deflection": 0.001, "suspension_force": 60.0, "tyre_force_z": 80.0, "wheel_speed": 0.3}
+"""Spread (SI) from which on the other wheels count as moving."""
+SHARE = 0.1
+"""Of the time in which the others move: one that is idle for longer is left out. Less does little harm."""
+
+REPEATING = (
+    "accel_x", "accel_y", "accel_z", "roll_rate", "pitch_rate", "yaw_rate", "roll", "pitch", "axle_load_front", "axle_load_rear"
+)  # fmt: skip
+"""Signals that always move on the road: none of them keeps one value, but for the steps that it comes in."""
+LONG_S, TIMES = 10.0, 20.0
+"""One value that is kept for so long, and so many times as long as others usually are, is no measurement."""
+MOVING = 3.0
+"""m/s."""
+
+
+def frozen(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
+    """Channels that are idle for part of the drive, left out or (where it is short) named."""
+    decisions: list[Decision] = []
+    for kind, least in LIVELY.items():
+        wheels = {wheel: f"{kind}_{wheel}" for wheel in WHEELS if f"{kind}_{wheel}" in signals}
+        if len(wheels) == len(WHEELS):
+            decisions += _idle_wheels(grid, list(wheels.values()), least)
+    speed = vehicle_speed(grid)
+    if speed is not None:
+        for name in REPEATING:
+            if name in signals:
+                decisions += _repeated(signals[name], grid, np.abs(speed) > MOVING)
+    return decisions
+
+
+def _spreads(column: FloatArray, per_window: int) -> FloatArray:
+    """(windows,) standard deviation within each; NaN where a window is not whole."""
+    count = len(column) // per_window
+    return np.asarray(np.std(column[: count * per_window].reshape(count, per_window), axis=1))
+
+
+def _idle_wheels(grid: Grid, names: list[str], least: float) -> list[Decision]:
+    """Wheels' sensors that stand still while those of the others move."""
+    per_window = round(WINDOW_S / CELL_S)
+    columns = [grid.get(name) for name in names]
+    spread = np.array([_spreads(each, per_window) for each in columns if each is not None])
+    decisions = []
+    for number, name in enumerate(names):
+        others = np.median(np.delete(spread, number, axis=0), axis=0)
+        lively = np.isfinite(others) & (others >= least) & np.isfinite(spread[number])
+        idle = lively & (spread[number] < IDLE * others)
+        if np.count_nonzero(idle) < LEAST_WINDOWS or not _together(idle[lively]):
+            continue
+        share = float(np.mean(idle[lively]))
+        since = grid.time_s[np.flatnonzero(idle)[0] * per_window] - 0.5 * CELL_S
+        how = f"{show(name, float(np.median(spread[number][idle])))} against {show(name, float(np.median(others[idle])))}"
+        evidence = f"spread within {WINDOW_S:g} s: {how} of the other wheels, in {np.count_nonzero(idle)} of {np.count_nonzero(lively)} windows in which those move"
+        decisions.append(_said(name, "does not move with the other wheels", float(since), share, evidence))
+    return decisions
+
+
+def _together(idle: BoolArray) -> bool:
+    """Whether the idle windows (n,), of those in which the others move, follow each other, but for a few."""
+    edges = np.flatnonzero(np.diff(idle, prepend=False, append=False))
+    longest = int(np.max(edges[1::2] - edges[::2], initial=0))
+    return longest >= max(LEAST_WINDOWS, 0.5 * np.count_nonzero(idle))
+
+
+def _repeated(signal: Signal, grid: Grid, moving: BoolArray) -> list[Decision]:
+    """A signal that keeps one value for far longer than its steps usually last, while the vehicle moves."""
+    values, time_s = signal.values, (signal.time_ns - _start(grid)) / 1e9
+    if len(values) < 100:
+        return []
+    begins = np.flatnonzero(np.append(True, values[1:] != values[:-1]))
+    if len(begins) < 20:
+        return []
+    ends = np.append(begins[1:], len(values)) - 1
+    lasted = time_s[ends] - time_s[begins]
+    usual = float(np.quantile(lasted, 0.99))
+    longest = int(np.argmax(lasted))
+    if lasted[longest] < max(LONG_S, TIMES * usual):
+        return []
+    held = (grid.time_s >= time_s[begins[longest]]) & (grid.time_s <= time_s[ends[longest]])
+    driven = np.count_nonzero(held & moving)
+    if driven * CELL_S < LONG_S:
+        return []
+    share = driven / max(int(np.count_nonzero(moving)), 1)
+    evidence = f"one value for {lasted[longest]:.0f} s, of which the vehicle moves {driven * CELL_S:.0f} s; otherwise for {usual:.2g} s at the most"
+    found = f"keeps the value {show(signal.name, float(values[begins[longest]]))}"
+    return [_said(signal.name, found, float(time_s[begins[longest]]), share, evidence)]
+
+
+def _start(grid: Grid) -> int:
+    """The moment from which the grid counts, ns."""
+    return min(int(signal.time_ns[0]) for signal in grid.made_of.values())
+
+
+def _said(name: str, what: str, since_s: float, share: float, evidence: str) -> Decision:
+    out = share >= SHARE
+    action = "left out: its sensor is dead, or froze" if out else "left in: it is too short to matter"
+    return Decision(name, "range", f"{name} {what} from {since_s:.0f} s on", action, evidence, applied=out)

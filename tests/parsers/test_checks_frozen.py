@@ -1,0 +1,99 @@
+"""Sensors that die or freeze in mid-drive are left out and named; what moves little for a reason is not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import NS, check, drive
+
+from parsers.checks.frozen import IDLE
+from parsers.drive import Signal
+from parsers.signals import WHEELS
+
+RR = "suspension_deflection_rr"
+
+
+def with_wheels(seconds: float = 100.0, rear: float = 1.0, size: float = 0.006) -> dict[str, Signal]:
+    """A slalom with four deflections (m) that follow the body and the road. rear: how much the rear ones move of the front's."""
+    signals = drive(seconds=seconds)
+    rng = np.random.default_rng(3)
+    roll, time_ns = signals["roll"].values, signals["roll"].time_ns
+    for wheel in WHEELS:
+        side, share = (-1 if wheel[1] == "l" else 1), (1.0 if wheel[0] == "f" else rear)
+        road = np.convolve(rng.standard_normal(len(roll)), np.ones(15) / 4, mode="same")
+        moved = share * size * (side * roll / np.std(roll) + 0.5 * road)
+        name = f"suspension_deflection_{wheel}"
+        signals[name] = Signal(name, time_ns, 0.02 + moved + 0.0001 * rng.standard_normal(len(roll)), name)
+    return signals
+
+
+def hold(
+    signals: dict[str, Signal], name: str, share: tuple[float, float], noise: float = 0.0
+) -> dict[str, Signal]:
+    """A channel that keeps its value from one share of the drive to another."""
+    values = signals[name].values.copy()
+    begin, end = (int(each * len(values)) for each in share)
+    values[begin:end] = values[begin] + noise * np.random.default_rng(8).standard_normal(end - begin)
+    return signals | {name: replace(signals[name], values=values)}
+
+
+def test_a_healthy_drive_has_none() -> None:
+    for rear in (1.0, 0.25, 3.0):
+        fixed, decisions = check(with_wheels(rear=rear))
+        assert RR in fixed
+        assert not [each for each in decisions if "suspension_deflection" in each.signal]
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.0002])
+@pytest.mark.parametrize("since", [0.0, 0.5])
+def test_a_dead_or_frozen_wheel_is_left_out_with_its_time(since: float, noise: float) -> None:
+    fixed, decisions = check(hold(with_wheels(), RR, (since, 1.0), noise))
+    (found,) = [each for each in decisions if each.signal == RR]
+    assert found.applied
+    assert RR not in fixed
+    assert {f"suspension_deflection_{w}" for w in ("fl", "fr", "rl")} <= set(fixed)
+    assert f"from {100 * since:.0f} s on" in found.found or f"from {100 * since + 5:.0f} s on" in found.found
+    assert "other wheels" in found.evidence
+
+
+def test_what_is_too_short_to_matter_stays_and_is_named() -> None:
+    seconds = 400.0
+    fixed, decisions = check(hold(with_wheels(seconds), RR, (0.5, 0.57)))
+    (found,) = [each for each in decisions if each.signal == RR]
+    assert not found.applied
+    assert RR in fixed
+
+
+def test_wheels_that_hardly_move_say_nothing() -> None:
+    fixed, _ = check(hold(with_wheels(size=0.0003), RR, (0.0, 1.0)))
+    assert RR in fixed
+
+
+def test_two_axles_that_differ_by_less_than_the_limit_are_healthy() -> None:
+    fixed, _ = check(with_wheels(rear=2 * IDLE))
+    assert RR in fixed
+
+
+@pytest.mark.parametrize("name", ["roll", "accel_y", "yaw_rate", "pitch"])
+def test_a_signal_that_repeats_one_value_is_left_out(name: str) -> None:
+    fixed, decisions = check(hold(drive(seconds=100), name, (0.4, 1.0)))
+    found = [each for each in decisions if each.signal == name and "keeps the value" in each.found]
+    assert len(found) == 1
+    assert found[0].applied
+    assert name not in fixed
+
+
+def test_steps_and_slow_updates_are_no_frozen_signals() -> None:
+    """A roll angle in steps of a tenth of a degree on a straight, and axle loads that are renewed once in two seconds."""
+    signals = drive(seconds=100)
+    coarse = np.deg2rad(0.1) * np.round(np.rad2deg(signals["roll"].values) / 0.1)
+    time_ns = signals["roll"].time_ns
+    load = 8000 + 300 * np.random.default_rng(4).standard_normal(60)
+    held = load[((time_ns - time_ns[0]) // (2 * NS)).astype(int)]
+    signals |= {"roll": replace(signals["roll"], values=coarse)}
+    signals |= {n: Signal(n, time_ns, held, n) for n in ("axle_load_front", "axle_load_rear")}
+    fixed, decisions = check(signals)
+    assert {"roll", "axle_load_front", "axle_load_rear"} <= set(fixed)
+    assert not [each for each in decisions if "keeps the value" in each.found]
