@@ -18,6 +18,8 @@ from pipelines.joint.doubts import doubted, doubts_of, said
 from pipelines.joint.file_check import file_check
 from pipelines.joint.information import prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
+from pipelines.joint.levelled import TEXT as LEVELLED
+from pipelines.joint.levelled import as_levelled
 from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, extended, find_mode, log_density, values_at
@@ -141,6 +143,10 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     if not kept:
         return None
     joint, modes = _modes((*kept, *stated), known, rng)
+    levelled = as_levelled(joint, vehicle)
+    if levelled is not None:
+        vehicle, known = levelled, before_the_log(levelled)
+        joint, modes = _modes((*kept, *stated), known, rng)
     relations = check(joint)
     doubtful, shared = _doubtful(relations, evidence, kept)
     stiff = tyres_are_rigid(joint, (*kept, *stated), known)
@@ -179,7 +185,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     }
     record = JointVerdict(
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), dropped,
-        (*((TEXT,) if stiff else ()), *_far(joint), *said(doubts)),
+        (*((TEXT,) if stiff else ()), *((LEVELLED,) if levelled else ()), *_far(joint), *said(doubts)),
         method, factor, time.perf_counter() - started,
     )  # fmt: skip
     return Inference(

@@ -9,6 +9,7 @@ import pytest
 
 from parsers.errors import VehicleError
 from pipelines.joint.doubts import LEVELLED, LEVELS, doubts_of, said
+from pipelines.joint.levelled import as_levelled
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.unknowns import CORNERS, before_the_log
 from pipelines.models.roll import GRAVITY
@@ -101,3 +102,13 @@ def test_the_key_is_read_and_checked(tmp_path: Path) -> None:
     path.write_text('[vehicle]\nmass_kg = 9000\nself_levelling = "yes"\n')
     with pytest.raises(VehicleError, match="found 'yes', expected one of 'none', 'rear', 'both'"):
         read_vehicle(path)
+
+
+def test_where_it_is_almost_sure_the_drive_is_joined_so() -> None:
+    joint, file = _weighed(9000.0)
+    levelled = as_levelled(joint, file)
+    assert levelled is not None
+    assert levelled.self_levelling == "both"
+    blind = find_mode([linear({"load": 1.0}, 3000.0, 100.0)], before_the_log(file))
+    assert as_levelled(blind, file) is None
+    assert as_levelled(*_weighed(9000.0, "none")) is None
