@@ -35,8 +35,7 @@ from parsers.mcap_unpack import (
     tools_of,
     unpack_chunk,
 )
-from parsers.ros.flow import Plan, RowRoom, decode_found, has_rows
-from parsers.ros.kernels import Program, Rows, Shapes
+from parsers.ros.flow import Into, Plan, RowRoom, decode_found, has_rows
 
 
 @kernel
@@ -46,19 +45,13 @@ def decode_chunks(
     room: ByteArray,
     slot_of: Slots,
     picked: IntArray,
-    counts: IntArray,
-    program: Program,
-    shapes: Shapes,
-    rows: Rows,
-    offset: IntArray,
-    length: IntArray,
-    times: IntArray,
+    into: Into,
     state: IntArray,
 ) -> None:
     """Decode the wanted messages of the chunks from state[NEXT] on, until one of them is not to be done here.
 
-    room: for the records of one chunk. slot_of, picked: see `parsers.mcap_pick`; a slot is a topic of the program. counts to
-    times: see `parsers.ros.flow`. state: see `parsers.mcap_unpack`; SIZE is -1 but for a chunk that waits for rows.
+    room: for the records of one chunk. slot_of, picked: see `parsers.mcap_pick`; a slot is a topic of the program. into:
+    see `parsers.ros.flow`. state: see `parsers.mcap_unpack`; SIZE is -1 but for a chunk that waits for rows.
     """
     while state[NEXT] < chunks.starts.size:
         if state[SIZE] < 0:
@@ -71,13 +64,12 @@ def decode_chunks(
             found, at, why, short = pick(room, 0, size, slot_of, picked, 0)
             state[SIZE], state[COUNT], state[AT], state[USED] = size, found, at, why
             state[SHORT_HERE] = short
-        if not has_rows(picked[SLOT], state[COUNT], counts, rows):
+        if not has_rows(picked[SLOT], state[COUNT], into):
             state[WHY] = NO_ROW
             return
         if not decode_found(
-            room, picked[SLOT], picked[OFFSET], picked[LENGTH], picked[LOG], state[COUNT], counts, program, shapes, rows,
-            offset, length, times,
-        ):  # fmt: skip
+            room, picked[SLOT], picked[OFFSET], picked[LENGTH], picked[LOG], state[COUNT], into
+        ):
             state[WHY] = ODD
             return
         state[NEXT] += 1
@@ -103,8 +95,8 @@ class Flow(Train):
     ) -> None:
         """plain: which chunks are whole, and read whole. slot_of: see `parsers.mcap_pick`. cells: gives memory for numbers."""
         super().__init__(file, spans, plain)
-        self._program, self._slot_of = plan.program, slot_of
-        self._into = RowRoom(plan, cells)
+        self._slot_of = slot_of
+        self._room = RowRoom(plan, cells)
 
     @property
     def unfit(self) -> bool:
@@ -113,7 +105,7 @@ class Flow(Train):
 
     def decode(self, scratch: Scratch, picker: Picker) -> tuple[int, list[Part]]:
         """Go on from the next chunk: why it stopped (DONE, ODD: the next chunk is, BROKEN: the one before was), and what it gave."""
-        state, tools, into = self.state, tools_of(scratch, self.chunks), self._into
+        state, tools, rows = self.state, tools_of(scratch, self.chunks), self._room
         parts: list[Part] = []
         state[SIZE] = -1
         while True:
@@ -123,13 +115,7 @@ class Flow(Train):
                 scratch.records,
                 self._slot_of,
                 picker.picked,
-                into.counts,
-                self._program,
-                into.shapes,
-                into.rows,
-                into.offset,
-                into.length,
-                into.times,
+                rows.into,
                 state,
             )
             why = int(state[WHY])
@@ -139,8 +125,8 @@ class Flow(Train):
                 scratch.room(int(state[NEEDED]))
                 picker.make_room(int(state[NEEDED]))
                 continue
-            parts += [Part(each.number, each.time_ns, each.decoded) for each in into.take()]
+            parts += [Part(each.number, each.time_ns, each.decoded) for each in rows.take()]
             if why != NO_ROW:
                 return why, parts
-            if not into.renew(len(self.chunks.starts) - self.chunk):
+            if not rows.renew(len(self.chunks.starts) - self.chunk):
                 return ODD, parts

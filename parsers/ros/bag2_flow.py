@@ -15,8 +15,7 @@ import numpy as np
 from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.jit import kernel
 from parsers.jit_foreign import pread_address, read_at
-from parsers.ros.flow import Filled, Plan, RowRoom, decode_found, has_rows
-from parsers.ros.kernels import Program, Rows, Shapes
+from parsers.ros.flow import Filled, Into, Plan, RowRoom, decode_found, has_rows
 from parsers.sqlite_kernels import FIELDS, LENGTH, MARK, NEXT, PLACE, SLACK, TIME, TOPIC, BoolArray, leaf_rows
 from parsers.sqlite_pages import PagedFile
 from parsers.sqlite_scan import Query
@@ -72,20 +71,14 @@ def decode_pages(
     place: IntArray,
     bad: BoolArray,
     table: IntArray,
-    counts: IntArray,
-    program: Program,
-    shapes: Shapes,
-    rows: Rows,
-    offset: IntArray,
-    length: IntArray,
-    times: IntArray,
+    into: Into,
     state: IntArray,
 ) -> None:
     """Decode the wanted messages of leaf pages from state[AT] on, until some of them are not to be done here.
 
     page, low, high: see `parsers.sqlite_tree.Nodes`. last: the file's last page. limit: no record is longer. step: pages that are
     done together. mark: the first four bytes of what is compressed. columns, ids, table: see `leaf_rows`; a topic's place in ids is its number in
-    the program. buffer, place, bad: room for `step` pages. counts to times: see `parsers.ros.flow`. state: (STATE,), see above.
+    the program. buffer, place, bad: room for `step` pages. into: see `parsers.ros.flow`. state: (STATE,), see above.
     """
     while state[AT] < page.size:
         begin, end = state[AT], min(state[AT] + step, page.size)
@@ -105,13 +98,10 @@ def decode_pages(
                 return
             state[FOUND] = found
         found = state[FOUND]
-        if not has_rows(table[TOPIC], found, counts, rows):
+        if not has_rows(table[TOPIC], found, into):
             state[WHY] = NO_ROW
             return
-        if not decode_found(
-            buffer, table[TOPIC], table[PLACE], table[LENGTH], table[TIME], found, counts, program, shapes, rows,
-            offset, length, times,
-        ):  # fmt: skip
+        if not decode_found(buffer, table[TOPIC], table[PLACE], table[LENGTH], table[TIME], found, into):
             state[WHY] = ODD
             return
         if found:
@@ -141,8 +131,8 @@ class LeafFlow:
     ) -> None:
         """plan: of the topics `query.ids`. cells: gives memory for numbers. mark: of messages for the slower way. Raises OSError."""
         self.step = max(1, STEP_BYTES // paged.page_size)
-        self._paged, self._query, self._program, self._mark = paged, query, plan.program, mark
-        self._into = RowRoom(plan, cells)
+        self._paged, self._query, self._mark = paged, query, mark
+        self._room = RowRoom(plan, cells)
         self._file = FileIO(paged.path, "rb")
         self._buffer = np.empty(self.step * paged.page_size + SLACK, np.uint8)
         self._place, self._bad = np.empty(self.step, np.int64), np.empty(self.step, np.bool_)
@@ -155,7 +145,7 @@ class LeafFlow:
 
     def decode(self, nodes: Nodes, begin: int) -> Stretch:
         """Decode pages from `begin` on, as far as that can be done here."""
-        state, into, paged = self._state, self._into, self._paged
+        state, rows, paged = self._state, self._room, self._paged
         state[AT], state[SEEN], state[FOUND] = begin, 0, -1
         filled: list[Filled] = []
         while True:
@@ -177,18 +167,12 @@ class LeafFlow:
                 self._place,
                 self._bad,
                 self._table,
-                into.counts,
-                self._program,
-                into.shapes,
-                into.rows,
-                into.offset,
-                into.length,
-                into.times,
+                rows.into,
                 state,
             )
-            filled += into.take()
+            filled += rows.take()
             steps = -(-(len(nodes.page) - int(state[AT])) // self.step)
-            if state[WHY] != NO_ROW or not into.renew(steps):
+            if state[WHY] != NO_ROW or not rows.renew(steps):
                 break
         span = (int(state[FIRST_NS]), int(state[LAST_NS])) if state[SEEN] else None
         return Stretch(int(state[AT]), filled, span, more=bool(state[WHY] != DONE))

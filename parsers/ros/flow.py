@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -27,13 +27,26 @@ SPARE_ROWS = 32
 """Beside the rows that are expected of each topic, should the bits to come be like the one before."""
 
 
+class Into(NamedTuple):
+    """Where messages are decoded to. counts: (topics,) of the bit that is looked at. offset, length, times: for each row of all
+    topics, as `rows.stamp`."""
+
+    counts: IntArray
+    program: Program
+    shapes: Shapes
+    rows: Rows
+    offset: IntArray
+    length: IntArray
+    times: IntArray
+
+
 @kernel
-def has_rows(topic: IntArray, found: int, counts: IntArray, rows: Rows) -> bool:
-    """Whether there are rows for the messages that were found. topic: (found,) at least. counts: (topics,), set to each one's."""
+def has_rows(topic: IntArray, found: int, into: Into) -> bool:
+    """Whether there are rows for the messages that were found; sets `into.counts`. topic: (found,) at least."""
+    counts, place, fits = into.counts, into.rows.place, True
     counts[:] = 0
     for i in range(found):
         counts[topic[i]] += 1
-    place, fits = rows.place, True
     for k in range(counts.size):
         fits = fits and place[k, FILL] + counts[k] <= place[k, ROOM]
     return fits
@@ -41,25 +54,13 @@ def has_rows(topic: IntArray, found: int, counts: IntArray, rows: Rows) -> bool:
 
 @kernel
 def decode_found(
-    data: ByteArray,
-    topic: IntArray,
-    at: IntArray,
-    size: IntArray,
-    time_ns: IntArray,
-    found: int,
-    counts: IntArray,
-    program: Program,
-    shapes: Shapes,
-    rows: Rows,
-    offset: IntArray,
-    length: IntArray,
-    times: IntArray,
+    data: ByteArray, topic: IntArray, at: IntArray, size: IntArray, time_ns: IntArray, found: int, into: Into
 ) -> bool:
-    """Decode messages for which there are rows; False where one does not fit its type: then none of them is taken.
+    """Decode messages for which there are rows, as `has_rows` said; False where one does not fit its type: then none is taken.
 
-    topic, at, size, time_ns: (found,) at least, of each message. counts: as `has_rows` set it. offset, length, times: for each
-    row of all topics, as `rows.stamp`.
+    topic, at, size, time_ns: (found,) at least, of each message.
     """
+    counts, rows, offset, length, times = into.counts, into.rows, into.offset, into.length, into.times
     place = rows.place
     for i in range(found):
         row = place[topic[i], FILL]
@@ -70,7 +71,9 @@ def decode_found(
     for k in range(counts.size):
         last = place[k, FILL]
         if counts[k]:
-            bad += decode_rows(data, offset, length, k, last - counts[k], last, program, shapes, rows)
+            bad += decode_rows(
+                data, offset, length, k, last - counts[k], last, into.program, into.shapes, rows
+            )
     if bad:
         for k in range(counts.size):
             place[k, FILL] -= counts[k]
@@ -116,37 +119,37 @@ class Filled:
 
 
 class RowRoom:
-    """Rows for one kernel to fill; of one thread. There are none at first.
-
-    counts, shapes, rows, offset, length, times: for `has_rows` and `decode_found`.
-    """
+    """Rows for one kernel to fill; of one thread. There are none at first. into: for the kernel."""
 
     def __init__(self, plan: Plan, cells: Callable[[int], FloatArray]) -> None:
         """cells: gives memory for numbers."""
         self._plan, self._cells = plan, cells
-        self.shapes = make_shapes(plan.program, plan.depth)
-        self.counts = np.zeros(len(plan.paths), np.int64)
-        self._place(self.counts)
+        self._shapes = make_shapes(plan.program, plan.depth)
+        counts = np.zeros(len(plan.paths), np.int64)
+        self.into = self._place(counts, counts.copy())
 
-    def _place(self, room: IntArray) -> None:
-        self.rows = make_rows(self._plan.program, room, self._cells)
-        n = len(self.rows.stamp)
-        self.offset, self.length, self.times = (np.empty(n, np.int64) for _ in range(3))
+    def _place(self, counts: IntArray, room: IntArray) -> Into:
+        """Room for so many rows of each topic."""
+        program = self._plan.program
+        rows = make_rows(program, room, self._cells)
+        n = len(rows.stamp)
+        offset, length, times = (np.empty(n, np.int64) for _ in range(3))
+        return Into(counts, program, self._shapes, rows, offset, length, times)
 
     def renew(self, like_it: int) -> bool:
-        """New rows for the messages that found none (`counts`), and for so many bits like that one. False: those alone are
+        """New rows for the messages that found none (`into.counts`), and for so many bits like that one. False: those alone are
         too many."""
-        columns = self._plan.program.spec[:, COLUMNS]
-        if int((self.counts * columns).sum()) > MAX_CELLS:
+        columns, counts = self._plan.program.spec[:, COLUMNS], self.into.counts
+        if int((counts * columns).sum()) > MAX_CELLS:
             return False
-        room = self.counts * like_it * 21 // 20 + SPARE_ROWS
+        room = counts * like_it * 21 // 20 + SPARE_ROWS
         few = int((room * columns).sum()) <= MAX_CELLS
-        self._place(room if few else self.counts)
+        self.into = self._place(counts, room if few else counts)
         return True
 
     def take(self) -> list[Filled]:
         """What is in the rows, topic by topic; there are none then."""
-        rows, taken = self.rows, []
+        rows, taken = self.into.rows, []
         for number, paths in enumerate(self._plan.paths):
             fill, room = int(rows.place[number, FILL]), int(rows.place[number, ROOM])
             if not fill:
@@ -156,7 +159,7 @@ class RowRoom:
             columns = rows.cells[cell : cell + len(paths) * room].reshape(len(paths), room)[:, :fill]
             stamp_ns = rows.stamp[times] if self._plan.has_header[number] else None
             decoded = Decoded(dict(zip(paths, columns, strict=True)), stamp_ns, 0)
-            taken.append(Filled(number, self.times[times], decoded))
+            taken.append(Filled(number, self.into.times[times], decoded))
         # nothing of them is written any more
-        self._place(np.zeros_like(self.counts))
+        self.into = self._place(self.into.counts, np.zeros_like(self.into.counts))
         return taken
