@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.signal import lfilter
 from scipy.stats import t as student
 
 from parsers.channels import IntArray
@@ -43,6 +44,10 @@ goes with the lateral acceleration on roads that bank into their bends."""
 
 USUAL_BANK = 0.02
 """rad: spread of the bank along roads."""
+
+INS_LEVEL_S, INS_LEAN = 20.0, 5e-4
+"""Over how many seconds a navigation unit levels itself by its accelerometers, and by how much it then leans into a bend that lasts, rad
+per m/s² (spread): 0.1 degrees at 3.5 m/s²."""
 
 
 @dataclass(frozen=True)
@@ -186,7 +191,23 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     bank = math.exp(values["log_bank"]) if "log_bank" in values else USUAL_BANK
     # a lean that goes with the bends altogether is no bank that the fit could find: it is in the angle as the springs' part is
     road = road_share(data.yaw if data.has_yaw else None, data.accel, data.step_s, data.starts)
-    return math.hypot(friction, BANKED * slow * bank / roll, LEANING_STD * slow**2 * road)
+    leant = INS_LEAN * values["a"] * _lasting(data) if data.has_roll else 0.0
+    return math.hypot(friction, BANKED * slow * bank / roll, LEANING_STD * slow**2 * road, leant)
+
+
+def _lasting(data: RollData) -> float:
+    """What a navigation unit's level takes for gravity of a lateral acceleration that lasts, over all of it: 1 in an endless bend."""
+    share = min(data.step_s / INS_LEVEL_S, 1.0)
+    held = np.concatenate(
+        [
+            lfilter([share], [1, share - 1], data.accel[start:stop])
+            for start, stop in zip(data.starts, data.stops, strict=True)
+        ]
+    )
+    accel = np.concatenate(
+        [data.accel[start:stop] for start, stop in zip(data.starts, data.stops, strict=True)]
+    )
+    return float(abs(held @ accel) / max(accel @ accel, 1e-9))
 
 
 def _explained(data: RollData, values: Mapping[str, float]) -> float:
