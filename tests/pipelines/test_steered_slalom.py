@@ -47,6 +47,8 @@ def test_turning_in_costs_what_the_yaw_inertia_takes() -> None:
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {"corner_drag": 0.0, "drag": 0.0, "rolling": 0.0}
     body = body_of(p, None)
+    # the accelerations below are those of the CG
+    p |= {"imu_x": body.whole_x, "imu_y": body.whole_y}
     moving = steered(
         body.mass, YAW_OVER_PITCH * p["pitch_inertia"], body.whole_x, p["wheelbase"] - body.whole_x
     )
