@@ -13,7 +13,7 @@ from parsers.channels import ByteArray
 from parsers.importer import ImportLog
 from parsers.mcap_chunks import ChunkSpan, DamagedError, LooseSpan, McapFile, Scratch, Span, load_chunk
 from parsers.mcap_flow import Flow
-from parsers.mcap_parts import ENOUGH_CELLS, MAX_CELLS, Part, Want
+from parsers.mcap_parts import ENOUGH_CELLS, Part, Want
 from parsers.mcap_pick import Picker, Picks, slot_table
 from parsers.mcap_records import RECORD_HEAD, WALK_CUT, WALK_INVALID, gather
 from parsers.mcap_sparse import may_skip, pick_sparsely
@@ -22,6 +22,7 @@ from parsers.mcap_toplevel import TopLevel, Window
 from parsers.mcap_train import Train
 from parsers.mcap_unpack import BROKEN, DONE, ODD
 from parsers.ros.flow import plan_of
+from parsers.ros.topics import MAX_CELLS
 
 PACKED_BYTES = 2 << 20
 """Chunks that are handed to a thread together: many small ones, or a large one."""

@@ -7,8 +7,6 @@ from dataclasses import dataclass
 from parsers.channels import IntArray
 from parsers.ros.contract import Decoded, MessageDecoder
 
-MAX_CELLS = 1 << 22
-"""Numbers decoded at once: a batch of a type with many fields has fewer rows."""
 ENOUGH_CELLS = 1 << 15
 """A part of a topic with more is given on as it is; smaller ones are joined."""
 

@@ -97,34 +97,20 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     work = _scaled(work, factors)
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
-    spikes: list[Decision] = []
-    wild: dict[str, Decision] = {}
-    limits: dict[str, Limits] = {}
-    for name, signal in list(work.items()):
-        cleaned = clean(signal, spans.get(name))
-        if cleaned.wild:
-            wild[name] = cleaned.decisions[0]
-        else:
-            spikes += cleaned.decisions
-        if cleaned.limits is not None:
-            limits[name] = cleaned.limits
-        if cleaned.signal is None:
-            del work[name]
-        else:
-            work[name] = cleaned.signal
+    work, spikes, wild, limits = _cleaned(work, spans)
     if wild:
         # what they seemed to say of the others' units is worth nothing
         return _beside(wild, *decide({n: s for n, s in signals.items() if n not in wild}, stated))
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    still: list[Decision] = []
-    for decision in frozen(work, make_grid(work, grid)):
-        still.append(decision)
-        if decision.applied and decision.signal in work:
-            wild[decision.signal] = decision
-            del work[decision.signal]
-    signs = judge_signs(make_grid(work, grid))
+    still = frozen(work, present := make_grid(work, grid))
+    dead = {each.signal: each for each in still if each.applied}
+    if dead:
+        wild |= dead
+        work = {name: signal for name, signal in work.items() if name not in dead}
+        present = make_grid(work, grid)
+    signs = judge_signs(present)
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
     idle = stuck(work, grid)
@@ -150,6 +136,27 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         spans,
     )
     return findings, {name: signal for name, signal in work.items() if name not in left_out}
+
+
+def _cleaned(
+    signals: Mapping[str, Signal], spans: Mapping[str, Span]
+) -> tuple[dict[str, Signal], list[Decision], dict[str, Decision], dict[str, Limits]]:
+    """The signals without impossible samples, what was decided of those, of signals that are wild, and where any are cut off."""
+    work: dict[str, Signal] = {}
+    spikes: list[Decision] = []
+    wild: dict[str, Decision] = {}
+    limits: dict[str, Limits] = {}
+    for name, signal in signals.items():
+        cleaned = clean(signal, spans.get(name))
+        if cleaned.wild:
+            wild[name] = cleaned.decisions[0]
+        else:
+            spikes += cleaned.decisions
+        if cleaned.limits is not None:
+            limits[name] = cleaned.limits
+        if cleaned.signal is not None:
+            work[name] = cleaned.signal
+    return work, spikes, wild, limits
 
 
 def _beside(

@@ -20,9 +20,8 @@ from parsers.ros.kernels import CELL, COLUMNS, FILL, ROOM, STAMP_ROW, Program, R
 from parsers.ros.packed import UnpackingDecoder
 from parsers.ros.program import make_program, make_rows, make_shapes
 from parsers.ros.replay import decode_rows
+from parsers.ros.topics import MAX_CELLS
 
-MAX_CELLS = 1 << 22
-"""Numbers that there is room for at once."""
 SPARE_ROWS = 32
 """Beside the rows that are expected of each topic, should the bits to come be like the one before."""
 

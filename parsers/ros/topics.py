@@ -15,6 +15,7 @@ from parsers.ros.fields import Encoding, short_name
 from parsers.ros.stamps import StampChooser
 
 MAX_CELLS = 1 << 22
+"""Numbers decoded at once: a batch of a type with many fields has fewer rows."""
 
 
 @dataclass(frozen=True)

@@ -66,6 +66,7 @@ def test_pages_in_one_go_are_pages_one_by_one(
 def test_little_room(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = write_database(tmp_path / "a.db3")
     whole = read(path, *WANTED)
+    assert len(whole[0][YAW][1]) == COUNT
     for module, name, value in (
         # a page at a time, no spare rows, more numbers on some pages than are decoded at once, more rows than expected
         (bag2_flow, "STEP_BYTES", 1),

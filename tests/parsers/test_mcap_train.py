@@ -81,6 +81,7 @@ def test_little_room_at_first_and_a_library_without_addresses(
 ) -> None:
     path = write(tmp_path / "a.mcap", compression=CompressionType.ZSTD)
     whole = read(path, only)
+    assert len(whole[1]["/imu"]) == N
     for module, name, value in (
         # records are decoded in the middle of a train
         (mcap_batches, "UNPACKED_BYTES", 5000),
