@@ -33,6 +33,9 @@ RESULT = HERE / "results" / "import_speed.md"
 LIBRARIES = ("python-can", "cantools", "asammdf", "rosbags", "mcap", "polars", "pandas", "numpy", "numba")
 PAIRS = 9
 """Runs on one core and on two."""
+AROUND = ("cogest", "floor", "cogest")
+"""What is run before each run of the peers, and again after it: a read of 0.2 s sees one moment of a shared machine, which
+the next moment may be a third slower; a peer's 12 s see many."""
 
 
 def start(side: str, case: Case, folder: Path, cores: int) -> subprocess.Popen[str]:
@@ -107,15 +110,13 @@ def check(case: Case, folder: Path) -> None:
 def row(case: Case, folder: Path, runs: int) -> str:
     """One line of the table."""
     measure("cogest", case, folder, 1)  # compiles, and warms the file cache
-    found: dict[tuple[str, int], list[dict[str, float]]] = {
-        (side, 1): [] for side in ("cogest", "floor", *case.peers)
-    }
+    found: dict[str, list[dict[str, float]]] = {side: [] for side in (*AROUND, *case.peers)}
     for _ in range(runs):
-        for side, cores in found:
-            found[side, cores].append(measure(side, case, folder, cores))
+        for side in (*AROUND, *case.peers, *AROUND):
+            found[side].append(measure(side, case, folder, 1))
 
-    def median(side: str, what: str, cores: int = 1) -> float:
-        return statistics.median(run[what] for run in found[side, cores])
+    def median(side: str, what: str) -> float:
+        return statistics.median(run[what] for run in found[side])
 
     best = min(case.peers, key=lambda peer: median(peer, "cpu_s"))
     cpu, floor = median("cogest", "cpu_s"), median("floor", "cpu_s")
@@ -143,7 +144,8 @@ def head(minutes: float, runs: int) -> list[str]:
         f"`python benchmarks/import_speed.py --minutes {minutes:g} --runs {runs} --save`, seed {SEED}; {platform.machine()}, "
         f"{os.cpu_count()} cores, Python {platform.python_version()}; {versions}.",
         "",
-        "CPU seconds on one core, from file to columns in memory, median. Floor: libdeflate, lz4 or zstd on the containers, "
+        f"CPU seconds on one core, from file to columns in memory: median of {runs} runs of the peer, and of "
+        f"{2 * runs * AROUND.count('cogest')} of cogest around them. Floor: libdeflate, lz4 or zstd on the containers, "
         "counting the lines, or reading the file. Two cores: wall time on one core over that on two, median of "
         f"{PAIRS} pairs run in turn (and their middle half), and (of ...) what two processes gain that each read the log on a "
         "core of their own, at those moments. Memory: growth of the peak in MiB, the wanted columns included. Every value equals the "
