@@ -17,6 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.channels import ByteArray, FloatArray
+from parsers.jit import kernel
+from parsers.parallel import cores, in_order
 
 T = TypeVar("T", bound=np.generic)
 
@@ -46,6 +48,13 @@ def keep_freed_memory() -> None:
         ctypes.CDLL(None).mallopt(_ARENA_MAX, 2)
 
 
+@kernel
+def _touch(room: ByteArray, begin: int, end: int) -> None:
+    """Write to every large page of [begin, end)."""
+    for at in range(begin, end, LARGE_PAGE):
+        room[at] = 0
+
+
 class Slab:
     """Room for several columns, freed when the last of them is. What is never written to takes no memory.
 
@@ -61,6 +70,19 @@ class Slab:
             raw = np.empty(size + LARGE_PAGE, np.uint8)
             shift = -raw.ctypes.data % LARGE_PAGE
             self._room = raw[shift : shift + size]
+
+    def touch(self) -> None:
+        """Have the system give all of its large pages at once, of which each core asks for some. To be called before anything is put in.
+
+        Two cores that come to a page for the first time at once both clear one, and one of the two is thrown away.
+        """
+        pages = self._room.size // LARGE_PAGE
+        each = -(-pages // cores()) * LARGE_PAGE
+        begins = range(0, self._room.size, each) if pages else ()
+        for _ in in_order(
+            lambda begin: _touch(self._room, begin, min(begin + each, self._room.size)), begins
+        ):
+            pass
 
     @property
     def left(self) -> int:

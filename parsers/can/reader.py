@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -114,9 +115,8 @@ class CanReader:
             )
         else:
             words = self._keeper.words
-            taken = deque(
-                piece for batch in kept for piece in pieces(batch, words, part_of, len(streams), PIECE)
-            )
+            cut = partial(pieces, slot_words=words, part_of=part_of, parts=len(streams), step=PIECE)
+            taken = deque(piece for found in in_order(cut, kept) for piece in found)
             kept.clear()
             whole = whole_columns(taken, groups, parts, wanted)
             if whole is not None:

@@ -87,6 +87,7 @@ def whole_columns(
     if size > WHOLE_BYTES:
         return None
     slab = Slab(size)
+    slab.touch()
     stamps, first = slab.empty(int(totals.sum()), np.int64), np.cumsum(totals) - totals
     columns = [
         None if group.gates else {name: slab.empty(int(totals[part]), np.float64) for name in each}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from parsers.allocator import LARGE_PAGE, SLAB_BYTES, Slab, Slabs, room_of
+from parsers.parallel import CORES_VARIABLE
 
 
 def test_columns_of_a_slab_do_not_overlap_and_lie_where_a_core_reads() -> None:
@@ -52,3 +53,17 @@ def test_a_column_larger_than_half_a_slab_has_memory_of_its_own() -> None:
     assert slabs.cells(SLAB_BYTES // 8).base is None
     assert slabs.cells(100).base is not None
     assert slabs.slab.left == SLAB_BYTES - room_of(800)
+
+
+@pytest.mark.parametrize("cores", ["1", "2", "3"])
+@pytest.mark.parametrize("pages", [0, 1, 2, 5])
+def test_touching_a_slab_reaches_every_large_page_and_nothing_beyond(
+    pages: int, cores: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv(CORES_VARIABLE, cores)
+    slab = Slab(pages * LARGE_PAGE + 100)
+    slab.cells[:] = 1.0
+    slab.touch()
+    marked = np.flatnonzero(slab.cells.view(np.uint8)[::LARGE_PAGE] == 0)
+    assert len(marked) == -(-slab.cells.nbytes // LARGE_PAGE)
+    assert slab.left == slab.empty(0, np.uint8).size + (pages * LARGE_PAGE + 100 if pages > 1 else 0)
