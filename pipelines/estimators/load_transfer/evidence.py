@@ -3,6 +3,9 @@
     vertical  sum S = m_s g
     pitch     sum x S = m_s (x - L/2) g,  and a m/s² along  m h - m h_links - past - κ (m_u R + m_s h_path) + (1 - κ) 4 I_w / R
     roll      sum y S = m_s y g,          and a m/s² across m_s (h_s - h_rc) + (1 - camber) (m_u R + 4 I_w / R)
+    diagonal  S_fl - S_fr - S_rl + S_rr = 2 y g (m_f / t_f - m_r / t_r) + 4 g m_x
+
+m_f, m_r: mass over each axle; m_x: what one diagonal carries more, a wheel, which no other balance sees.
 
 past: the hubs' inertia that swing arms take past the springs. x from the middle of the wheelbase at rest; a m/s² from where the static loads have their middle, the body's CG: what the links
 lift of the whole body in braking (anti-dive of one axle more than the other's) has no moment there. κ: g times pitch per
@@ -21,7 +24,7 @@ import numpy as np
 
 from pipelines.estimators.load_balance.evidence import PATCH
 from pipelines.estimators.load_balance.relations import TITLES
-from pipelines.estimators.load_transfer.answers import Standing, about_cg
+from pipelines.estimators.load_transfer.answers import FRICTION_N, Standing, about_cg
 from pipelines.estimators.load_transfer.batch import ACROSS, ALONG, BRAKING, STATIC, BatchFit
 from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, TYRES, Known, StrutData
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
@@ -41,6 +44,7 @@ BODY = (
 )  # fmt: skip
 SCALES = tuple(f"suspension_scale_{axle}" for axle in AXLES)
 ZEROS = tuple(f"suspension_zero_{wheel}" for wheel in CORNERS)
+TWIST = ("cross", "track_front", "track_rear")
 ROLLING = ("rolling_shift", "rolling")
 LINKS = (
     "pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "hubs_past", "wheel_inertia",
@@ -61,6 +65,8 @@ LEAST_SPREAD = 0.4
 for itself. CURVE_ERROR: how far load transfer bends: it turns into a lateral place where all bends go one way. LEVEL_GAIN: scale of the
 accelerometers. LEAST_SPREAD: of an acceleration, m/s², below which its moment is what was known before the log."""
 
+DIAGONAL = np.array([1.0, -1.0, -1.0, 1.0])
+
 
 def mean_scale(values: Values) -> float | FloatArray:
     """Of the four sensors' force."""
@@ -74,6 +80,19 @@ def axle_forces(values: Values) -> tuple[float | FloatArray, float | FloatArray]
     front = GRAVITY * body.sprung - rear
     zeros = [values[f"suspension_zero_{axle[0]}l"] + values[f"suspension_zero_{axle[0]}r"] for axle in AXLES]
     return (front - zeros[0]) / values[SCALES[0]], (rear - zeros[1]) / values[SCALES[1]]
+
+
+def diagonal_force(values: Values) -> float | FloatArray:
+    """What the front left and the rear right strut should show more than the other two at rest, N."""
+    body = loaded_body(values)
+    behind = body.whole_x / values["wheelbase"]
+    total: float | FloatArray = 0.0
+    for axle, share, sign in zip(AXLES, (1 - behind, behind), (1.0, -1.0), strict=True):
+        aside = 2 * sign * share * body.mass * body.whole_y / values[f"track_{axle}"]
+        zeros = values[f"suspension_zero_{axle[0]}l"] - values[f"suspension_zero_{axle[0]}r"]
+        more = GRAVITY * (aside + 2 * values["cross"]) - sign * zeros
+        total = total + more / values[f"suspension_scale_{axle}"]
+    return total
 
 
 def pitch_moments(values: Values) -> tuple[float | FloatArray, float | FloatArray]:
@@ -214,20 +233,26 @@ def _pitching(found: BatchFit, data: StrutData, known: Known, lever: FloatArray,
 def _rolling(
     found: BatchFit, data: StrutData, known: Known, lever: FloatArray, moving: bool, standing: Standing
 ) -> Evidence:
-    """Mean moment, and that a m/s² across."""
-    rows = [_row(found, lever, STATIC), *([_row(found, -lever, ACROSS)] if moving else [])]
+    """Mean moment, mean force of one diagonal over the other's, and the moment a m/s² across."""
+    rows = [
+        _row(found, lever, STATIC),
+        _row(found, DIAGONAL, STATIC),
+        *([_row(found, -lever, ACROSS)] if moving else []),
+    ]
     value, covariance = _combined(found, rows)
     weight, level = float(found.coefficients[STATIC].sum()), _level(data, "y")
-    a_unit = float(value[1]) if moving else 0.0
+    a_unit = float(value[2]) if moving else 0.0
     aside = (
         math.hypot(a_unit * level.road, 0.001 * known.wheelbase.value * weight)
         if moving
         else weight * standing.aside[1]
     )
-    bent = CURVE_ERROR * abs(float(data.across.mean()) * value[1]) if moving else 0.0
+    bent = CURVE_ERROR * abs(float(data.across.mean()) * a_unit) if moving else 0.0
+    twist = float(DIAGONAL @ found.coefficients[ACROSS]) if moving else 0.0
     errors = [
         math.hypot(aside, bent),
-        *([math.hypot(ROLL_ERROR, LEVEL_GAIN) * value[1]] if moving else []),
+        math.hypot(2 * FRICTION_N, twist * level.road),
+        *([math.hypot(ROLL_ERROR, LEVEL_GAIN) * a_unit] if moving else []),
     ]
     used = 0.5 * (known.track[0].value + known.track[1].value)
 
@@ -238,14 +263,15 @@ def _rolling(
             for w, half in zip(CORNERS, np.abs(lever).tolist(), strict=True)
         )
         made: list[float | FloatArray] = [
-            (GRAVITY * body.sprung * body.y - zeros) / scale - a_unit * level.lacking(values)
+            (GRAVITY * body.sprung * body.y - zeros) / scale - a_unit * level.lacking(values),
+            diagonal_force(values) + twist * level.lacking(values),
         ]
         if moving:
             wider = 2 * used / (values["track_front"] + values["track_rear"])
             made.append(roll_moment(values) * forces_lever(values) * wider / scale)
         return made
 
-    names = dict.fromkeys((*BODY, *SCALES, *ZEROS, *((*ROLL, *level.unknowns) if moving else ())))
+    names = dict.fromkeys((*BODY, *SCALES, *ZEROS, *TWIST, *((*ROLL, *level.unknowns) if moving else ())))
     return evidence_of(
         "roll", CARRIER, "roll moment of the struts", SOURCE,
         direct(value.tolist(), covariance + np.diag(np.square(errors))), parameters, tuple(names),
