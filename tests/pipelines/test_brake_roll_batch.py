@@ -174,6 +174,31 @@ def test_the_mass_is_known_no_better_than_the_torques():
     assert fit_mass(f, v, 0.0 * brake, 0.0 * drive, rows, 20.0, loose) is None
 
 
+def stops(rng, fade, lets_go_s, mass=1755.0):
+    """Six stops from a cruise whose driving force, which is not logged, lasts into each: f_x, speed, brake torque."""
+    columns = []
+    for top, hard in ((27, 3.0), (22, 4.0), (30, 2.0), (18, 2.5), (25, 3.5), (28, 4.5)):
+        since = np.arange(-8, top / hard, 0.05)
+        v = top - hard * np.maximum(since, 0.0)
+        resistance = drag(v, 0.7) + 0.012 * mass * 9.80665
+        engine = resistance * np.exp(-np.maximum(since, 0.0) / lets_go_s)
+        brakes = mass * hard * (since > 0)
+        f = (engine - brakes - resistance) / (mass + 4 * 1.0 / 0.32**2)
+        columns.append((f, v, 0.32 * brakes / (1 + fade * (v / 20 - 1))))
+    f, v, brake = (np.concatenate(column) for column in zip(*columns, strict=True))
+    return f + 0.02 * rng.standard_normal(len(v)), v, brake
+
+
+@pytest.mark.parametrize(("fade", "lets_go_s"), [(0.0, 0.01), (-0.02, 0.01), (0.03, 0.01), (0.0, 0.3)])
+def test_brakes_that_fade_and_an_engine_that_still_pulls_are_no_drag(fade, lets_go_s):
+    known = MassKnown(1600.0, 0.32, 1e-4, 1.0, (0.6, 0.3), 0.03, pitch=1e-3)
+    f, v, brake = stops(np.random.default_rng(8), fade, lets_go_s)
+    fit = fit_mass(f, v, brake, None, np.ones(len(f), bool), 20.0, known)
+    assert fit is not None
+    assert abs(fit.fit.value("drag_area") - 0.7) < 2.5 * fit.fit.std("drag_area")
+    assert abs(fit.mass - 1755) < 2.5 * fit.std
+
+
 def mixed_drive(errors, without=(), seed=1):
     cruise = braking(CAR, 80, 0.6, 12.0)
     return park_drive(CAR, joined(cruise, cruise, slalom()), errors, seed, without)

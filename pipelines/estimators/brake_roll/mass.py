@@ -1,6 +1,6 @@
 """Mass from the longitudinal balance: what brakes, engine and air give, over what the accelerometer reads.
 
-    (1 + s) m f_x = κ_d T_d / R - κ_b T_b / R - ρ C_d A v² / 2 - m g c_r,    s = 4 I_w / (m R²)
+    (1 + s) m f_x = κ_d T_d / R - κ_b(v) T_b / R - ρ C_d A v² / 2 - m g c_r,    s = 4 I_w / (m R²)
 
 with f_x the specific force in the road plane: it holds gravity's part, so that the grade drops out. The balance tells
 the mass as well as the torques are known: a common error of all torques is an error of the mass (Park & Choi's
@@ -29,6 +29,14 @@ BRAKE_TORQUE_STD = 0.05
 ROLLING = (0.012, 0.004)
 CORNERING = (0.012, 0.006)
 """Slip angle for a unit of lateral acceleration, rad per m/s²: what tyres drag in bends, per mass, over its square."""
+
+FADE = 0.04
+"""By how much the brakes' gain may change from standstill to the mean speed at which they are used (spread): pads grip less, or
+more, where they are quick and hot. Without it a stop's force over its speed would pass for the air's."""
+
+LET_GO_S, RELEASED_S = 1.0, 0.25
+"""How long after the foot comes down on the brakes the engine may still pull, or hold, and before it leaves them that f_x, which is
+smooth, holds what comes next."""
 
 LEAST_FORCE = 0.5
 """m/s², RMS of what the torques give per nominal mass, from which there is something to see."""
@@ -65,12 +73,21 @@ class MassFit:
     driven: bool
 
 
+def _let_go(pressed: BoolArray, rate_hz: float) -> BoolArray:
+    """(n,) rows with the foot on the brakes for LET_GO_S already, and for RELEASED_S more."""
+    off = np.concatenate(([0], np.cumsum(~pressed)))
+    rows = np.arange(len(pressed))
+    first = np.maximum(rows - round(LET_GO_S * rate_hz), 0)
+    last = np.minimum(rows + round(RELEASED_S * rate_hz) + 1, len(pressed))
+    return np.asarray(off[last] == off[first])
+
+
 def _chosen(
     use: BoolArray, brake: FloatArray | None, drive: FloatArray | None, rate_hz: float, known: MassKnown
 ) -> IntArray:
     """Rows of `use` in which every force is known, thinned to twice the band; none without any torque."""
     if drive is None:
-        use = np.zeros_like(use) if brake is None else use & ~(brake <= 0.0)
+        use = np.zeros_like(use) if brake is None else use & _let_go(~(brake <= 0.0), rate_hz)
     elif brake is None:
         # an unmeasured brake: only rows in which the drive pulls can be without it
         use = use & (drive > 0.02 * known.mass * known.radius_m)
@@ -89,6 +106,7 @@ def _unknowns(known: MassKnown) -> tuple[Unknown, ...]:
         Unknown("rolling", known.rolling[0], known.rolling[1], 1e-5),
         Unknown("offset", 0.0, known.offset, 1e-4),
         Unknown("cornering", *CORNERING, 1e-5),
+        Unknown("fade", 0.0, FADE, 1e-4),
     )
 
 
@@ -119,10 +137,12 @@ def fit_mass(
     air = 0.5 * AIR_DENSITY * speed[chosen] ** 2
     spin = 4 * known.wheel_inertia / known.radius_m**2
     cornering = zero if side is None else side[chosen] ** 2
+    usual = float(np.average(speed[chosen], weights=braking + 1e-9))
+    quicker = speed[chosen] / usual - 1
 
     def model(x: FloatArray) -> FloatArray:
-        mass, brakes, engine, area, rolling, offset, slip = x[:7]
-        force = (1 + engine) * pulling - (1 + brakes) * braking - area * air
+        mass, brakes, engine, area, rolling, offset, slip, fade = x
+        force = (1 + engine) * pulling - (1 + brakes + fade * quicker) * braking - area * air
         force -= mass * (GRAVITY * rolling + slip * cornering)
         return np.asarray(force / (mass + spin) + offset)
 
