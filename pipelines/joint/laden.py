@@ -98,10 +98,16 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
 
     With a wheel's travel d its foot goes out by h_rc / (t/2) d. In roll one wheel goes up and the other down, so that in the body's
     axes both feet move the same way, by h_rc times the roll, and the axle's share of the body's weight with them.
+
+    A wheel that stays upright by the share c turns against the body by c times the roll, and where its foot stays in its plane, a
+    radius R below the hub, the foot comes up by R c² roll²/2 beside the hub's travel: the weight then adds c² R times the roll to
+    what the springs hold. Wide tyres that lean stand on their edges instead, and models of feet that are points have none of it
+    (`wheel_plane`: 1 a thin disc).
     """
     behind = body.x / p["wheelbase"]
     weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)
-    return p["side_path"] * weight * roll_center(p, axle)
+    disc = p["wheel_plane"] * p["camber"] ** 2 * p["radius"]
+    return weight * (p["side_path"] * roll_center(p, axle) - disc)
 
 
 def roll_springs(p: Values, body: Body, springs: Number) -> Number:

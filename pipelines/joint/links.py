@@ -103,6 +103,9 @@ def _roll_links(book: Book) -> None:
     # it where travel is the wheel's own (1), less than none where an axle's springs sit above its roll centre, none in a model of
     # a body that turns about an axis
     book.put("side_path", 0.6, 0.5)
+    # feet that stay in the planes of wheels which do not lean with the body: 1 of thin discs, less of wide tyres, none in models
+    # whose feet are below the hubs
+    book.put("wheel_plane", 0.2, 0.4)
 
 
 def _pitch_links(book: Book) -> None:

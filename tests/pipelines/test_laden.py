@@ -111,7 +111,8 @@ def held(plant: PlantVehicle, carried: list[Load], side_path: float, track_grows
     force = spring_forces(turn[3:], pack, wheels) - spring_forces(rest[3:], pack, wheels)
     lateral = float((rotation(float(turn[1]), float(turn[2])).T @ [0.0, 3.0, GRAVITY])[1])
     p = values_of(plant, carried[0] if carried else None)
-    p |= {"side_path": side_path, "track_grows": track_grows}
+    # the plant's feet are below its hubs
+    p |= {"side_path": side_path, "track_grows": track_grows, "wheel_plane": 0.0, "camber": 0.0}
     body, true, moment = body_of(p, None), truth(plant, carried), 0.0
     for axle, first in (("front", 0), ("rear", 2)):
         moment += 0.5 * p[f"track_{axle}"] * widened(p, axle) * float(force[first] - force[first + 1])

@@ -1,0 +1,57 @@
+"""What the weight on wheels does to a body's roll, against the energy of a plane body on two wheels that are thin discs."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq, minimize_scalar
+
+from pipelines.joint.laden import side_moment
+from pipelines.models.roll import GRAVITY
+
+HALF, RADIUS, RATE, SPRUNG, HEIGHT = 0.78, 0.32, 30e3, 1200.0, 0.55
+
+
+def travel(side: float, lift: float, roll: float, centre: float, upright: float) -> float:
+    """How far a wheel's hub is up against the body, with its foot on the ground. side: 1 towards which the body rolls."""
+
+    def foot(d: float) -> float:
+        tilt = upright * d / HALF
+        out = HALF + centre / HALF * d
+        up = d + RADIUS * (1 - np.cos(tilt))
+        return float(lift - side * out * np.sin(roll) + up * np.cos(roll))
+
+    return float(brentq(foot, -0.3, 0.3, xtol=1e-14))
+
+
+def energy(lift: float, roll: float, centre: float, upright: float) -> float:
+    weight = SPRUNG * GRAVITY
+    down = [travel(side, lift, roll, centre, upright) for side in (1.0, -1.0)]
+    springs = sum(0.5 * weight * d + 0.5 * RATE * d * d for d in down)
+    return float(weight * (lift + HEIGHT * np.cos(roll)) + springs)
+
+
+@pytest.mark.parametrize("centre", [0.0, 0.1])
+@pytest.mark.parametrize("upright", [0.0, 0.6, 1.0])
+def test_the_roll_stiffness_of_discs_is_that_of_springs_weight_and_feet(
+    centre: float, upright: float
+) -> None:
+    def least(roll: float) -> float:
+        return float(
+            minimize_scalar(
+                lambda lift: energy(lift, roll, centre, upright), bracket=(-0.01, 0.01), tol=1e-12
+            ).fun
+        )
+
+    step = 0.01
+    found = (least(step) - 2 * least(0.0) + least(-step)) / step**2
+    p = {
+        "wheelbase": 2.7, "side_path": 1.0, "wheel_plane": 1.0, "camber": upright, "radius": RADIUS, "axis_sinks": 0.0, "load": 0.0,
+        "load_x": 1.3, "spring_front": RATE, "spring_rear": RATE, "roll_center_front": centre, "roll_center_rear": centre,
+    }  # fmt: skip
+    body = SimpleNamespace(x=1.3, sprung=SPRUNG)
+    eased = side_moment(p, body, "front") + side_moment(p, body, "rear")
+    tipping = SPRUNG * GRAVITY * (HEIGHT - centre)
+    assert found == pytest.approx(2 * RATE * HALF**2 - tipping + eased, rel=2e-3)
