@@ -33,6 +33,9 @@ TYRE_RATE = 220_000.0
 WHEEL_DELAY_STD_S = 0.02
 """The speed is aligned with the accelerometer; the wheel speeds have a delay of their own."""
 
+ENGINE_DRAG = 0.15
+"""m/s², spread of what an engine in gear holds back while the brakes are on and no drive torque tells; a tenth of it where one does."""
+
 RATIO_ERROR = 0.15
 """Of the quotient of the axles' slips: wear, pressure, toe, and what bends the slip curve otherwise."""
 
@@ -157,6 +160,7 @@ def _slip_known(
         ratio_error=RATIO_ERROR,
         drive_front=(0.5, 0.5) if driven is None else (driven.value, max(driven.std, 0.02)),
         tyre_rate=TYRE_RATE if tyre is None else tyre.value,
+        engine_drag=ENGINE_DRAG if data.drive is None else 0.1 * ENGINE_DRAG,
     )  # fmt: skip
 
 

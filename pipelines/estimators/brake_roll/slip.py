@@ -4,7 +4,8 @@ Wheel speeds of both axles are predicted from the forces: w = κ v (1 - λ), λ 
 μ = F_x/F_z, with the axle loads of (10a) and (41) and the forces of (1). Park & Choi take b = p = 0 and κ = 1, and
 drop C out of each instant's quotient; here both axles share C within one stop, and what the slips hang on is part of
 the fit: rolling radii κ, the accelerometer's offset and gain, what is left of the speed's delay, the CG's place, the
-brake distribution, the tyres' bend, load dependence and how far they sink. Rows without brakes tell the radii.
+brake distribution, what an engine in gear holds back, the tyres' bend, load dependence and how far they sink. Rows without
+brakes tell the radii.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ class SlipKnown:
 
     share_log: of ln(front / rear brake force). bend: b. load: p. squash: share of a tyre's deflection by which its rolling
     radius falls (a third by the textbook, less in a stiff belt). tyre_rate: vertical, of one tyre, N/m. drive_front: share of the drive force on the front
-    axle. gain: of accel_x. delay: s left. same_tyres: by how much ln C may differ from stop to stop.
+    axle. engine_drag: m/s² that an engine in gear may hold back through the driven axles while the brakes are on (spread). gain: of accel_x. delay: s left. same_tyres: by how much ln C may differ from stop to stop.
     ratio_error: of the quotient of the axles' slips, what no parameter of the fit holds.
     """
 
@@ -63,6 +64,7 @@ class SlipKnown:
     tyre_rate: float = 220_000.0
     radius: float = 0.02
     drive_front: tuple[float, float] = (0.5, 0.5)
+    engine_drag: float = 1e-6
     same_tyres: float = 0.1
     ratio_error: float = 0.0
 
@@ -184,10 +186,10 @@ def _slips(x: FloatArray, rows: _Rows, known: SlipKnown) -> tuple[FloatArray, Fl
     spin = 2 * known.wheel_inertia / (known.radius_m**2 * known.mass)
     per = 1 / (known.mass * known.radius_m)
     half = math.exp(0.5 * share)
-    pulled = np.where(rows.stop >= 0, -per * rows.engine, -f - air - 2 * spin * f)
+    pulled = np.where(rows.stop >= 0, x[12] - per * rows.engine, -f - air - 2 * spin * f)
     ahead = per * rows.front_torque * half + drive * pulled + spin * f
     behind = per * rows.rear_torque / half + (1 - drive) * pulled + spin * f
-    level = np.append(x[12:-1], 0.0)[rows.stop] + x[11]
+    level = np.append(x[13:-1], 0.0)[rows.stop] + x[11]
     found = []
     for force, part in ((ahead, weight), (behind, 1 - weight)):
         mu = force / (GRAVITY * part)
@@ -211,6 +213,7 @@ def _unknowns(known: SlipKnown, stops: int, height_m: float) -> tuple[Unknown, .
         Unknown("radius_rear", 0.0, known.radius, 1e-5),
         Unknown("squash", known.squash[0], known.squash[1], 1e-4),
         Unknown("log_stiffness", math.log(18.0), math.inf, 1e-4),
+        Unknown("engine_drag", 0.0, known.engine_drag, 1e-4),
         *(Unknown(f"stop_{i}", 0.0, known.same_tyres, 1e-4) for i in range(stops)),
         Unknown("delay", 0.0, known.delay, 1e-5),
     )
@@ -283,7 +286,7 @@ def fit_slip(
         )
     predicted = np.stack(_wheels(fit.values, gathered, known), axis=1)
     # a slope that nothing holds may have run off: it is drawn, and no number follows from it
-    slopes = np.exp(np.clip(fit.values[11] + fit.values[12:-1], -50.0, 50.0))
+    slopes = np.exp(np.clip(fit.values[11] + fit.values[13:-1], -50.0, 50.0))
     strongest = float(-min(data.f_x[a:b].min() for a, b in stops))
     height = fit.value("height")
     std = math.hypot(fit.std("height"), known.ratio_error * _lever(fit, known, strongest))
