@@ -61,6 +61,9 @@ what was known before, however narrow."""
 NOT_LEVEL = ("horizon", "quick spring deflections", "suspension forces in quick motion")
 """Carriers of roll that tell changes only: where the body hangs at rest, and so to which side the load lies, they do not see."""
 
+STIFFENED = "roll_stiffness_nmprad"
+"""Springs are progressive, or reach their stops: what was known before the log is of a vehicle with the load that is usual."""
+
 SOURCE = "vehicle file and what is known of the load"
 GRID = 121
 NAMED = 3
@@ -212,6 +215,11 @@ def estimate_of(
     reason = reason_of(name, status, shares, file_std, answer.std, lacks)
     if prior is None and status == "not_identifiable":
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
+    if prior is not None and status == "not_identifiable" and name == STIFFENED and answer.std > prior.std:
+        words = "the load that this drive shows leaves it more open than the vehicle file alone"
+        return ParameterEstimate(
+            name, answer.value, answer.std, answer.low, answer.high, status, f"{reason}; {words}", prior_record(prior), reference, ("prior",),
+        )  # fmt: skip
     if prior is not None and status == "not_identifiable":
         # what the drive adds to it is no result of its own
         low, high = prior.mean - 1.96 * prior.std, prior.mean + 1.96 * prior.std

@@ -206,9 +206,9 @@ def _suspension(book: Book, kilos: float) -> bool:
     _bars(book)
     for axle in AXLES:
         rate = book.rows[f"spring_{axle}"][0]
-        # of the rate at 50 mm: wheel rates rise with travel rather than fall
+        # of the rate at 50 mm: wheel rates rise with travel rather than fall, at rear axles by a third where a load reaches their stops
         book.put(f"square_{axle}", rate * 0.01 / 0.05, rate * 0.02 / 0.05)
-        book.put(f"cube_{axle}", rate * 0.02 / 0.05**2, rate * 0.03 / 0.05**2)
+        book.put(f"cube_{axle}", rate * 0.02 / 0.05**2, rate * 0.04 / 0.05**2)
         # half a spring's force more, 30 mm into it; nobody knows where it begins
         book.put(f"stop_{axle}", 0.0, rate * STOP_A_METRE)
         usual = 0.3 * 2 * np.sqrt(rate * corner)
