@@ -124,14 +124,17 @@ def in_order(learned: Learned) -> list[NextMeasurement]:
 
 
 def most_useful(results: DriveResults) -> tuple[str, NextMeasurement] | None:
-    """The measurement that would help most: for the CG height, or else where it would narrow an interval most."""
+    """The measurement that would help most: for the CG height, or else where it would narrow an interval most.
+
+    One that is no drive (scales, a tilt table) only where nothing else helps: it is what one drives to be spared.
+    """
     best: tuple[str, NextMeasurement] | None = None
     least = 1.0
     for name, learned in learned_in_order(results):
         std = std_of(results, name)
         if not learned.next or std is None:
             continue
-        first = in_order(learned)[0]
+        first = learned.next[0]
         ratio = first.std_after / std
         if name == LEADING and ratio <= 0.97:
             return name, first

@@ -40,8 +40,8 @@ def joint() -> JointVerdict:
         "cg_height_m", Prior(0.551, 0.062, "measured vehicles"), 0.5581, 0.0286,
         (Share(ROLL, 0.61, 0.0437, 0.0312), Share(PITCH, 0.24, 0.0338, 0.0471), Share(SAG, 0.02, 0.029, 0.0611)),
         (
-            NextMeasurement("braking 0.1 g harder", 0.0251),
             NextMeasurement("a suspension deflection sensor on each wheel", 0.0143),
+            NextMeasurement("braking 0.1 g harder", 0.0251),
         ),
     )  # fmt: skip
     mass = learned(
