@@ -109,7 +109,7 @@ def _needs(name: str) -> str:
 
 def digits_of(name: str) -> int:
     """Digits after the point in words."""
-    return 4 if name.endswith("_m") else 0
+    return 4 if name.endswith("_m") else 2 if name.endswith("_m2") else 0
 
 
 def told(
