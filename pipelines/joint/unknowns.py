@@ -11,6 +11,7 @@ from pipelines.joint.book import AXLES, Book
 from pipelines.joint.links import inertias, links
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
+from pipelines.vehicles.anti_roll import silent_bar
 from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.spring_base import narrowing, rigid_axle
@@ -173,10 +174,8 @@ def _bars(book: Book) -> None:
             # wide: the stated sum binds them (`stated`), and is not to count twice
             book.put(name, part, 0.3 * springs[axle], title, "roll_stiffness_nmprad less springs")
         else:
-            # a live axle's springs may stand closer together than anybody said
-            unsaid = rigid_axle(vehicle, axle) and narrow[axle][0] == 1
-            mean = (0.1 if unsaid else 0.6) * springs[axle] - lacks[axle]
-            book.put(name, mean, float(np.hypot(0.5 * springs[axle], unsure[axle])), title)
+            mean, spread = (part * springs[axle] for part in silent_bar(vehicle, axle))
+            book.put(name, mean - lacks[axle], float(np.hypot(spread, unsure[axle])), title)
 
 
 def _shared(left: float, share: float, axle: str) -> float:

@@ -34,12 +34,12 @@ class ModelParameter:
 class Given:
     """A vehicle quantity that the model takes as known, its uncertainty going into the interval.
 
-    default: used where the vehicle file is silent; None = the model cannot run without it.
+    default: used where the vehicle file is silent, or what makes it of the rest of the file; None = the model cannot run without it.
     """
 
     key: str
     why: str
-    default: Quantity | None = None
+    default: Quantity | Callable[[Vehicle], Quantity] | None = None
 
 
 @dataclass(frozen=True)
@@ -78,7 +78,8 @@ class Model:
         """The given quantities: the vehicle file's, or the defaults. Those that are missing are left out."""
         found = {}
         for given in self.given:
-            quantity = vehicle.get(given.key) or given.default
+            usual = given.default(vehicle) if callable(given.default) else given.default
+            quantity = vehicle.get(given.key) or usual
             if quantity is not None:
                 found[given.key] = quantity
         return found

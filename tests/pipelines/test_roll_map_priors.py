@@ -24,6 +24,7 @@ def test_springs_and_bars_make_roll_stiffness() -> None:
     quantities = known(
         spring_rate_front_npm=(25_000, 500), spring_rate_rear_npm=(28_000, 560), track_front_m=(1.6, 0.0),
         track_rear_m=(1.5, 0.0), anti_roll_stiffness_front_nmprad=(12_000, 600),
+        anti_roll_stiffness_rear_nmprad=(0.0, 0.0),
     )  # fmt: skip
     prior = stiffness_prior(Vehicle(quantities=quantities))
     assert prior is not None
@@ -37,6 +38,28 @@ def test_springs_and_bars_make_roll_stiffness() -> None:
     assert prior is not None
     assert (prior.value, prior.std) == (70_000, 700)
     assert damping_prior(stated) is None
+
+
+def test_bars_of_which_the_file_is_silent_are_unknown_not_none() -> None:
+    """As usual beside springs of 32 000 and 31 500 N m/rad, alike on both axles; less where the other axle's is stated."""
+    quantities = known(
+        spring_rate_front_npm=(25_000, 0.0), spring_rate_rear_npm=(28_000, 0.0), track_front_m=(1.6, 0.0),
+        track_rear_m=(1.5, 0.0),
+    )  # fmt: skip
+    silent = stiffness_prior(Vehicle(quantities=quantities))
+    assert silent is not None
+    assert silent.value == pytest.approx(1.6 * 63_500)
+    assert silent.std == pytest.approx(0.5 * 63_500)
+    assert "does not state" in silent.source
+    front = quantities | known(anti_roll_stiffness_front_nmprad=(12_000, 600))
+    half = stiffness_prior(Vehicle(quantities=front))
+    assert half is not None
+    assert half.value == pytest.approx(63_500 + 12_000 + 0.3 * 31_500)
+    assert half.std == pytest.approx(math.hypot(600, 0.4 * 31_500))
+    assert "usual rear anti-roll bar" in half.source
+    live = stiffness_prior(Vehicle(quantities=quantities, body="Pickup"))
+    assert live is not None
+    assert live.value == pytest.approx(1.6 * 32_000 + 1.1 * 31_500)
 
 
 def test_a_stated_load_moves_mass_height_and_inertia() -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import Assumption, FloatArray, Prior
+from pipelines.vehicles.anti_roll import usual_bar
 from pipelines.vehicles.kinds import DRIVER, LOAD_SPREAD, usual_load
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.spring_base import spring_base
@@ -265,8 +266,8 @@ def draw_vehicle(
     return draws, tuple(book.assumptions), height_source
 
 
-def _per_axle(vehicle: Vehicle, rate: str, bar: str | None) -> Quantity | None:
-    """Roll stiffness (or damping) of both axles from a wheel's rate and the track, plus bars; None if incomplete."""
+def _per_axle(vehicle: Vehicle, rate: str) -> Quantity | None:
+    """Roll stiffness (or damping) of both axles from a wheel's rate and the track; None if incomplete."""
     value = square = 0.0
     for axle in ("front", "rear"):
         spring = vehicle.get(f"{rate}_{axle}_{'npm' if rate == 'spring_rate' else 'nspm'}")
@@ -276,11 +277,25 @@ def _per_axle(vehicle: Vehicle, rate: str, bar: str | None) -> Quantity | None:
         part = 0.5 * spring.value * track.value**2
         value += part
         square += part**2 * ((spring.std / spring.value) ** 2 + (2 * track.std / track.value) ** 2)
-        anti = vehicle.get(f"{bar}_{axle}_nmprad") if bar else None
-        if anti is not None:
-            value += anti.value
-            square += anti.std**2
     return Quantity(value, math.sqrt(square), "vehicle file")
+
+
+def _bars(vehicle: Vehicle) -> tuple[float, float, str]:
+    """Roll stiffness of the anti-roll bars, N m/rad: mean, std, words. Silent ones are alike: both axles' or neither's are stiff."""
+    value = square = unsure = 0.0
+    silent = []
+    for axle in ("front", "rear"):
+        stated = vehicle.get(f"anti_roll_stiffness_{axle}_nmprad")
+        if stated is not None:
+            value, square = value + stated.value, square + stated.std**2
+            continue
+        usual = usual_bar(axle, vehicle)
+        value, unsure = value + usual.value, unsure + usual.std
+        silent.append(axle)
+    if not silent:
+        return value, math.sqrt(square), "anti-roll bars"
+    which = "anti-roll bars" if len(silent) == 2 else f"{silent[0]} anti-roll bar"
+    return value, math.hypot(math.sqrt(square), unsure), f"usual {which}, which it does not state (0 = none)"
 
 
 def stiffness_prior(vehicle: Vehicle) -> Prior | None:
@@ -288,14 +303,12 @@ def stiffness_prior(vehicle: Vehicle) -> Prior | None:
     stated = vehicle.get("roll_stiffness_nmprad")
     if stated is not None:
         return Prior(stated.value, stated.std, "vehicle file")
-    springs = _per_axle(vehicle, "spring_rate", "anti_roll_stiffness")
+    springs = _per_axle(vehicle, "spring_rate")
     if springs is None:
         return None
-    bars = any(vehicle.get(f"anti_roll_stiffness_{axle}_nmprad") for axle in ("front", "rear"))
+    bars, spread, words = _bars(vehicle)
     return Prior(
-        springs.value,
-        springs.std,
-        "vehicle file: springs and track" + (", anti-roll bars" if bars else ", no anti-roll bars"),
+        springs.value + bars, math.hypot(springs.std, spread), f"vehicle file: springs and track, {words}"
     )
 
 
@@ -304,7 +317,7 @@ def damping_prior(vehicle: Vehicle) -> Prior | None:
     stated = vehicle.get("roll_damping_nmsprad")
     if stated is not None:
         return Prior(stated.value, stated.std, "vehicle file")
-    dampers = _per_axle(vehicle, "damper_rate", None)
+    dampers = _per_axle(vehicle, "damper_rate")
     if dampers is None:
         return None
     # a damper's rate is that of one speed and knows nothing of friction, which the estimate holds as well

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from pipelines.bayes.priors import Distribution, Known, Normal, Uniform
 from pipelines.models.base_excitation_3dof import COLUMNS, Geometry, corner_response
 from pipelines.models.record import Given, Model, ModelParameter
 from pipelines.results import FloatArray
+from pipelines.vehicles.anti_roll import usual_bar
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 ASYMMETRY = 0.28
@@ -37,8 +39,8 @@ GIVEN = (
     Given("wheelbase_m", "pitch moments"),
     Given("track_front_m", "roll moments", Quantity(1.55, 0.05, "usual for cars")),
     Given("track_rear_m", "roll moments", Quantity(1.55, 0.05, "usual for cars")),
-    Given("anti_roll_stiffness_front_nmprad", "roll stiffness beside the springs", Quantity(0.0, 8_000.0, "not given")),
-    Given("anti_roll_stiffness_rear_nmprad", "roll stiffness beside the springs", Quantity(0.0, 4_000.0, "not given")),
+    Given("anti_roll_stiffness_front_nmprad", "roll stiffness beside the springs", partial(usual_bar, "front")),
+    Given("anti_roll_stiffness_rear_nmprad", "roll stiffness beside the springs", partial(usual_bar, "rear")),
 )  # fmt: skip
 
 

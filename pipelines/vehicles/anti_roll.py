@@ -1,0 +1,31 @@
+"""Anti-roll bars of which the vehicle file says nothing: not the same as none."""
+
+from __future__ import annotations
+
+from pipelines.vehicles.spring_base import narrowing, rigid_axle, spring_base
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+USUAL = (0.6, 0.5)
+"""Roll stiffness of an axle's bar over that of its springs, reckoned at the wheels' track: mean and spread."""
+CLOSE = (0.1, 0.5)
+"""The same of a live axle whose springs may stand closer together than anybody said."""
+BESIDE_A_STATED = (0.3, 0.4)
+"""The same where the other axle's bar is stated: who lists bars lists those that there are, as a rule."""
+
+
+def silent_bar(vehicle: Vehicle, axle: str) -> tuple[float, float]:
+    """What an axle's bar may add, over the roll stiffness of its springs on the wheels' track, where the file is silent: mean, std."""
+    if rigid_axle(vehicle, axle) and narrowing(vehicle, axle)[0] == 1:
+        return CLOSE
+    other = "rear" if axle == "front" else "front"
+    return USUAL if vehicle.get(f"anti_roll_stiffness_{other}_nmprad") is None else BESIDE_A_STATED
+
+
+def usual_bar(axle: str, vehicle: Vehicle) -> Quantity:
+    """An axle's bar in N m/rad where the file is silent; hardly known where it has no spring or no track either."""
+    spring = vehicle.get(f"spring_rate_{axle}_npm")
+    track = vehicle.get(f"track_{axle}_m") or spring_base(vehicle, axle)
+    rate = 30_000.0 if spring is None else spring.value
+    on_wheels = 0.5 * rate * (1.55 if track is None else track.value) ** 2
+    mean, spread = silent_bar(vehicle, axle)
+    return Quantity(mean * on_wheels, spread * on_wheels, "not given: usual beside its springs (0 = none)")
