@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from pipelines.results import FloatArray, JointVerdict, Learned, RelationCheck
-from reports.sections.joint_words import in_order, is_conflict
+from reports.sections.joint_words import is_conflict
 
 MOST_POINTS = 101
 FIGURES = 6
@@ -40,7 +40,7 @@ def _learned(learned: Learned) -> dict[str, Any]:
             {"relation": s.relation, "bits": s.bits, "std_without": s.std_without, "std_alone": s.std_alone}
             for s in learned.shares
         ],
-        "next": [{"action": n.action, "std_after": n.std_after} for n in in_order(learned)],
+        "next": [{"action": n.action, "std_after": n.std_after} for n in learned.next],
         "density": _density(learned),
     }
 

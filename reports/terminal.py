@@ -93,6 +93,8 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
         out += pieces[1:]
         out += _reason(line)
     if any(prior_only_text(row[0].estimate) for row in rows):
-        out.append("(in brackets: what was known before the log; no result)")
+        out.append(
+            "(in brackets: no result, but what was known before the log, or what its load leaves of that)"
+        )
     out += _next_and_conflicts(results)
     return "\n".join(row[: WIDTH + 16] if colour else row[:WIDTH] for row in out)

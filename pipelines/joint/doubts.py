@@ -19,13 +19,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import combinations
+from typing import Protocol
 
 import numpy as np
 from scipy.special import ndtr
 
+from pipelines.evidence import Evidence
 from pipelines.joint.answers import Told
 from pipelines.joint.file_check import STATED
-from pipelines.joint.posterior import Joint
 from pipelines.joint.unknowns import AXLES, CORNERS, Known, levelled_n
 from pipelines.results import INNER, OUTER, FloatArray
 from pipelines.vehicles.kinds import kind_of
@@ -59,7 +60,7 @@ Figures = Mapping[str, tuple[float, float]]
 
 PATCH, GAIN = "patch_lag", "axle_pitch_gain"
 
-NAMED = 0.5
+NAMED = 0.7
 """Weight from which on a doubt is named."""
 
 HEARD = 1e-6
@@ -67,6 +68,26 @@ HEARD = 1e-6
 
 HALVINGS = 48
 """Of the span in which a quantile is searched."""
+
+
+class Place(Protocol):
+    """A posterior: its unknowns, u (k,) in prior standard deviations with covariance (k, k), and the relations behind it."""
+
+    @property
+    def known(self) -> Known:
+        """The unknowns."""
+
+    @property
+    def u(self) -> FloatArray:
+        """The mode."""
+
+    @property
+    def covariance(self) -> FloatArray:
+        """Of u."""
+
+    @property
+    def evidence(self) -> Sequence[Evidence]:
+        """The relations; empty where they have no unknowns of their own."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +153,7 @@ def _silent(vehicle: Vehicle, figures: Mapping[str, tuple[str, float]]) -> Figur
     return {name: (0.0, spread) for key, (name, spread) in figures.items() if vehicle.get(key) is None}
 
 
-def _left_out(joint: Joint, vehicle: Vehicle) -> dict[str, Figures]:
+def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
     """The pieces of physics that simple models leave out, and where their unknowns are then."""
     known = joint.known
     kilos, radius = (float(known.mean[known.index(n)]) for n in ("empty_mass", "radius"))
@@ -157,7 +178,7 @@ def _left_out(joint: Joint, vehicle: Vehicle) -> dict[str, Figures]:
     return {text: figures for text, figures in pieces.items() if figures}
 
 
-def _upright(joint: Joint) -> Figures:
+def _upright(joint: Place) -> Figures:
     """Gravity that does not tip the pitched body: the body pitches about its CG.
 
     Axle loads have the body's pitch as a gain on the force (`axle_pitch_gain`). Against an accelerometer, which reads gravity's
@@ -175,7 +196,7 @@ def _upright(joint: Joint) -> Figures:
     return {**figures, **more}
 
 
-def _physics_doubts(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
+def _physics_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
     """Simple authors leave out some pieces, every choice of them alike but for a textbook's."""
     pieces = _left_out(joint, vehicle)
     choices = [c for n in range(1, len(pieces) + 1) for c in combinations(pieces, n)]
@@ -187,7 +208,7 @@ def _physics_doubts(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
     return found
 
 
-def _levelling(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
+def _levelling(joint: Place, vehicle: Vehicle) -> list[Doubt]:
     """Deflections that have nothing to do with the load."""
     if vehicle.self_levelling is not None:
         return []
@@ -200,7 +221,7 @@ def _levelling(joint: Joint, vehicle: Vehicle) -> list[Doubt]:
     ]
 
 
-def _weigh(joint: Joint, doubt: Doubt) -> tuple[float, Weighed]:
+def _weigh(joint: Place, doubt: Doubt) -> tuple[float, Weighed]:
     """ln B and the doubt's effect, its weight not yet known."""
     rows = [joint.known.index(name) for name in doubt.names]
     spread, mode = joint.covariance[np.ix_(rows, rows)], joint.u[rows]
@@ -216,7 +237,7 @@ def _weigh(joint: Joint, doubt: Doubt) -> tuple[float, Weighed]:
     return 0.5 * float(quadratic + sizes[0] - sizes[1] - sizes[2]), weighed
 
 
-def doubts_of(joint: Joint, vehicle: Vehicle) -> tuple[Weighed, ...]:
+def doubts_of(joint: Place, vehicle: Vehicle) -> tuple[Weighed, ...]:
     """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1."""
     found = [
         _weigh(joint, d)
@@ -230,7 +251,18 @@ def doubts_of(joint: Joint, vehicle: Vehicle) -> tuple[Weighed, ...]:
     return tuple(replace(w, weight=float(s)) for s, (_, w) in zip(shares, found, strict=True))
 
 
-def doubted(answer: Told, gradient: FloatArray, doubts: Sequence[Weighed]) -> Told:
+@dataclass(frozen=True)
+class Apart:
+    """A parameter by another posterior, that no change of the prior's mean and spread leads to. weight: its chance."""
+
+    weight: float
+    value: float
+    std: float
+
+
+def doubted(
+    answer: Told, gradient: FloatArray, doubts: Sequence[Weighed], apart: Apart | None = None
+) -> Told:
     """The answer over all doubts: its mean moved, its spread widened, its interval that of the mixture.
 
     The spread holds what hardly ever is otherwise, by much; so the interval is not 1.96 times it.
@@ -239,6 +271,12 @@ def doubted(answer: Told, gradient: FloatArray, doubts: Sequence[Weighed]) -> To
     weights = np.array([1.0 - sum(d.weight for d in heard), *(d.weight for d in heard)])
     effects = np.array([(0.0, 0.0), *(d.on(gradient) for d in heard)])
     shifts, stds = effects[:, 0], np.sqrt(np.maximum(answer.std**2 + effects[:, 1], (0.25 * answer.std) ** 2))
+    if apart is not None:
+        # its own doubts are taken to be those of the other
+        weights = np.concatenate([(1 - apart.weight) * weights, apart.weight * weights])
+        wider = apart.std / max(answer.std, 1e-300)
+        shifts = np.concatenate([shifts, apart.value - answer.value + wider * shifts])
+        stds = np.concatenate([stds, wider * stds])
     shift = float(weights @ shifts)
     std = math.sqrt(float(weights @ (stds**2 + (shifts - shift) ** 2)))
     draws = answer.draws

@@ -14,7 +14,7 @@ from pipelines.joint.answers import SAMPLED, estimate_of, learned_of, listed, to
 from pipelines.joint.bends import bent
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
-from pipelines.joint.doubts import doubted, doubts_of, said
+from pipelines.joint.doubts import Apart, doubted, doubts_of, said
 from pipelines.joint.file_check import file_check
 from pipelines.joint.information import prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
@@ -24,7 +24,7 @@ from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, extended, find_mode, log_density, values_at
 from pipelines.joint.profile import departure
-from pipelines.joint.rigid_tyres import TEXT, rigid, tyres_are_rigid
+from pipelines.joint.rigid_tyres import HEARD, OPEN, SURE, TEXT, rigid, rigid_chance
 from pipelines.joint.sampling import sample
 from pipelines.joint.stated import stated_relations
 from pipelines.joint.unknowns import Known, before_the_log
@@ -149,7 +149,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         joint, modes = _modes((*kept, *stated), known, rng)
     relations = check(joint)
     doubtful, shared = _doubtful(relations, evidence, kept)
-    stiff = tyres_are_rigid(joint, (*kept, *stated), known)
+    chance, other = rigid_chance(joint, (*kept, *stated), known)
+    stiff = chance > SURE
     if stiff:
         known = rigid(known)
         joint, modes = _modes((*kept, *stated), known, rng)
@@ -162,11 +163,13 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     priors = prior_spreads(known, stated, rng) if known.mass else {}
     columns = bent(joint, middle, gradients, rng) if draws is None else _drawn(joint, draws)
     rough = 1.0 if draws is None else SAMPLED
+    apart = _apart(other, chance, vehicle) if other is not None and HEARD < chance <= SURE else {}
     answers = {
         name: doubted(
             told(value, gradients[name], joint, checks, factor, columns.get(name), rough),
             gradients[name],
             doubts,
+            apart.get(name),
         )
         for name, value in middle.items()
     }
@@ -185,7 +188,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     }
     record = JointVerdict(
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), dropped,
-        (*((TEXT,) if stiff else ()), *((LEVELLED,) if levelled else ()), *_far(joint), *said(doubts)),
+        (*((TEXT,) if stiff else ()), *((OPEN.format(chance=chance),) if apart else ()), *((LEVELLED,) if levelled else ()), *_far(joint), *said(doubts)),
         method, factor, time.perf_counter() - started,
     )  # fmt: skip
     return Inference(
@@ -195,6 +198,14 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         doubtful,
         shared,
     )
+
+
+def _apart(other: Joint, chance: float, vehicle: Vehicle) -> dict[str, Apart]:
+    """Every parameter by a second posterior, with its own conflicts, for what is told over both."""
+    middle, gradients = slopes(other)
+    checks, factor = (*check(other), *file_check(other, vehicle)), _inflation(other)
+    answers = {name: told(v, gradients[name], other, checks, factor, None, 1.0) for name, v in middle.items()}
+    return {name: Apart(chance, answer.value, answer.std) for name, answer in answers.items()}
 
 
 def _drawn(joint: Joint, draws: FloatArray) -> dict[str, FloatArray]:

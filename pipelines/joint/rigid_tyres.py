@@ -5,7 +5,8 @@ relations are joined a second time with tyres that give nothing, and the two are
 
     ln odds = cost - cost' + ½ (ln |S'| - ln |S|)
 
-with the costs at both modes (priors in them) and S their covariances (Laplace). Both fits have as many unknowns.
+with the costs at both modes (priors in them) and S their covariances (Laplace). Both fits have as many unknowns. Where the odds leave
+it open, the answers hold both fits by their chances.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import expit
 
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import Joint, find_mode
@@ -26,10 +28,17 @@ CHANCE = 0.05
 SURE = 0.95
 """Chance with the log from which on its tyres are taken so."""
 
+HEARD = CHANCE
+"""Chance with the log up to which it has not spoken for it, and the answers are those of tyres that give."""
+
+PULLED = 0.3
+"""Prior standard deviations by which a log must have the tyres harder for the second fit to be worth its time."""
+
 STIFFER = 30.0
 """Times the usual rate that stands for rigid: the body's roll on its tyres is then below one per cent of all roll."""
 
 TYRES = "tyre_rate"
+OPEN = "tyres that do not give (odds {chance:.0%}): the answers hold both"
 TEXT = "tyres that do not give: the drive fits no others, and was joined with rigid ones"
 
 
@@ -48,13 +57,13 @@ def log_odds(soft: Joint, stiff: Joint) -> float:
     return soft.cost - stiff.cost + 0.5 * (sizes[0] - sizes[1])
 
 
-def tyres_are_rigid(soft: Joint, evidence: Sequence[Evidence], known: Known) -> bool:
-    """Whether the drive speaks for rigid tyres. soft: the joint posterior with those that give.
+def rigid_chance(soft: Joint, evidence: Sequence[Evidence], known: Known) -> tuple[float, Joint | None]:
+    """The chance with the log that its tyres give nothing, and the posterior with such. soft: the one with tyres that give.
 
-    False without a second fit where no relation knows the tyres' rate, or would have it no harder.
+    Nought, without a second fit, where no relation knows the tyres' rate, or would have it no harder.
     """
     pulled = soft.u[soft.known.index(TYRES)]
-    if pulled < 1.0 or not any(TYRES in e.unknowns for e in evidence):
-        return False
+    if pulled < PULLED or not any(TYRES in e.unknowns for e in evidence):
+        return 0.0, None
     stiff = find_mode(evidence, rigid(known), [soft.u])
-    return log_odds(soft, stiff) + math.log(CHANCE / (1 - CHANCE)) > math.log(SURE / (1 - SURE))
+    return float(expit(log_odds(soft, stiff) + math.log(CHANCE / (1 - CHANCE)))), stiff

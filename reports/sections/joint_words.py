@@ -118,11 +118,6 @@ def learned_in_order(results: DriveResults) -> list[tuple[str, Learned]]:
     return [(name, joint.learned[name]) for name in names]
 
 
-def in_order(learned: Learned) -> list[NextMeasurement]:
-    """Measurements by the spread that they would leave, the most helpful first."""
-    return sorted(learned.next, key=lambda n: n.std_after if math.isfinite(n.std_after) else math.inf)
-
-
 def most_useful(results: DriveResults) -> tuple[str, NextMeasurement] | None:
     """The measurement that would help most: for the CG height, or else where it would narrow an interval most.
 

@@ -14,7 +14,6 @@ from reports.sections.joint_words import (
     chance,
     conflict_text,
     conflicts,
-    in_order,
     is_conflict,
     learned_in_order,
     next_text,
@@ -112,7 +111,7 @@ def _bits_cell(learned: Learned, most: float, tone: Tone) -> Cell:
 def _learned_row(results: DriveResults, name: str, learned: Learned, most: float) -> tuple[Cell, ...]:
     estimate = results.verdict.get(name)
     std = std_of(results, name)
-    following = in_order(learned)
+    following = learned.next
     if estimate is None:
         after = Cell(DASH, tone="quiet")
     elif has_result(estimate):
@@ -149,7 +148,7 @@ def _learned_tables(results: DriveResults) -> list[Block]:
             Cell(sentence(next_text(name, measurement, std_of(results, name)))),
         )
         for name, entry in found
-        for place, measurement in enumerate(in_order(entry))
+        for place, measurement in enumerate(entry.next)
         if len(entry.next) > 1
     ]
     if helpful:

@@ -42,9 +42,7 @@ DETAIL_COLUMNS = (
     Column("Why", weight=5.6),
     Column("Prior (known before, not a result)", weight=1.9),
 )
-DETAIL_INTRO = (
-    "The reasons, and every prior with its source. An interval in brackets is the prior's, no result."
-)
+DETAIL_INTRO = "The reasons, and every prior with its source. An interval in brackets is no result: it is the prior's, or what this drive's load leaves of it."
 MOST_WHY = 420
 """Characters of a reason in the detailed table: more than any but a list of relations; results.json has all of it."""
 

@@ -8,7 +8,7 @@ import pytest
 from pipelines.evidence import Evidence, Values
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.rigid_tyres import STIFFER, TEXT, TYRES, log_odds, rigid, tyres_are_rigid
+from pipelines.joint.rigid_tyres import STIFFER, SURE, TEXT, TYRES, log_odds, rigid, rigid_chance
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import FloatArray
 from tests.pipelines.joint_parts import linear, vehicle
@@ -62,7 +62,8 @@ def test_odds_are_those_of_one_unknown() -> None:
 @pytest.mark.parametrize(("give", "found"), [(5e6 / RATE, False), (0.6 * 5e6 / RATE, False), (0.0, True)])
 def test_only_tyres_that_give_nothing_are_taken_as_rigid(give: float, found: bool) -> None:
     evidence = [_give(give, 1.5), linear({"load": 1.0}, 100.0, 10.0)]
-    assert tyres_are_rigid(find_mode(evidence, KNOWN), evidence, KNOWN) is found
+    chance, _ = rigid_chance(find_mode(evidence, KNOWN), evidence, KNOWN)
+    assert (chance > SURE) is found
     result = infer(evidence, vehicle(), np.random.default_rng(0))
     assert result is not None
     assert (TEXT in result.record.far) is found
@@ -72,4 +73,38 @@ def test_only_tyres_that_give_nothing_are_taken_as_rigid(give: float, found: boo
 
 def test_a_drive_that_does_not_know_the_tyres_is_not_asked() -> None:
     evidence = [linear({"load": 1.0}, 900.0, 10.0)]
-    assert tyres_are_rigid(find_mode(evidence, KNOWN), evidence, KNOWN) is False
+    assert rigid_chance(find_mode(evidence, KNOWN), evidence, KNOWN) == (0.0, None)
+
+
+def test_where_the_odds_leave_it_open_the_answer_holds_both() -> None:
+    """Tyres between soft and rigid, on which a load's figure hangs: mean and spread are those of the two fits by their chances."""
+    gradient, at = 5.0, 5e6 / RATE
+
+    def predict(values: Values) -> FloatArray:
+        give = 5e6 / np.asarray(values[TYRES])
+        found = np.asarray(np.asarray(values["load"]) + gradient * give)
+        return found[None] if np.ndim(found) else np.array([float(found)])
+
+    hangs = Evidence(
+        "vertical", "made up", "load and tyres", "by hand too", np.array([100.0 + gradient * at]), np.array([[4.0]]), predict,
+        (TYRES, "load"),
+    )  # fmt: skip
+    evidence = [_give(0.0, at / 3.4), hangs, linear({"load": 1.0}, 130.0, 60.0)]
+    soft = find_mode(evidence, KNOWN)
+    chance, stiff = rigid_chance(soft, evidence, KNOWN)
+    assert stiff is not None
+    assert 0.2 < chance < SURE
+    result = infer(evidence, vehicle(), np.random.default_rng(0))
+    assert result is not None
+    assert any("answers hold both" in words for words in result.record.far)
+    row = KNOWN.index("load")
+    ends = [(KNOWN.mean[row] + KNOWN.std[row] * j.u[row]) for j in (soft, stiff)]
+    apart = ends[1] - ends[0]
+    mass = result.parameters["mass_kg"]
+    assert mass.value is not None
+    assert mass.std is not None
+    # two narrow heaps, a known way apart
+    assert mass.std > 0.9 * apart * np.sqrt(chance * (1 - chance))
+    assert mass.low is not None
+    assert mass.high is not None
+    assert mass.high - mass.low > 0.9 * apart

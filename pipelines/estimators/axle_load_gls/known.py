@@ -21,13 +21,13 @@ LOAD_MOST_SHARE = 0.8
 """Where no load is stated: a driver (kg), and further load as a share of the empty mass: mean of an exponential law
 and its end, of a car; of others as `usual_load` has it."""
 
-WHEEL_SPIN_SHARE = (0.016, 0.006)
+WHEEL_SPIN_SHARE = (0.014, 0.009)
 ROLLING = (0.009, 0.004)
 RADIUS_SHARE = (0.118, 0.02)
 RIDE_HZ = (1.5, 0.35)
 SPRUNG_SHARE = 0.91
 PITCH_AXIS = (0.035, 0.03)
-PITCH_ARM_STD = 0.3
+PITCH_ARM_STD = 0.45
 AIR_DENSITY = 1.2
 DRAG_AREA_LIGHT = (0.75, 0.2)
 DRAG_AREA_HEAVY = (4.5, 1.5)
@@ -37,7 +37,8 @@ DRAG_HEIGHT = (1.1, 0.35)
 """Where the vehicle file is silent. WHEEL_SPIN_SHARE: spin inertia over radius of all wheels, as a share of m h.
 RADIUS_SHARE: wheel radius over wheelbase. RIDE_HZ: natural frequency of the body in heave. PITCH_INERTIA: over m L².
 PITCH_AXIS: height of the axis that the links make, over the wheelbase. PITCH_ARM_STD: how far the CG's shift with pitch
-may differ, over h: a body tips over its round wheels' hubs or over the links' axis, which are 0.3 to 0.5 h apart.
+may differ, over h: a body tips over its round wheels' hubs or over the links' axis, which are 0.3 to 0.5 h apart; and in simple
+simulators over none, as wheels there may take no torque to spin up.
 DRAG_HEIGHT: height at which drag acts (lift counted in), as a share of the CG's; each mean and standard deviation."""
 
 PITCH_BAND_HZ = 0.4

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.solve import Fit, without
+from pipelines.joint.answers import Told
+from pipelines.joint.doubts import Weighed, doubted
 from pipelines.joint.outputs import outputs_of as all_outputs
 from pipelines.joint.unknowns import CORNERS, Known, Values
 from pipelines.models.axle_load import patch_shift
@@ -113,9 +115,9 @@ def _missing(name: str) -> str:
 
 
 def answers(
-    fit: Fit, data: Columns, reference: Mapping[str, float], notes: str = ""
+    fit: Fit, data: Columns, vehicle: Vehicle, doubts: Sequence[Weighed] = (), notes: str = ""
 ) -> dict[str, ParameterEstimate]:
-    """All parameters of a fit."""
+    """All parameters of a fit, over all that may be otherwise (`pipelines.joint.doubts`)."""
     known = fit.known
 
     def outputs(p: Values) -> dict[str, float]:
@@ -128,7 +130,8 @@ def answers(
     for name, value in last.items():
         prior = prior_of(name, first[name], before[name])
         std = math.sqrt(float(after[name] @ fit.covariance @ after[name]))
-        status = _status(name, value, std, prior)
+        answer = doubted(Told(value, std, value - 1.96 * std, value + 1.96 * std, None), after[name], doubts)
+        status = _status(name, answer.value, answer.std, prior)
         taught = _taught(fit, after[name], std, _digits(name))
         told = "from " + ", ".join(taught) if taught else f"from all balances alike: {_all_taught(fit)}"
         if status == "not_identifiable":
@@ -138,8 +141,8 @@ def answers(
         else:
             reason = told
         found[name] = ParameterEstimate(
-            name, value, std, value - 1.96 * std, value + 1.96 * std, status, reason + notes, prior,
-            reference.get(name), SOURCE if status != "not_identifiable" else ("prior",),
+            name, answer.value, answer.std, answer.low, answer.high, status, reason + notes, prior,
+            vehicle.reference.get(name), SOURCE if status != "not_identifiable" else ("prior",),
         )  # fmt: skip
     return found
 
@@ -153,10 +156,14 @@ def behind_the_axles(
     moved = dict(parameters)
     for name in ("cg_height_m", "sprung_cg_height_m"):
         p = moved.get(name)
-        if p is None or p.value is None or p.std is None or p.status == "not_identifiable":
+        if p is None or p.status == "not_identifiable":
+            continue
+        if p.value is None or p.std is None or p.low is None or p.high is None:
             continue
         value, std = p.value - shift, math.hypot(p.std, spread)
-        moved[name] = replace(p, value=value, std=std, low=value - 1.96 * std, high=value + 1.96 * std)
+        wider = std / p.std
+        low, high = value - wider * (p.value - p.low), value + wider * (p.high - p.value)
+        moved[name] = replace(p, value=value, std=std, low=low, high=high)
     return moved
 
 

@@ -21,6 +21,7 @@ from pipelines.estimators.load_balance.evidence import evidence_of
 from pipelines.estimators.load_balance.figures import traces, tracks
 from pipelines.estimators.load_balance.relations import relations
 from pipelines.estimators.load_balance.solve import Fit, solve
+from pipelines.joint.doubts import doubts_of, said
 from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
@@ -141,7 +142,8 @@ class LoadBalance:
         if not found:
             return self._nothing(known, vehicle, self._lacks(data, known))
         fit = solve(found, known)
-        parameters = answers(fit, data, vehicle.reference)
+        doubts = doubts_of(fit, vehicle)
+        parameters = answers(fit, data, vehicle, doubts)
         if not data.kinds:
             # torques tell the mass, the nose's motion the height; what they seem to tell of the place is the load's prior alone
             told = MASSES if nod is None else (*MASSES, *HEIGHTS)
@@ -164,7 +166,7 @@ class LoadBalance:
         rest |= unanswered(known, left, UNSEEN, vehicle.reference)
         used = max(len(r.relation.rows) for r in fit.reduced) / max(len(data.time_s), 1)
         return Estimate(
-            self.name, "ran", self._reason(fit, known), {**parameters, **rest},
+            self.name, "ran", self._reason(fit, known, said(doubts)), {**parameters, **rest},
             tracks=tracks(fit, data), traces=traces(fit, data),
             assumptions=(*known.assumptions, self._filter(prepared, settings)),
             diagnostics=self._figures(fit, data), used_fraction=used,
@@ -188,7 +190,7 @@ class LoadBalance:
         )
 
     @staticmethod
-    def _reason(fit: Fit, known: Known) -> str:
+    def _reason(fit: Fit, known: Known, otherwise: tuple[str, ...]) -> str:
         words = "balances used: " + ", ".join(r.relation.title for r in fit.reduced)
         if fit.inflation > 1.05:
             words += f"; they contradict each other or the vehicle file: all intervals are widened {fit.inflation:.1f} times"
@@ -198,6 +200,8 @@ class LoadBalance:
             words += "; far from what was expected: " + ", ".join(
                 f"{n.replace('_', ' ')} ({u[n]:+.1f} standard deviations)" for n in far
             )
+        if otherwise:
+            words += "; the drive speaks for: " + ", ".join(otherwise)
         return words
 
     @staticmethod

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.estimators.load_balance.relations import Relation
+from pipelines.evidence import Evidence
 from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray
 
@@ -52,6 +53,11 @@ class Fit:
     reduced: tuple[Reduced, ...]
     information: tuple[FloatArray, ...]
     inflation: float
+
+    @property
+    def evidence(self) -> tuple[Evidence, ...]:
+        """None: the balances have no unknowns beside `known` (see `pipelines.joint.doubts.Place`)."""
+        return ()
 
     def values(self) -> dict[str, float]:
         """Unknowns, SI."""

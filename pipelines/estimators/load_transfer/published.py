@@ -250,7 +250,8 @@ class _Published:
                 continue
             value, std = _arm(run, arm, self.model)
             doubt = PITCH_DOUBT if arm == "h_p" else QUICK_DOUBT if self.model == HFLTM else ROLL_DOUBT
-            std = math.hypot(std, doubt * value)
+            # an arm that the filter left too short is no surer for it
+            std = math.hypot(std, doubt * max(value, USUAL_ARM))
             why = (
                 "mean of the arms over the second half of the run"
                 if self.model == HFLTM

@@ -22,6 +22,9 @@ from pipelines.results import FloatArray, Identification, ParameterEstimate, Pri
 IDENTIFIED, WEAK = 0.5, 0.9
 """Posterior spread over prior spread up to which a parameter counts as identified, and as weak."""
 
+LOOSE = 0.12
+"""Standard deviation over value beyond which nothing is called identified, however little was known before."""
+
 IDENTIFIED_ALONE, WEAK_ALONE = 0.08, 0.2
 """The same for parameters without a prior: standard deviation over value."""
 
@@ -105,6 +108,7 @@ def status_against(std: float, value: float, prior: Prior | None) -> Identificat
     """What the log taught: posterior against prior spread, or spread against value where nothing was known."""
     if prior is not None and prior.std > 0:
         ratio, good, fair = std / prior.std, IDENTIFIED, WEAK
+        good = good if std <= LOOSE * abs(value) else 0.0
     else:
         ratio, good, fair = std / max(abs(value), 1e-12), IDENTIFIED_ALONE, WEAK_ALONE
     return "identified" if ratio <= good else "weak" if ratio <= fair else "not_identifiable"

@@ -37,7 +37,7 @@ STRAYED = 15.0
 """Nats that the polished answer may cost; more than that means that it ran away (the noise of the squares alone costs up to 8 in a slalom)."""
 
 
-FRICTION_MPS2 = 0.05
+FRICTION_MPS2 = 0.03
 BANKED = 0.3
 """FRICTION_MPS2: lateral acceleration that friction may be worth beyond what is fitted. BANKED: how closely the road's bank
 goes with the lateral acceleration on roads that bank into their bends."""
