@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from pipelines.estimators.roll_map.priors import (
+    RIGID_TYRES,
     ROLL_AXIS,
     TYRE_RATIO,
     damping_prior,
@@ -137,6 +138,9 @@ def _series(vehicle: Vehicle, suspension: Quantity, track: Quantity) -> tuple[Qu
         ratio = tyres / (tyres + suspension.value)
         spread = ratio * (1 - ratio) * math.hypot(tyre.std / tyre.value, 2 * track.std / track.value)
         words = f"{suspension.source}; tyres in series"
+    rigid = RIGID_TYRES[tyre is not None]
+    spread = math.hypot(spread, math.sqrt(rigid * (1 - rigid)) * (1 - ratio))
+    ratio += rigid * (1 - ratio)
     value = suspension.value * ratio
     return Quantity(
         value, value * math.hypot(suspension.std / suspension.value, spread / ratio), words

@@ -34,6 +34,11 @@ TAIL = 5.0
 """Where the vehicle file is silent: mean and standard deviation (kg, m; shares of mass, of height, of
 track). TAIL: degrees of freedom of the measured heights about their mean."""
 
+RIGID_TYRES = {True: 0.03, False: 0.05}
+STIFFER = 100.0
+"""Chance that tyres do not give at all, as on rims and in many a simulator, by whether the vehicle file states their rate; how much
+stiffer they are then."""
+
 
 def _figure(value: float) -> str:
     """A figure for prose: four digits, never with an exponent."""
@@ -196,16 +201,17 @@ def _inertia(book: _Book, vehicle: Vehicle, mass: FloatArray, track: Quantity | 
 
 def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> tuple[FloatArray | None, FloatArray]:
     rate = vehicle.get("tire_vertical_rate_npm")
+    rigid = book.rng.random(book.count) < RIGID_TYRES[rate is not None]
     if rate is not None:
         width = track or Quantity(*TYPICAL_TRACK, "usual track")
         each = book.known("tire_vertical_rate_npm (a tyre, four in all)", rate, "N/m")
         stiffness = np.maximum(each, 0.2 * rate.value) * book.normal(width.value, width.std) ** 2
-        return stiffness, np.ones(book.count)
+        return np.where(rigid, STIFFER * stiffness, stiffness), np.ones(book.count)
     pair = TYRE_RATIO
     ratio = book.assumed(
         "roll stiffness at the road over that of the suspension", pair, "", f"{SILENT} (tyres in series)"
     )
-    return None, np.clip(ratio, 0.6, 0.99)
+    return None, np.where(rigid, 1 - 0.2 / STIFFER, np.clip(ratio, 0.6, 0.99))
 
 
 def draw_vehicle(

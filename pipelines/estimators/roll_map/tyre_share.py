@@ -21,8 +21,11 @@ IMPOSSIBLE = 0.93
 """Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much
 is not known."""
 
-RIGID, RIGID_THOUGH_STATED = 0.1, 0.03
-"""Chance beforehand that tyres do not give in roll, by the vehicle file's silence on them or against what it states."""
+RIGID = 0.1
+"""Chance beforehand that tyres do not give in roll, beside what is known of no vehicle."""
+
+RIGID_TOO = {True: 0.0, False: 0.05}
+"""The same beside a vehicle's draws, which hold some already, by whether the vehicle file states the tyres' rate."""
 
 FEWEST = 100.0
 """Effective draws below which a gyro's gain is one that none of the tyres has, and tells nothing of them."""
@@ -51,15 +54,15 @@ def drawn_tyres(
     coefficients: Coefficients,
     slow_share: float,
     *,
-    stated: bool,
+    rigid: float,
     rng: np.random.Generator,
 ) -> tuple[FloatArray, FloatArray]:
     """Draws (n,) of the gain and of what tyres take off c, as known beforehand, to those after the gyro; some of them rigid.
 
-    stated: whether the vehicle file has the tyres' rate.
+    rigid: the share that becomes so.
     """
-    rigid = rng.random(len(gain)) < (RIGID_THOUGH_STATED if stated else RIGID)
-    gain, loss = np.where(rigid, 1.0, gain), np.where(rigid, 0.0, loss)
+    none = rng.random(len(gain)) < rigid
+    gain, loss = np.where(none, 1.0, gain), np.where(none, 0.0, loss)
     if "rate_gain" not in coefficients.names:
         return gain, loss
     seen = off_banked_roads(coefficients, slow_share)

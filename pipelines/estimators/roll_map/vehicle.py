@@ -28,7 +28,7 @@ from pipelines.estimators.roll_map.priors import (
     draw_vehicle,
     stiffness_prior,
 )
-from pipelines.estimators.roll_map.tyre_share import drawn_tyres
+from pipelines.estimators.roll_map.tyre_share import RIGID, RIGID_TOO, drawn_tyres
 from pipelines.results import Assumption, FloatArray, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.vehicle import Vehicle
@@ -113,7 +113,7 @@ def _sensor_draws(
         if not against_axles:
             return few.imu, np.ones_like(gain), loss
         gain, loss = drawn_tyres(
-            gain, loss, coefficients, data.slow_share, stated=few.tyre_roll is not None, rng=rng
+            gain, loss, coefficients, data.slow_share, rigid=RIGID_TOO[few.tyre_roll is not None], rng=rng
         )
         return few.imu, 1 / gain, loss
     stated = vehicle.sensors.get("imu_above_ground_m")
@@ -122,7 +122,7 @@ def _sensor_draws(
     ratio = np.clip(TYRE_RATIO[0] + TYRE_RATIO[1] * rng.standard_normal(SENSOR_DRAWS), 0.6, 0.99)
     if against_axles:
         gain, loss = drawn_tyres(
-            1 / ratio, np.zeros(SENSOR_DRAWS), coefficients, data.slow_share, stated=False, rng=rng
+            1 / ratio, np.zeros(SENSOR_DRAWS), coefficients, data.slow_share, rigid=RIGID, rng=rng
         )
         return height, 1 / gain, loss
     return height, np.ones(SENSOR_DRAWS), series_loss((1 - ratio) / (1 + 0.2 * ratio), a, b)
