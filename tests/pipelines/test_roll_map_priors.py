@@ -122,3 +122,15 @@ def test_weighted_quantiles_and_peaks() -> None:
     double = np.where(rng.random(len(values)) < 0.4, 0.45, 0.70) + 0.03 * values
     peaks = two_peaks(double, even)
     assert peaks == (pytest.approx(0.45, abs=0.02), pytest.approx(0.70, abs=0.02))
+
+
+def test_tyres_that_do_not_give_stay_possible() -> None:
+    """5 % of the draws where the file is silent, 3 % against a stated rate; the others as known."""
+    base = known(mass_kg=(1500, 15), track_front_m=(1.5, 0.01), track_rear_m=(1.5, 0.01))
+    silent, _, _ = draw_vehicle(Vehicle(quantities=base), np.random.default_rng(2), 20_000)
+    assert np.mean(silent.tyre_ratio > 0.99) == pytest.approx(0.05, abs=0.005)
+    assert np.median(silent.tyre_ratio) == pytest.approx(0.835, abs=0.005)
+    stated = base | known(tire_vertical_rate_npm=(220_000, 2_200))
+    told, _, _ = draw_vehicle(Vehicle(quantities=stated), np.random.default_rng(2), 20_000)
+    assert told.tyre_roll is not None
+    assert np.mean(told.tyre_roll > 10 * 220_000 * 1.5**2) == pytest.approx(0.03, abs=0.004)
