@@ -9,7 +9,7 @@ _INVALID = re.compile(
     r"not[\s_-]*avail|unavail|invalid|\bsna\b|_sna\b|\bsna_|\berror|_error|\bfault|_fault|ung(ü|ue)ltig|\bfehler|_fehler"
     r"|(?<![a-z])init(?![a-z])|(?<![a-z])initiali[sz]|not[\s_-]*valid|signal[\s_-]*not"
     r"|(?<![a-z])not[\s_-]*(present|used|defined|installed|fitted|connected|plausible)(?![a-z])"
-    r"|(?<![a-z])(n/a|n\.\s?a\.?|na)(?![a-z])|(?<![a-z])no[\s_-]*(value|data|signal|info|information)(?![a-z])"
+    r"|(?<![a-z])err(?![a-z])|(?<![a-z])(n/a|n\.\s?a\.?|na)(?![a-z])|(?<![a-z])no[\s_-]*(value|data|signal|info|information)(?![a-z])"
     r"|(?<![a-z])(unknown|unused|unplausib\w*|implausib\w*|undef|undefined|erreur|unbekannt|unterspannung)(?![a-z])"
     r"|(?<![a-z])(fail|failed|failure)(?![a-z])(?![\s_-]*safe)|(?<![a-z])defe[ck]t|(?<![a-z])(over|under)flow(?![a-z])"
     r"|out[\s_-]*of[\s_-]*range|non[\s_-]*disponible|indisponible|nicht[\s_-]*(verf|verbaut|definiert|plausib|belegt)",
@@ -32,10 +32,11 @@ def invalid_codes(choices: Mapping[int, object], length: int) -> tuple[int, ...]
     if not choices or 2 * len(choices) >= 1 << length:
         return ()
     mask = (1 << length) - 1
-    codes = {int(raw) & mask for raw, label in choices.items() if _is_invalid(str(label))}
+    codes = {int(raw) & mask for raw, label in choices.items() if is_invalid(str(label))}
     return tuple(sorted(codes))
 
 
-def _is_invalid(label: str) -> bool:
+def is_invalid(label: str) -> bool:
+    """Whether a text says that there is no value."""
     apart = _HUMP.sub(" ", label)  # "SensorFailure", "NoFault"
     return bool(_INVALID.search(apart)) and not _VALID.search(apart)

@@ -13,7 +13,7 @@ from parsers.mf4 import frame_kernel as k
 from parsers.mf4.batch import Batch
 from parsers.mf4.bus_layout import BusLayout
 from parsers.mf4.clock import NO_TIME
-from parsers.mf4.conversions import LINEAR, convert, gives_text
+from parsers.mf4.conversions import LINEAR, convert, gives_text, only_names
 from parsers.mf4.model import Channel
 from parsers.mf4.stamps import StampReader, stamp_reader
 from parsers.mf4.values import UINT_LE, Raw, is_virtual, raw_values
@@ -132,9 +132,10 @@ def _sizes(layout: BusLayout, raw: IntArray, fd: NDArray[np.bool_]) -> IntArray:
 
 def _converted(channel: Channel, raw: Raw) -> IntArray:
     """A field's values as whole numbers."""
-    if channel.conversion is None or gives_text(channel.conversion):
+    rule = channel.conversion
+    if rule is None or only_names(rule) or gives_text(rule):
         return raw.astype(np.int64)
-    value = convert(channel.conversion, raw.astype(np.float64), whole_numbers=True)
+    value = convert(rule, raw.astype(np.float64), whole_numbers=True)
     return np.clip(np.nan_to_num(value), -(1 << 53), 1 << 53).astype(np.int64)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from parsers.can.labels import is_invalid
 from parsers.channels import FloatArray
 from parsers.mf4.algebra import FormulaError, evaluate
 from parsers.mf4.model import Conversion
@@ -21,6 +22,13 @@ def _default(rule: Conversion) -> str | Conversion | None:
 def names_values(rule: Conversion | None) -> bool:
     """Whether a rule is a table of texts."""
     return rule is not None and rule.kind in (TEXTS, RANGE_TEXTS)
+
+
+def only_names(rule: Conversion | None) -> bool:
+    """Whether a rule is a table of texts that converts nothing: the numbers beside it are the raw ones."""
+    if rule is None or not names_values(rule):
+        return False
+    return not any(isinstance(ref, Conversion) for ref in rule.refs)
 
 
 def gives_text(rule: Conversion | None) -> bool:
@@ -76,20 +84,25 @@ def _ranges(rule: Conversion, raw: FloatArray, whole_numbers: bool) -> FloatArra
 
 
 def _texts(rule: Conversion, raw: FloatArray, whole_numbers: bool) -> FloatArray:
-    """A table that names some values: the others are numbers; a value with a name is NaN if the others are converted."""
+    """A table that names some values: the others are numbers, converted by the default rule or as they are without one.
+
+    A value with a name is NaN, as is only one whose name says that there is none where the table converts nothing: codes of an
+    enumeration stay.
+    """
     other = _default(rule)
-    if not isinstance(other, Conversion):
-        return raw
-    out = convert(other, raw, whole_numbers=whole_numbers)
+    out = convert(other, raw, whole_numbers=whole_numbers) if isinstance(other, Conversion) else raw.copy()
+    codes = only_names(rule)
     step = 1 if rule.kind == TEXTS else 2
     keys = rule.values[: rule.values.size // step * step].reshape(-1, step)
+    free = np.ones(raw.shape, np.bool_)
     for index in range(min(keys.shape[0], len(rule.refs))):
         low, high = keys[index, 0], keys[index, -1]
-        inside = (raw >= low) & ((raw <= high) if whole_numbers or step == 1 else (raw < high))
+        inside = (raw >= low) & ((raw <= high) if whole_numbers or step == 1 else (raw < high)) & free
+        free &= ~inside
         target = rule.refs[index]
         if isinstance(target, Conversion):
             out[inside] = convert(target, raw[inside], whole_numbers=whole_numbers)
-        elif isinstance(target, str):
+        elif isinstance(target, str) and (not codes or is_invalid(target)):
             out[inside] = np.nan
     return out
 

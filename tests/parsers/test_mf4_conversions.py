@@ -24,6 +24,27 @@ def test_conversions_by_hand() -> None:
     assert np.isnan(got[2])
 
 
+def test_a_table_without_a_default_leaves_what_it_does_not_list() -> None:
+    """Ranges to scales and values to texts; the first that fits counts."""
+    linear, shifted = Conversion(1, np.array([7.0, 3.0])), Conversion(1, np.array([1000.0, 2.0]))
+    scales = Conversion(8, np.array([0.0, 99.0, 50.0, 199.0]), (linear, shifted, None))
+    got = convert(scales, np.array([3.0, 60.0, 145.0, 200.0]), whole_numbers=True)
+    assert got.tolist() == [16.0, 187.0, 1290.0, 200.0]
+    assert convert(scales, np.array([99.0]), whole_numbers=False).tolist() == [1198.0]
+    special = Conversion(7, np.array([198.0, 199.0]), ("SNA", "sensor error", None))
+    raw = np.array([197.0, 198.0, 199.0])
+    got = convert(special, raw, whole_numbers=True)
+    assert got[0] == 197.0
+    assert np.isnan(got[1:]).all()
+    assert raw.tolist() == [197.0, 198.0, 199.0]
+    gears = Conversion(7, np.array([0.0, 1.0, 2.0]), ("park", "reverse", "neutral"))
+    assert convert(gears, np.array([0.0, 2.0, 5.0]), whole_numbers=True).tolist() == [0.0, 2.0, 5.0]
+    mixed = Conversion(7, np.array([198.0, 199.0]), ("reserve", linear))
+    got = convert(mixed, np.array([5.0, 198.0, 199.0]), whole_numbers=True)
+    assert np.isnan(got[1])
+    assert got[[0, 2]].tolist() == [5.0, 604.0]
+
+
 @pytest.mark.parametrize(
     ("text", "value"),
     [
