@@ -108,6 +108,11 @@ class _SchemaWalk:
         if isinstance(properties, dict):
             for key, each in properties.items():
                 self.add(node.keys.setdefault(str(key), JsonNode()), each, depth + 1)
+            # a schema allows keys that it does not name, unless it says that there are none
+            node.open |= False not in (
+                schema.get("additionalProperties"),
+                schema.get("unevaluatedProperties"),
+            )
         if "array" in kinds or "items" in schema or "prefixItems" in schema:
             self._array(node, schema, depth)
         nothing = not (node.keys or node.items or node.number or node.text)

@@ -135,7 +135,11 @@ def test_stamps_of_other_dialects(stamp: dict[str, int], name: str) -> None:
 def test_schema_gives_fields_units_and_comments() -> None:
     schema = {
         "$defs": {
-            "v": {"type": "object", "properties": {"x": {"type": "number"}, "y": {"$ref": "#/$defs/n"}}},
+            "v": {
+                "type": "object",
+                "properties": {"x": {"type": "number"}, "y": {"$ref": "#/$defs/n"}},
+                "additionalProperties": False,
+            },
             "n": {"type": ["null", "integer"]},
         },
         "type": "object",
@@ -149,6 +153,7 @@ def test_schema_gives_fields_units_and_comments() -> None:
             "any": {"anyOf": [{"type": "null"}, {"type": "number"}]},
             "name": {"type": "string"},
         },
+        "unevaluatedProperties": False,
     }
     data = json.dumps(schema).encode()
     assert not needs_samples(data)
@@ -166,6 +171,18 @@ def test_schema_gives_fields_units_and_comments() -> None:
     decoded = decode(decoder, [b'{"wheels":[1,2,3,4,5],"accel":{"y":2}}'])
     assert decoded.columns["wheels[3]"].tolist() == [4.0]
     assert decoded.columns["accel.y"].tolist() == [2.0]
+
+
+@pytest.mark.parametrize("more", [None, True, {"type": "number"}])
+def test_keys_that_a_schema_allows_and_does_not_name_are_read(more: object) -> None:
+    schema: dict[str, object] = {"type": "object", "properties": {"a": {"type": "number"}}}
+    if more is not None:
+        schema["additionalProperties"] = more
+    data = json.dumps(schema).encode()
+    assert needs_samples(data)
+    decoder = make_json_decoder(data, [b'{"a": 1, "e": 2, "n": {"x": 3}}'])
+    decoded = decode(decoder, [b'{"a": 4, "e": 5, "n": {"x": 6}}'])
+    assert [decoded.columns[name].tolist() for name in ("a", "e", "n.x")] == [[4.0], [5.0], [6.0]]
 
 
 @pytest.mark.parametrize(
