@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from parsers.can.frames import CanFrames
 from parsers.channels import ByteArray
@@ -23,6 +24,7 @@ from parsers.mf4.model import UNFINISHED_OFFSETS, DataGroup, Measurement
 from parsers.mf4.payload import Payload, stream_payload, window_payload
 from parsers.mf4.records import batches, unread
 from parsers.mf4.streams import DataStream, open_stream
+from parsers.mf4.zeros import find_zeros, left_out
 from parsers.parallel import in_order
 
 MAX_WAITING = 1 << 20
@@ -100,13 +102,25 @@ class _DataGroupReader:
         elif columns is None:
             yield from self._referring(layout, batch)
         else:
-            self.gaps.see(batch.group.number, batch.first, columns.time_ns)
+            blank = self._zeros(batch, columns)
+            if blank.any():
+                left_out(self.log, int(np.count_nonzero(blank)))
+                columns = columns.rows(~blank)
             if columns.timeless:
                 self.counts[NO_STAMP] += columns.timeless
                 columns = columns.rows(columns.time_ns != NO_TIME)
             yield CanFrames(
                 columns.time_ns, columns.can_id, columns.bus, columns.length, columns.offset, batch.data
             )
+
+    def _zeros(self, batch: Batch, columns: FrameColumns) -> NDArray[np.bool_]:
+        """Which records are what is left of a lost block of the file; the gaps are told of all of them."""
+        blank = find_zeros(batch, columns.time_ns, self._reader(batch).stamps.zero_ns)
+        if blank is None:
+            self.gaps.see(batch.group.number, batch.first, columns.time_ns)
+            return np.zeros(batch.count, np.bool_)
+        self.gaps.see(batch.group.number, batch.first, np.where(blank, NO_TIME, columns.time_ns))
+        return blank
 
     def _referring(self, layout: BusLayout, batch: Batch) -> Iterator[CanFrames]:
         """Frames whose records hold the places of their payloads."""
@@ -118,7 +132,7 @@ class _DataGroupReader:
                 batch, first=kept.first, data=rows.reshape(-1), count=count, stride=stride, skip=0
             )
         columns = self._reader(batch).read(batch)
-        self.gaps.see(batch.group.number, batch.first, columns.time_ns)
+        true = ~self._zeros(batch, columns)
         payload = self._payload(layout, batch, columns)
         if kept is not None and kept.rows.shape[0] > MAX_WAITING:
             payload = replace(payload, good=payload.good & ~payload.late, late=np.zeros_like(payload.late))
@@ -126,10 +140,14 @@ class _DataGroupReader:
             # payloads come a little before or a little after the records that refer to them
             begin = int(np.argmax(payload.late))
             self.waiting[batch.group.number] = _GroupState(batch.rows[begin:].copy(), batch.first + begin)
-            columns, payload = columns.rows(slice(0, begin)), payload.first(begin)
+            columns, payload = columns.rows(slice(0, begin)), payload.rows(slice(0, begin))
+            true = true[:begin]
         window = batch.windows.get(layout.fields["DataBytes"].data_link)
         if window is not None and window.lost:
             self.gaps.without_payload(columns.time_ns[~payload.good])
+        if not true.all():
+            left_out(self.log, int(np.count_nonzero(~true)))
+            columns, payload = columns.rows(true), payload.rows(true)
         if columns.time_ns.size:
             yield self._made(columns, payload)
 

@@ -10,6 +10,9 @@ from parsers.channels import IntArray
 from parsers.importer import ImportLog
 from parsers.mf4.clock import NO_TIME
 
+RUN, MOST = 2, 100
+"""Records without a stamp from which on, next to each other, they are a gap that is named; so many gaps of a piece of the file at most."""
+
 PADDING = 8
 """Zero bytes behind the records that mean nothing."""
 
@@ -33,7 +36,7 @@ class Gaps:
     _ends: dict[int, tuple[int, int]] = field(default_factory=dict)
 
     def see(self, group: int, first: int, time_ns: IntArray) -> None:
-        """Records of a group from number `first` on; NO_TIME stamps are passed over."""
+        """Records of a group from number `first` on; NO_TIME stamps are passed over, and a run of them is a gap."""
         expected, before = self._ends.get(group, (first, NO_TIME))
         ends = [int(time_ns[0]), int(time_ns[-1])] if time_ns.size else []
         if NO_TIME in ends:
@@ -41,7 +44,20 @@ class Gaps:
             ends = [int(known[0]), int(known[-1])] if known.size else []
         if ends and first > expected and before != NO_TIME and ends[0] > before:
             self.log.lost_spans_ns.append((before, ends[0]))
+        self._inside(time_ns)
         self._ends[group] = first + int(np.size(time_ns)), ends[1] if ends else before
+
+    def _inside(self, time_ns: IntArray) -> None:
+        """Runs of records without a stamp between others, the first of them where there are very many."""
+        bad = time_ns == NO_TIME
+        if not bad.any():
+            return
+        edges = np.diff(bad.astype(np.int8), prepend=0, append=0)
+        begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+        inner = (ends - begins >= RUN) & (begins > 0) & (ends < time_ns.size)
+        before, behind = time_ns[begins[inner] - 1], time_ns[np.minimum(ends[inner], time_ns.size - 1)]
+        spans = zip(before.tolist(), behind.tolist(), strict=True)
+        self.log.lost_spans_ns += [(a, b) for a, b in spans if b > a][:MOST]
 
     def without_payload(self, time_ns: IntArray) -> None:
         """Frames whose payloads damage made uncertain; those of one batch after another are one gap."""

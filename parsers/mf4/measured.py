@@ -33,6 +33,7 @@ from parsers.mf4.records import batches
 from parsers.mf4.remote import RemoteTime, remote_time
 from parsers.mf4.stamps import StampReader, stamp_reader
 from parsers.mf4.streams import open_stream
+from parsers.mf4.zeros import find_zeros, left_out
 
 _BUS_STRUCTURES = ("CAN_", "LIN_", "FLX_", "MOST_", "ETH_", "USB_", "K_", "PDU_")
 
@@ -220,22 +221,29 @@ class MeasuredReader:
         return _GroupReader(column_reader(channels, group), stamps, remote)
 
     def _chunk(self, batch: Batch, reader: _GroupReader, gaps: Gaps) -> Chunk | None:
+        blank = None
         if reader.remote is not None:
             batch, time_ns, timeless = reader.remote.times(batch)
         elif reader.stamps is not None:
             time_ns, timeless = reader.stamps.read(batch)
+            blank = find_zeros(batch, time_ns, reader.stamps.zero_ns)
         else:
             return None
+        if blank is not None:
+            left_out(gaps.log, int(np.count_nonzero(blank)))
+            timeless = int(np.count_nonzero(~blank & (time_ns == NO_TIME)))
+            time_ns = np.where(blank, NO_TIME, time_ns)
         gaps.see(batch.group.number, batch.first, time_ns)
         read = reader.columns.read(batch)
         decoded = read.values
         for name, reason, where in read.left_out:
             if name not in self._counted:
                 # records without a time are counted as such
-                lost = where & (time_ns != NO_TIME) if timeless else where
+                lost = where & (time_ns != NO_TIME) if timeless or blank is not None else where
                 self.log.reject(f"{name}: {reason}", int(np.count_nonzero(lost)))
         if timeless:
             self.log.reject("record with an impossible time stamp", timeless)
+        if timeless or blank is not None:
             good = time_ns != NO_TIME
             time_ns = time_ns[good]
             decoded = {name: column[good] for name, column in decoded.items()}

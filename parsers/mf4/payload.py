@@ -31,11 +31,10 @@ class Payload:
     good: BoolArray
     late: BoolArray
 
-    def first(self, count: int) -> Payload:
-        """Those of the first frames."""
-        return Payload(
-            self.data, self.offset[:count], self.length[:count], self.good[:count], self.late[:count]
-        )
+    def rows(self, choice: slice | BoolArray) -> Payload:
+        """Those of some of the frames."""
+        columns = (self.offset[choice], self.length[choice], self.good[choice], self.late[choice])
+        return Payload(self.data, *columns)
 
 
 def reference_fault(channel: Channel, group: Group) -> str | None:

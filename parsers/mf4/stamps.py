@@ -10,7 +10,7 @@ from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.jit import kernel, load_u64
 from parsers.mf4.batch import Batch
 from parsers.mf4.clock import LATEST_NS, NO_TIME, find_rule, times_ns
-from parsers.mf4.model import Channel, Group
+from parsers.mf4.model import MASTER, Channel, Group
 from parsers.mf4.values import FLOAT_LE, INT_LE
 from parsers.mf4.words import NUMBERS, word_of
 
@@ -74,12 +74,14 @@ def read_stamps(
 
 @dataclass(frozen=True)
 class StampReader:
-    """Reads the stamps of a group's records. rules, linear: None where the kernel cannot."""
+    """Reads the stamps of a group's records. rules, linear: None where the kernel cannot. zero_ns: the stamp of a record of zeros, None
+    where the stamps are not in the records."""
 
     master: Channel
     start_ns: int
     rules: IntArray | None
     linear: FloatArray
+    zero_ns: int | None = None
 
     def read(self, batch: Batch) -> tuple[IntArray, int]:
         """Stamps with the start added, NO_TIME where there is none, and how many those are."""
@@ -97,8 +99,9 @@ def stamp_reader(master: Channel, group: Group, start_ns: int, *, compiled: bool
     word, rule = word_of(master, group, *NUMBERS), find_rule(master)
     linear = np.array([1.0, 0.0])
     single = word is not None and word.kind == FLOAT_LE and word.bits != 64
+    zero_ns = _zero_ns(master, start_ns)
     if word is None or rule is None or single or not compiled:
-        return StampReader(master, start_ns, None, linear)
+        return StampReader(master, start_ns, None, linear, zero_ns)
     linear[:] = rule.factor, rule.offset
     rules = np.zeros(RULES, np.int64)
     rules[AT], rules[SHIFT], rules[MASK], rules[START] = word.at, word.shift, word.mask, start_ns
@@ -106,4 +109,12 @@ def stamp_reader(master: Channel, group: Group, start_ns: int, *, compiled: bool
     rules[KIND] = FLOAT_SECONDS if word.kind == FLOAT_LE else WHOLE_SECONDS
     if rule.exact is not None and word.kind != FLOAT_LE:
         rules[KIND], rules[FACTOR], rules[OFFSET] = COUNTS, *rule.exact
-    return StampReader(master, start_ns, rules, linear)
+    return StampReader(master, start_ns, rules, linear, zero_ns)
+
+
+def _zero_ns(master: Channel, start_ns: int) -> int | None:
+    if master.kind != MASTER:
+        return None
+    record = np.zeros((1, master.byte_offset + master.byte_count + 8), np.uint8)
+    stamp = int(times_ns(record, master, 0)[0])
+    return None if stamp == NO_TIME else stamp + start_ns
