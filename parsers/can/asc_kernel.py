@@ -59,6 +59,7 @@ _TX = np.frombuffer(b"tx", dtype=np.uint8)
 _TXRQ = np.frombuffer(b"txrq", dtype=np.uint8)
 _CANFD = np.frombuffer(b"canfd", dtype=np.uint8)
 _ERRORFRAME = np.frombuffer(b"errorframe", dtype=np.uint8)
+_OVERLOADFRAME = np.frombuffer(b"overloadframe", dtype=np.uint8)
 _STATISTIC = np.frombuffer(b"statistic:", dtype=np.uint8)
 _START = np.frombuffer(b"start", dtype=np.uint8)
 
@@ -119,6 +120,8 @@ def read_classic(
         return -10 - ERROR_FRAME
     if same_word(text, at, stop, _STATISTIC):
         return -10 - STATISTIC
+    if same_word(text, at, stop, _OVERLOADFRAME):
+        return -10 - OTHER_EVENT
     can_id = read_id(text, at, stop, base)
     tell_id(text, at, stop, can_id, found)
     at = skip_space(text, stop, end)

@@ -114,7 +114,10 @@ def _signal(line: str) -> tuple[str | None, SignalDef] | None:
     found = _SIGNAL.match(line)
     if found is None or not 1 <= int(found[4]) <= MAX_BITS:
         return None
-    scale, offset = float(found[7] or 1), float(found[8] or 0)
+    if found[7] is None or found[8] is None:
+        # "(0,05,0)", "(1/20,0)" or nothing: what the numbers mean is not known
+        return None
+    scale, offset = float(found[7]), float(found[8])
     if not (math.isfinite(scale) and math.isfinite(offset)):
         return None
     field = BitField(int(found[3]), int(found[4]), found[5] == "1")

@@ -74,6 +74,7 @@ def test_lines_by_hand(tmp_path: Path) -> None:
         + "   0.016200 1  100             Rx   r 8\n"
         + "   0.016300 1  ErrorFrame      ECC: 10100010\n"
         + "   0.016400 1  Statistic: D 0 R 0 XD 0 XR 0 E 0 O 0 B 0.00%\n"
+        + "   0.016450 1  OverloadFrame\n"
         + "   0.016500 SV: 3 0 1 ::Chassis::Speed = 12\n"
         + "   0.016600 1  J1939TP FEE3p 6 0 0 - Rx d 23 A0 0F A6 60\n"
         + "   0.016700 1  200             Rx   d 15 1 2 3\n"
@@ -96,7 +97,7 @@ def test_lines_by_hand(tmp_path: Path) -> None:
         "remote frame": 1,
         "error frame": 2,
         "bus statistic": 1,
-        "event that is no CAN data frame": 2,
+        "event that is no CAN data frame": 3,
         "malformed line: payload incomplete or not a number": 1,
     }
     assert any("2017-09-30 15:06:13.191 (local time" in note for note in log.notes)

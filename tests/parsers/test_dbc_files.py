@@ -191,6 +191,20 @@ def test_what_does_not_parse_is_read_line_by_line(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize("factor", ["(0,05,0)", "(1/20,0)", "(0.5)", ""])
+def test_a_signal_whose_scale_cannot_be_read_is_left_out(tmp_path: Path, factor: str) -> None:
+    """It is not raw counts: what a bit is worth is not known."""
+    text = (
+        HEAD
+        + f'BO_ 291 Good: 8 A\n SG_ X : 0|16@1- {factor} [0|0] "m" A\n SG_ Y : 16|16@1- (2,1) [0|0] "m" A\n'
+        + "this is no DBC {{{\n"
+    )
+    log = ImportLog()
+    (message,) = load(tmp_path, text, log)
+    assert [(s.name, s.scale, s.offset) for s in message.signals] == [("Y", 2.0, 1.0)]
+    assert any("1 lines were left out (the first: line 6)" in note for note in log.notes)
+
+
 NESTED = (
     HEAD
     + 'BO_ 256 M: 8 A\n SG_ Mux M : 0|8@1+ (1,0) [0|0] "" A\n SG_ Sub m1M : 8|8@1+ (1,0) [0|0] "" A\n'
