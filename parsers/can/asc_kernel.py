@@ -12,6 +12,7 @@ from parsers.can.bytescan import (
     read_bytes,
     same_word,
     skip_space,
+    swallowed,
     token_end,
     trimmed_end,
     whole_number,
@@ -289,6 +290,8 @@ def parse_asc(
                     learn(text, begin, stop, count, SECOND_NS, found, book, layouts)
             elif count != _SILENT:
                 reject(book, -10 - count)
+            if count >= _SILENT and swallowed(text, begin, feed):
+                reject(book, NO_LAYOUT)
         begin = feed + 1
     return begin
 

@@ -33,6 +33,20 @@ def line_end(text: ByteArray, at: int, stop: int) -> int:
     return at
 
 
+LONG_LINE = 400
+"""Characters beyond which no line of these formats is: a frame of 64 bytes with all that Vector writes behind it takes 320."""
+
+
+@lean_kernel
+def swallowed(text: ByteArray, at: int, feed: int) -> bool:
+    """Whether a line holds zero bytes: what is left of a lost block of the file, and of the lines that stood there."""
+    if feed - at <= LONG_LINE:
+        return False
+    while at < feed and text[at] != 0:
+        at += 1
+    return at < feed
+
+
 @lean_kernel
 def trimmed_end(text: ByteArray, at: int, end: int) -> int:
     """Where a line ends without the spaces and carriage returns at its end."""

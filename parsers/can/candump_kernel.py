@@ -13,6 +13,7 @@ from parsers.can.bytescan import (
     nibble,
     read_bytes,
     skip_space,
+    swallowed,
     token_end,
     trimmed_end,
     whole_number,
@@ -297,6 +298,8 @@ def parse_candump(
             else:
                 accept(book, rows, found, count)
                 learn(text, begin, stop, count, SECOND_NS, found, book, layouts)
+                if swallowed(text, begin, feed):
+                    reject(book, NO_LAYOUT)
         begin = feed + 1
     return begin
 

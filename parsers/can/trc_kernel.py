@@ -12,6 +12,7 @@ from parsers.can.bytescan import (
     read_bytes,
     same_word,
     skip_space,
+    swallowed,
     token_end,
     trimmed_end,
     whole_number,
@@ -221,6 +222,10 @@ def parse_trc(
             else:
                 accept(book, rows, found, count)
                 learn(text, begin, stop, count, MILLISECOND_NS, found, book, layouts)
+                if swallowed(text, begin, feed):
+                    reject(book, NO_LAYOUT)
+        elif swallowed(text, begin, feed):
+            reject(book, NO_LAYOUT)
         begin = feed + 1
     return begin
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from parsers.can.bytescan import LONG_LINE
 from parsers.channels import ByteArray
 from parsers.jit import lean_kernel, load_u16, load_u32, load_u64
 
@@ -100,6 +101,9 @@ def feed_after(text: ByteArray, at: int, stop: int) -> int:
     elif byte == 32:
         feed = at + 1 if text[at + 1] == 10 else find_feed(text, at + 1, stop)
     elif byte != 10:
+        return -1
+    if feed - at > LONG_LINE:
+        # the format's kernel looks at what that is
         return -1
     return feed if feed < stop and text[feed] == 10 else -1
 
