@@ -142,7 +142,8 @@ class LoadBalance:
         if not found:
             return self._nothing(known, vehicle, self._lacks(data, known))
         fit = solve(found, known)
-        doubts = doubts_of(fit, vehicle)
+        # torques alone hardly tell a wheel that takes none from a per cent of mass
+        doubts = doubts_of(fit, vehicle) if data.kinds else ()
         parameters = answers(fit, data, vehicle, doubts)
         if not data.kinds:
             # torques tell the mass, the nose's motion the height; what they seem to tell of the place is the load's prior alone
