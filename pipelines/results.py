@@ -37,7 +37,7 @@ class ParameterEstimate:
 
     low-high: 95 % interval. reason: in words, why this status, and what was missing. prior: None where nothing was
     known. reference: the truth from the vehicle file, for error tables. sources: estimators or relations behind it.
-    inner: the 50 and the 80 % interval (`INNER`), where they are not those of a normal distribution with this spread.
+    inner: the 50 and the 80 % interval (`INNER`), where they are not those of a normal distribution to each side of the value.
     """
 
     name: str
@@ -61,9 +61,11 @@ class ParameterEstimate:
         if level == OUTER:
             return self.low, self.high
         if self.inner:
-            return self.inner[INNER.index(level)]
-        half = NormalDist().inv_cdf(0.5 + level / 2) * self.std
-        return self.value - half, self.value + half
+            low, high = self.inner[INNER.index(level)]
+            return max(low, self.low), min(high, self.high)
+        # to each side by its own reach: an interval that ends at nought, or is skew, holds the narrower ones
+        share = NormalDist().inv_cdf(0.5 + level / 2) / NormalDist().inv_cdf(0.5 + OUTER / 2)
+        return self.value - share * (self.value - self.low), self.value + share * (self.high - self.value)
 
 
 @dataclass(frozen=True)

@@ -235,6 +235,15 @@ def estimate_of(
     )  # fmt: skip
 
 
+def as_known(entry: ParameterEstimate, prior: Spread) -> ParameterEstimate:
+    """What a drive did not tell, with the figures that were known before. entry: its name, reason and reference."""
+    low, high = prior.mean - 1.96 * prior.std, prior.mean + 1.96 * prior.std
+    return ParameterEstimate(
+        entry.name, prior.mean, prior.std, low, high, "not_identifiable", entry.reason, prior_record(prior), entry.reference,
+        ("prior",),
+    )  # fmt: skip
+
+
 def _smooth(draws: FloatArray, grid: FloatArray) -> FloatArray:
     """Kernel density of draws with Silverman's width on their central part."""
     low, high = np.quantile(draws, (0.16, 0.84))

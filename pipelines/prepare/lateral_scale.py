@@ -39,6 +39,9 @@ LATE_MPS = 12.0
 LATE_S, LATE_GAIN = 0.3, 0.01
 """A delay is called one from LATE_S on, where it explains LATE_GAIN more of the correlation than none does."""
 
+WEAK = 0.75
+"""Share of the prior's spread above which an answer says no more than was known before."""
+
 HANG_ON_IT = ("roll_gradient_degpg", "roll_arm_m", "cg_height_m", "sprung_cg_height_m")
 SURE = 3.0
 
@@ -159,6 +162,14 @@ def as_sure_as_the_scale(
             continue
         assert doubt is not None
         std = math.hypot(entry.std, doubt.off * entry.value)
+        prior = entry.prior
+        if prior is not None and std > WEAK * prior.std:
+            found[name] = replace(
+                entry, value=prior.value, std=prior.std, low=prior.value - 1.96 * prior.std, high=prior.value + 1.96 * prior.std,
+                inner=(), status="not_identifiable", sources=("prior",),
+                reason=f"{doubt.found}: this leaves no more than what was known before, which the figures are; {entry.reason}",
+            )  # fmt: skip
+            continue
         found[name] = replace(
             entry, std=std, low=entry.value - 1.96 * std, high=entry.value + 1.96 * std, inner=(), status="weak",
             reason=f"{doubt.found}; {entry.reason}",

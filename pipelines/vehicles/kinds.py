@@ -14,7 +14,8 @@ CARRIERS = frozenset(("Van", "Pickup"))
 CARRIER_WORDS = ("motorhome", "camper", "ambulance", "delivery", "boxvan")
 HEAVY_WORDS = ("truck", "lorry", "bus", "coach", "tractor", "tipper")
 HEAVY_KG = 3500.0
-"""Empty mass from which on nothing is a car, whatever its body is called."""
+"""Empty mass from which on a van, a pickup or a vehicle whose body nobody names is a lorry. What is called a passenger car stays one: an
+SUV of 3.8 t is a wrong mass, and a lorry's load would hide it."""
 LONG_M, LONG_KG = 3.3, 1800.0
 """Wheelbase and empty mass from which on a vehicle whose body nobody names carries goods, or many people."""
 
@@ -42,10 +43,12 @@ def kind_of(vehicle: Vehicle) -> Kind:
     mass, length = vehicle.get("mass_kg"), vehicle.get("wheelbase_m")
     style, text = known_body(vehicle.body), "".join(c for c in (vehicle.body or "").casefold() if c.isalpha())
     kilos = 0.0 if mass is None else mass.value
+    if style is not None and style not in CARRIERS:
+        return "car"
     if kilos >= HEAVY_KG or (style is None and any(word in text for word in HEAVY_WORDS)):
         return "heavy"
     if style is not None:
-        return "carrier" if style in CARRIERS else "car"
+        return "carrier"
     long = length is not None and length.value >= LONG_M and kilos >= LONG_KG
     return "carrier" if long or any(word in text for word in CARRIER_WORDS) else "car"
 

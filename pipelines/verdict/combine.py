@@ -15,8 +15,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipelines.joint.answers import as_known
 from pipelines.joint.inference import Inference, infer
+from pipelines.joint.information import prior_spreads
 from pipelines.joint.kept import KeptRelations
+from pipelines.joint.stated import stated_relations
+from pipelines.joint.unknowns import before_the_log
 from pipelines.parameters import PARAMETERS
 from pipelines.results import (
     Estimate,
@@ -27,6 +31,7 @@ from pipelines.results import (
 )
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
+from pipelines.verdict.beyond import beyond_measured
 
 ORDER = ("identified", "weak", "not_identifiable")
 QUANTILE = 1.96
@@ -275,4 +280,24 @@ def verdict_of(
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)
-    return Verdict(verdict, joint, None if found is None else found.kept)
+    if found is None:
+        verdict |= _known_before(verdict, vehicle, rng)
+    return Verdict(beyond_measured(verdict, vehicle), joint, None if found is None else found.kept)
+
+
+def _known_before(
+    verdict: Mapping[str, ParameterEstimate], vehicle: Vehicle, rng: np.random.Generator
+) -> dict[str, ParameterEstimate]:
+    """What no drive told, as it was known before: by the same prior as in a verdict that was joined, whatever the single method took."""
+    known = before_the_log(vehicle)
+    if not known.mass:
+        return {}
+    priors = prior_spreads(known, stated_relations(vehicle), rng)
+    return {
+        name: as_known(entry, priors[name])
+        for name, entry in verdict.items()
+        if name in priors
+        and entry.status == "not_identifiable"
+        and entry.value is not None
+        and entry.sources == ("prior",)
+    }

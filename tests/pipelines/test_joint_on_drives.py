@@ -35,8 +35,9 @@ def _run(estimator: Estimator, drive: Drive, vehicle: Vehicle) -> Estimate:
 def test_with_one_estimator_the_joint_posterior_is_its_own(
     log: tuple[Drive, Vehicle], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # what the estimator does not know of: `tests/pipelines/test_doubts.py`
-    monkeypatch.setattr("pipelines.joint.inference.doubts_of", lambda joint, vehicle: ())
+    # what may be otherwise: `tests/pipelines/test_doubts.py`
+    for module in ("pipelines.joint.inference", "pipelines.estimators.load_balance.estimator"):
+        monkeypatch.setattr(f"{module}.doubts_of", lambda joint, vehicle: ())
     drive, vehicle = log
     alone = _run(LoadBalance(), drive, vehicle)
     assert len(alone.evidence) >= 3

@@ -29,6 +29,7 @@ def of(body: str | None, mass: float, wheelbase: float = 2.7) -> Vehicle:
     [
         ("Sedan", 1500, 2.7, "car"),
         ("SUV", 2600, 3.4, "car"),
+        ("SUV", 3760, 2.8, "car"),
         (None, 1500, 2.7, "car"),
         (None, 2400, 3.0, "car"),
         ("Van", 1900, 3.0, "carrier"),

@@ -26,6 +26,7 @@ from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Assumption, Estimate, ParameterEstimate
+from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
 SOURCES: tuple[tuple[str, ...], ...] = (
@@ -133,7 +134,7 @@ class LoadBalance:
         data = collect(prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz))
         along = along_relation(data, known)
         empty = vehicle.get("mass_kg")
-        heavy = empty is not None and empty.value > HEAVY_KG
+        heavy = empty is not None and empty.value > HEAVY_KG and kind_of(vehicle) == "heavy"
         # on axles whose dry friction is as large, the body's nodding tells the load transfer no better than deflections do
         nod = None if heavy else attitude_relation(data, known)
         found = relations(data, known) + tuple(
