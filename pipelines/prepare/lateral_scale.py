@@ -63,25 +63,31 @@ class LateralDoubt:
         return Decision("accel_y", "unit", self.found, action, self.evidence, applied=False)
 
 
-def _correlation(a: FloatArray, b: FloatArray) -> float:
+def _correlation(a: FloatArray, b: FloatArray) -> float | None:
+    """None where too few cells have both, or one of them stands still: that is no correlation of 0."""
     good = np.isfinite(a) & np.isfinite(b)
     if int(good.sum()) < LEAST_BLOCKS * int(BLOCK_S / CELL_S):
-        return 0.0
+        return None
     a, b = a[good] - a[good].mean(), b[good] - b[good].mean()
-    size = math.sqrt(float(a @ a) * float(b @ b))
-    return float(a @ b) / size if size > 0 else 0.0
+    size = math.sqrt(float(a @ a)) * math.sqrt(float(b @ b))
+    return float(a @ b) / size if 0 < size < math.inf else None
 
 
-def _delay(felt: FloatArray, turning: FloatArray) -> tuple[float, float, float]:
-    """Seconds by which `felt` comes after `turning`, the correlation there, and without a delay."""
+def _delay(felt: FloatArray, turning: FloatArray) -> tuple[float, float, float] | None:
+    """Seconds by which `felt` comes after `turning`, the correlation there, and without a delay.
+
+    None where the log does not tell the correlation at every delay: the right one may be among those that are missing.
+    """
     n = len(felt)
     if n <= 2 * LATE_CELLS:
-        return 0.0, 0.0, 0.0
+        return None
     inner = slice(LATE_CELLS, n - LATE_CELLS)
-    found = {
-        lag: _correlation(felt[inner], turning[LATE_CELLS - lag : n - LATE_CELLS - lag])
-        for lag in range(-LATE_CELLS, LATE_CELLS + 1)
-    }
+    found: dict[int, float] = {}
+    for lag in range(-LATE_CELLS, LATE_CELLS + 1):
+        together = _correlation(felt[inner], turning[LATE_CELLS - lag : n - LATE_CELLS - lag])
+        if together is None:
+            return None
+        found[lag] = together
     best = max(found, key=found.__getitem__)
     return best * CELL_S, found[best], found[0]
 
@@ -98,11 +104,14 @@ def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
         return None
     moving = np.abs(speed) > LEAST_MPS
     felt, turning = np.where(moving, smooth(lateral), np.nan), smooth(speed * yaw)
-    there = _delay(felt, turning)[1]
+    lag = _delay(felt, turning)
+    if lag is None:
+        return None
+    there = lag[1]
     if there < STRANGE:
         return _strange(felt, turning, there)
     quick = np.where(np.abs(speed) > LATE_MPS, felt, np.nan)
-    late, best, at_once = _delay(quick, turning) if _moves(quick, turning) else (0.0, 0.0, 0.0)
+    late, best, at_once = (_delay(quick, turning) if _moves(quick, turning) else None) or (0.0, 0.0, 0.0)
     if abs(late) >= LATE_S - CELL_S / 2 and best - at_once > LATE_GAIN and best > FOLLOWS:
         side = "after" if late > 0 else "before"
         text = f"accel_y comes {abs(late):.1f} s {side} yaw_rate × speed: one of the channels is late"

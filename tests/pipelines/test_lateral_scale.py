@@ -84,6 +84,35 @@ def test_another_channel_is_said() -> None:
     assert "does not follow" in doubt.found
 
 
+def _between(drive: Drive, start_s: float, end_s: float) -> Drive:
+    """Part of a drive, as where recording is switched on while driving."""
+    cut = slice(int(start_s * HZ), int(end_s * HZ))
+    signals = {n: replace(s, time_ns=s.time_ns[cut], values=s.values[cut]) for n, s in drive.signals.items()}
+    return replace(drive, signals=signals)
+
+
+@pytest.mark.parametrize("seconds", [1.0, 2.0, 5.0, 10.0, 15.0, 16.0, 17.0, 18.0, 19.0, 25.0])
+@pytest.mark.parametrize("start", [5.0, 20.0, 75.0])
+def test_a_short_part_of_an_honest_drive_is_not_accused(start: float, seconds: float) -> None:
+    assert lateral_doubt(_between(_drive(), start, start + seconds), Vehicle()) is None
+
+
+def test_a_drive_that_mostly_stands_is_not_accused() -> None:
+    drive = _between(_drive(), 20.0, 45.0)
+    speed = drive.signals["speed"]
+    standing = np.where(np.arange(len(speed.values)) < 15 * HZ, speed.values, 0.0)
+    signals = {**drive.signals, "speed": replace(speed, values=standing)}
+    assert lateral_doubt(replace(drive, signals=signals), Vehicle()) is None
+
+
+def test_another_channel_is_said_of_half_a_minute() -> None:
+    """Long enough that every delay can be judged: there it is still said."""
+    other = 2 * np.sin(2.9 * np.arange(int(180 * HZ)) / HZ)
+    doubt = lateral_doubt(_between(_drive(lambda felt: other), 20.0, 50.0), Vehicle())
+    assert doubt is not None
+    assert "does not follow" in doubt.found
+
+
 def test_too_little_tells_nothing() -> None:
     quiet = _drive(lambda felt: 2 * felt, bends=0.02)
     assert lateral_doubt(quiet, Vehicle()) is None
