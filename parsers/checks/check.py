@@ -11,7 +11,7 @@ from parsers.checks.frozen import frozen
 from parsers.checks.grid import make_grid
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
-from parsers.checks.sizes import size_faults
+from parsers.checks.sizes import pressure_faults, size_faults
 from parsers.checks.spikes import calm, clean
 from parsers.checks.unit_faults import unit_faults
 from parsers.drive import Decision, Signal
@@ -94,6 +94,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     factors, more = unit_faults(work, grid.scaled(sized), told)
     units += more
     factors = sized | factors
+    units += pressure_faults(grid.scaled(factors), stated, units)
     work = _scaled(work, factors)
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}

@@ -51,14 +51,21 @@ def path_turn_rate(grid: Grid) -> FloatArray | None:
     return np.where(speed2 > MIN_SPEED**2, turning, np.nan)
 
 
+def speed_names(grid: Grid) -> tuple[str, ...]:
+    """The signals that `vehicle_speed` is, or is the mean of; none where it is the path's."""
+    for name in ("speed", "gps_speed_2d", "gps_speed_3d"):
+        if name in grid.columns:
+            return (name,)
+    wheels = ("wheel_speed_rl", "wheel_speed_rr")
+    return wheels if all(name in grid.columns for name in wheels) else ()
+
+
 def vehicle_speed(grid: Grid) -> FloatArray | None:
     """The best speed that is there: wheels or bus, satellites, path."""
-    for name in ("speed", "gps_speed_2d", "gps_speed_3d"):
-        found = grid.get(name)
-        if found is not None:
-            return found
-    wheels = [grid.columns[name] for name in ("wheel_speed_rl", "wheel_speed_rr") if name in grid.columns]
-    return np.mean(wheels, axis=0) if len(wheels) == 2 else path_speed(grid)
+    names = speed_names(grid)
+    if len(names) == 1:
+        return grid.columns[names[0]]
+    return np.mean([grid.columns[name] for name in names], axis=0) if names else path_speed(grid)
 
 
 def right_minus_left(grid: Grid, quantity: str) -> FloatArray | None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, compare, size
-from parsers.checks.motion import smooth, vehicle_speed
+from parsers.checks.motion import smooth, speed_names, vehicle_speed
 from parsers.drive import Decision
 from parsers.signals import WHEELS
 
@@ -26,7 +26,7 @@ def size_faults(grid: Grid, stated: Mapping[str, bool]) -> tuple[dict[str, float
     """Factors of signals whose unit the log does not state and whose size tells it, and all decisions."""
     factors: dict[str, float] = {}
     decisions: list[Decision] = []
-    for found, said in (_deflections(grid, stated), _wheel_turns(grid, stated), _pressure(grid, stated)):
+    for found, said in (_deflections(grid, stated), _wheel_turns(grid, stated)):
         factors |= found
         decisions += said
     return factors, decisions
@@ -82,25 +82,41 @@ def _agrees(grid: Grid, speed: FloatArray) -> bool:
     return found is not None and found.correlation > _SURE and 0.8 < found.ratio < 1.25
 
 
-def _pressure(grid: Grid, stated: Mapping[str, bool]) -> tuple[dict[str, float], list[Decision]]:
-    """Bar, MPa, psi and kPa cannot be told apart without the brakes: said, and left alone."""
+def pressure_faults(grid: Grid, stated: Mapping[str, bool], units: Collection[Decision]) -> list[Decision]:
+    """Bar, MPa, psi and kPa cannot be told apart without the brakes: said, and left alone.
+
+    grid: with all units repaired, as the loss of speed is judged by its size. units: what was decided of them.
+    """
     pressure, speed = grid.get("brake_pressure"), vehicle_speed(grid)
     if pressure is None or speed is None:
-        return {}, []
+        return []
     largest = size(pressure)
     found = compare(pressure, -grid.rate(speed))
     if found is None or abs(found.correlation) < 0.5:
-        return {}, []
+        return []
     evidence = f"correlation {found.correlation:.2f} with the loss of speed"
     if stated.get("brake_pressure", True):
-        if not 0 < found.ratio < _LEAST_PA_PER_MPS2:
-            return {}, []
+        if not 0 < found.ratio < _LEAST_PA_PER_MPS2 or not _sure_speed(grid, stated, units):
+            return []
         per = found.ratio / 1e5
         text = f"brake_pressure slows the vehicle by 1 m/s² for every {per:.2g} bar: as MPa called bar would, or air brakes"
         evidence += "; hydraulic brakes take 5 to 20 bar"
     elif 0 < largest < _LEAST_PRESSURE_PA:
         text = f"brake_pressure may be in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
     else:
-        return {}, []
+        return []
     action = "left as it is: say the unit in a mapping file"
-    return {}, [Decision("brake_pressure", "unit", text, action, evidence, applied=False)]
+    return [Decision("brake_pressure", "unit", text, action, evidence, applied=False)]
+
+
+def _sure_speed(grid: Grid, stated: Mapping[str, bool], units: Collection[Decision]) -> bool:
+    """Whether the vehicle's speed is in m/s beyond doubt: stated, repaired or felt, and nothing speaks against it."""
+    names = list(speed_names(grid))
+    # what is said of all wheels in common stands under one of them
+    alike = [name for name in grid.columns if name.startswith("wheel_speed_")] if len(names) > 1 else names
+    if any(each.signal in alike and not each.applied for each in units):
+        return False
+    repaired = {each.signal for each in units}
+    known = all(stated.get(name, True) or name in repaired for name in names)
+    speed = vehicle_speed(grid)
+    return known or (speed is not None and _agrees(grid, speed))

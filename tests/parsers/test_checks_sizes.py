@@ -10,6 +10,7 @@ from check_drives import check, drive, found, only, scaled
 from test_checks_springs import DEFLECTIONS, sprung
 
 from parsers.checks import check_signals
+from parsers.drive import Signal
 
 WHEELS = ("wheel_speed_rl", "wheel_speed_rr")
 
@@ -69,9 +70,50 @@ def test_a_brake_pressure_of_no_stated_unit_is_said() -> None:
 
 @pytest.mark.parametrize(("pascal", "said"), [(1e6, False), (5e5, False), (1e5, True)])
 def test_a_stated_pressure_that_brakes_ten_times_too_well_is_said(pascal: float, said: bool) -> None:
-    signals = drive("brake")
-    braking = np.maximum(-signals["accel_x"].values, 0)
-    pressure = replace(signals["accel_x"], name="brake_pressure", values=braking * pascal)
-    _, decisions = check_signals({**signals, "brake_pressure": pressure}, fix=True, units_stated={})
+    _, decisions = check_signals(_braked(pascal), fix=True, units_stated={})
     found = [each for each in decisions if each.signal == "brake_pressure"]
     assert [("MPa called bar" in each.found, each.applied) for each in found] == [(True, False)] * said
+
+
+def _braked(pascal: float) -> dict[str, Signal]:
+    """A drive with the pressure, Pa, that slows by 1 m/s² for every `pascal`."""
+    signals = drive("brake")
+    braking = np.maximum(-signals["accel_x"].values, 0)
+    return {
+        **signals,
+        "brake_pressure": replace(signals["accel_x"], name="brake_pressure", values=braking * pascal),
+    }
+
+
+def _said_of_brakes(signals: dict[str, Signal], **stated: bool) -> list[str]:
+    _, decisions = check_signals(signals, fix=True, units_stated=stated)
+    return [each.found for each in decisions if each.signal == "brake_pressure"]
+
+
+@pytest.mark.parametrize("factor", [3.6, 1 / 0.44704])
+@pytest.mark.parametrize("fix", [True, False])
+def test_a_pressure_is_judged_by_the_speed_whose_unit_is_repaired(factor: float, fix: bool) -> None:
+    """km/h called m/s make brakes look 3.6 times too good: of right pressures nothing is said, of wrong ones the true figure."""
+    for pascal in (5e5, 1e5):
+        wrong = scaled(_braked(pascal), speed=factor)
+        _, decisions = check_signals(wrong, fix=fix, units_stated={})
+        (speed,) = [each for each in decisions if each.signal == "speed"]
+        assert speed.applied is fix
+        heard = [each.found for each in decisions if each.signal == "brake_pressure"]
+        assert heard == _said_of_brakes(_braked(pascal))
+        assert len(heard) == (pascal == 1e5)
+
+
+def test_a_speed_in_doubt_says_nothing_of_a_pressure() -> None:
+    right = only(_braked(4e5), "speed", "brake_pressure", "accel_x")
+    assert _said_of_brakes(right) == []
+    doubled = scaled(right, speed=2.0)
+    _, decisions = check_signals(doubled, fix=True, units_stated={})
+    assert [(each.signal, each.applied) for each in decisions] == [("speed", False)]
+
+
+def test_a_speed_of_no_stated_unit_says_nothing_of_a_pressure_unless_it_is_felt() -> None:
+    wrong = scaled(only(_braked(5e5), "speed", "brake_pressure"), speed=3.6)
+    assert _said_of_brakes(wrong, speed=False) == []
+    felt = only(_braked(1e5), "speed", "brake_pressure", "accel_x")
+    assert len(_said_of_brakes(felt, speed=False)) == 1
