@@ -44,7 +44,7 @@ MemoryLimit = Annotated[
     typer.Option(help="GiB that one drive may take; default: no limit.", min=0.1, show_default=False),
 ]
 Reports = Annotated[
-    str, typer.Option(help="Report of each drive: html, pdf, or none (results are always kept).")
+    str, typer.Option(help="Reports of each drive: html, pdf, html,pdf, or none (results are always kept).")
 ]
 Formats = Annotated[str, typer.Option("--format", help="Of the fleet's report.")]
 
@@ -79,10 +79,10 @@ def batch(
     from pipelines.fleet.records import Choices
     from pipelines.settings import choose
     from reports.fleet.stored import check_fleet_formats
-    from reports.write import check_formats
+    from reports.write import check_drive_reports
 
     choose(estimators, known())
-    wanted = () if reports.strip().lower() == "none" else check_formats(reports)
+    wanted = check_drive_reports(reports)
     if scheduler is not None and engine != "dask":
         raise EngineError(
             "--scheduler goes with --engine dask", hint="give both, or neither", wrong_usage=True
@@ -92,7 +92,7 @@ def batch(
     asked = Batch(
         folder=folder,
         store=out,
-        choices=Choices(estimators, seed, not no_fix, tuple(f for f in wanted if f != "json"), version()),
+        choices=Choices(estimators, seed, not no_fix, wanted, version()),
         engine=engine,
         workers=workers,
         scheduler=scheduler,

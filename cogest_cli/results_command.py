@@ -16,6 +16,8 @@ if TYPE_CHECKING:
     from pipelines.fleet.store import Store
 
 FORMS = ("csv", "parquet", "json")
+TEXT = ("", "txt")
+"""Endings of a file for the table to read."""
 
 
 def results(
@@ -30,7 +32,10 @@ def results(
     json: Annotated[bool, typer.Option("--json", help="A JSON array with an object a row.")] = False,
     out: Annotated[
         Path | None,
-        typer.Option(help="File to write; its suffix may say the form.", show_default=False),
+        typer.Option(
+            help="File to write; its ending may say the form: .csv, .parquet, .json, or .txt for the table to read.",
+            show_default=False,
+        ),
     ] = None,
     table: Annotated[
         str | None,
@@ -46,7 +51,8 @@ def results(
     status: Annotated[
         list[str] | None,
         typer.Option(
-            help="Only this status; may be repeated; `failed` = every drive that is not done.",
+            help="Only this status (done, error … of drives, identified, weak … of parameters); may be repeated; "
+            "`failed` = every drive that is not done.",
             show_default=False,
         ),
     ] = None,
@@ -89,14 +95,27 @@ def _rows(store: Store, name: str, **options: Sequence[str]) -> pl.DataFrame:
 
 
 def _form(asked: dict[str, bool], out: Path | None) -> str | None:
-    """The form asked for, by option or by the file's suffix; None = text. Raises typer.BadParameter."""
+    """The form asked for, by option or by the file's ending; None = text.
+
+    Raises typer.BadParameter, and ReportError for an ending that says another form.
+    """
     forms = [form for form, wanted in asked.items() if wanted]
     if len(forms) > 1:
         raise typer.BadParameter(f"--{forms[0]} and --{forms[1]}: choose one")
     if forms:
         return forms[0]
     suffix = "" if out is None else out.suffix.lower().lstrip(".")
-    return suffix if suffix in FORMS else None
+    if suffix in FORMS:
+        return suffix
+    if suffix not in TEXT:
+        from parsers.errors import ReportError
+
+        raise ReportError(
+            f"results cannot be written as {f'.{suffix}'!r}",
+            path=out,
+            hint="choose .csv, .parquet, .json or .txt, or say --csv, --parquet or --json",
+        )
+    return None
 
 
 def _overview(

@@ -9,11 +9,11 @@ from collections.abc import Callable, Collection, Sequence
 import polars as pl
 
 from parsers.errors import StoreError
-from pipelines.fleet.tables import TABLES
+from pipelines.fleet.tables import STATUSES, TABLES
 from reports.layout import printable
 
 FAILED = "failed"
-"""As a status: every one but "done"."""
+"""As a status of drives: every one but "done"."""
 LIST_MARK = "; "
 """Between the entries of a list in a cell of CSV."""
 _NO_TEXT = r"[\p{Cc}\p{Cf}\p{Zl}\p{Zp}]"
@@ -33,17 +33,33 @@ def wanted_rows(
     columns = TABLES[name]
     asked = {"vehicle_id": vehicles, "status": statuses, "parameter": parameters}
     named = {column: list(values) for column, values in asked.items() if values}
-    if not named or any(column not in columns for column in named):
+    if not named or any(column not in columns for column in named) or _odd(name, statuses):
         return None
     wanted = [
-        (pl.col("status") != "done") | pl.col("status").is_in(values)
-        if column == "status" and FAILED in values
+        _of_statuses(values)
+        if column == "status"
         else _of_vehicles(values, columns)
         if column == "vehicle_id"
         else pl.col(column).is_in(values)
         for column, values in named.items()
     ]
     return pl.all_horizontal(wanted)
+
+
+def _known_statuses(name: str) -> tuple[str, ...]:
+    """What may be asked of a table's column `status`."""
+    return (*STATUSES.get(name, ()), *((FAILED,) if name == "drives" else ()))
+
+
+def _odd(name: str, statuses: Sequence[str]) -> list[str]:
+    """The statuses asked for that no row of this table can have."""
+    known = _known_statuses(name)
+    return [status for status in statuses if status not in known]
+
+
+def _of_statuses(statuses: Sequence[str]) -> pl.Expr:
+    wanted = pl.col("status").is_in(list(statuses))
+    return wanted | (pl.col("status") != "done") if FAILED in statuses else wanted
 
 
 def _of_vehicles(vehicles: Sequence[str], columns: Collection[str]) -> pl.Expr:
@@ -72,10 +88,13 @@ def chosen(
     if vehicles:
         table = _some(table, _of_vehicles(vehicles, columns), "vehicle", vehicles)
     if statuses:
-        wanted = pl.col("status").is_in(list(statuses))
-        if FAILED in statuses:
-            wanted |= pl.col("status") != "done"
-        table = table.filter(wanted)
+        # a status that may be and that no row has is an answer: no rows
+        if odd := _odd(name, statuses):
+            known = ", ".join(_known_statuses(name))
+            raise StoreError(
+                f"no status {printable(odd[0])} in the table {name!r}", hint=f"there are {known}"
+            )
+        table = table.filter(_of_statuses(statuses))
     if parameters:
         table = _some(table, pl.col("parameter").is_in(list(parameters)), "parameter", parameters)
     return table

@@ -31,6 +31,23 @@ def check_formats(formats: str | Sequence[str]) -> tuple[str, ...]:
     return tuple(f for f in FORMATS if f in formats)
 
 
+def check_drive_reports(reports: str) -> tuple[str, ...]:
+    """The reports that a batch makes of each drive, from "html,pdf" or "none"; in the order of `FORMATS`, each once.
+
+    Raises ReportError on one that is unknown, on none, or on "none" beside another.
+    """
+    asked = [part.strip().lower() for part in reports.split(",") if part.strip()]
+    if asked == ["none"]:
+        return ()
+    known = tuple(name for name in FORMATS if name != "json")
+    hint = f"known are {', '.join(known)}, or none alone; results are always kept"
+    if unknown := [name for name in asked if name not in known]:
+        raise ReportError(f"unknown report {unknown[0]!r}", hint=hint, wrong_usage=True)
+    if not asked:
+        raise ReportError("no report was asked for", hint=hint, wrong_usage=True)
+    return tuple(name for name in known if name in asked)
+
+
 def report_files(results: DriveResults, formats: Sequence[str] = tuple(FORMATS)) -> dict[str, bytes]:
     """Every file of a drive's folder, by name: the report in each form, and the archive that it can be made from again.
 

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import get_args
+
 import polars as pl
+
+from pipelines.engines.base import TaskStatus
+from pipelines.results import Identification
 
 DRIVES: dict[str, pl.DataType] = {
     "drive_id": pl.String(),
@@ -134,6 +139,13 @@ TABLES: dict[str, dict[str, pl.DataType]] = {
     "outliers": OUTLIERS,
 }
 """File name without suffix -> columns."""
+
+STATUSES: dict[str, tuple[str, ...]] = {
+    "drives": get_args(TaskStatus),
+    "parameters": get_args(Identification),
+    "vehicles": get_args(Identification),
+}
+"""Table -> what may stand in its column `status`; the others have no such column."""
 
 
 def table(name: str, rows: list[dict[str, object]]) -> pl.DataFrame:

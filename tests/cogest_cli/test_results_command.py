@@ -113,6 +113,14 @@ def test_refusals(store: Path, tmp_path: Path) -> None:
     assert "no results store" in run(tmp_path).error
     assert "unknown table 'x'; known are drives" in run(store, "--table", "x").error
     assert "no vehicle x" in run(store, "--vehicle", "x").error
+    assert "no status fialed" in run(store, "--status", "fialed").error
+    for arguments in (("--csv",), ("--table", "parameters")):
+        odd = run(store, *arguments, "--status", "failed", "--status", "fialed")
+        assert odd.code == 1
+        assert "; there are " in odd.error
+    assert run(store, "--status", "memory").code == 0
+    assert "as '.xlsx'; choose .csv" in run(store, "--out", tmp_path / "drives.xlsx").error
+    assert not (tmp_path / "drives.xlsx").exists()
     assert "no parameter 'mass'" in run(store, "--parameter", "mass").error
     open_store(str(tmp_path / "new"), create=True)
     assert "the table is not there yet" in run(tmp_path / "new").error

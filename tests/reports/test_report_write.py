@@ -14,7 +14,7 @@ from sample_results import bare
 from parsers.errors import ReportError
 from reports.archive import load_folder
 from reports.files import write_whole
-from reports.write import check_formats, write_reports
+from reports.write import check_drive_reports, check_formats, write_reports
 
 
 def test_all_three_forms(tmp_path: Path) -> None:
@@ -29,6 +29,14 @@ def test_all_three_forms(tmp_path: Path) -> None:
 
 def test_forms_may_come_as_one_text() -> None:
     assert check_formats("pdf, HTML") == ("html", "pdf")
+
+
+def test_reports_of_a_batch_are_of_a_kind_that_is_named() -> None:
+    assert check_drive_reports("pdf, HTML") == ("html", "pdf")
+    assert check_drive_reports(" None") == ()
+    for odd in ("json", "docx", "html,none", ","):
+        with pytest.raises(ReportError, match="html, pdf, or none alone"):
+            check_drive_reports(odd)
 
 
 def test_one_form_only(tmp_path: Path) -> None:

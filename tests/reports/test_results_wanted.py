@@ -54,6 +54,12 @@ def test_what_a_table_cannot_be_asked_is_left_to_chosen():
     assert wanted_rows("outliers", statuses=("done",)) is None
     with pytest.raises(StoreError, match="no column 'status'"):
         chosen(table("outliers", []), "outliers", statuses=("done",))
+    assert wanted_rows("drives", statuses=("failed", "fialed")) is None
+    with pytest.raises(StoreError, match=r"no status fialed .* there are done, error, .*, failed"):
+        chosen(DRIVES, "drives", statuses=("failed", "fialed"))
+    with pytest.raises(StoreError, match=r"there are identified, weak, not_identifiable$"):
+        chosen(PARAMETERS, "parameters", statuses=("failed",))
+    assert chosen(DRIVES, "drives", statuses=("memory",)).is_empty()
     assert wanted_rows("drives") is None
 
 
