@@ -78,7 +78,7 @@ def analyze(
     with ProgressLine() as progress:
         results = analyze_drive(request, progress)
         progress("writing the report", 1.0)
-        written = write_reports(results, out, wanted)
+        written = write_reports(results, out, wanted, replace=True)
         forces = write_tire_forces(results, out)
     _tell(results, (*written, *([forces] if forces else [])))
 

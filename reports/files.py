@@ -22,6 +22,20 @@ def make_folder(folder: Path) -> None:
         ) from error
 
 
+def remove_old(path: Path) -> None:
+    """Take a file of an earlier run away, if there is one; a folder of that name is not ours. Raises ReportError."""
+    if path.is_dir() and not path.is_symlink():
+        return
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise ReportError(
+            f"is of an earlier run and cannot be removed ({error.strerror or error})",
+            path=path,
+            hint="choose another folder with --out",
+        ) from error
+
+
 def write_whole(path: Path, content: bytes) -> None:
     """Write under a temporary name beside the target, then rename: a reader never meets half a file.
 

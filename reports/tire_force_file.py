@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from parsers.signals import WHEELS
 from pipelines.results import DriveResults
 from pipelines.tire_forces import forces_of
-from reports.files import write_whole
+from reports.files import remove_old, write_whole
 
 FILE_NAME = "tire_normal_forces.parquet"
 
@@ -45,7 +45,7 @@ def write_tire_forces(results: DriveResults, out: Path) -> Path | None:
     path = out / FILE_NAME
     content = tire_force_bytes(results)
     if content is None:
-        path.unlink(missing_ok=True)
+        remove_old(path)
         return None
     write_whole(path, content)
     return path

@@ -8,7 +8,7 @@ from pathlib import Path
 from parsers.errors import ReportError
 from pipelines.results import DriveResults
 from reports.archive import FILE_NAME, archive_bytes
-from reports.files import make_folder, write_whole
+from reports.files import make_folder, remove_old, write_whole
 
 FORMATS: dict[str, str] = {"html": "report.html", "pdf": "report.pdf", "json": "results.json"}
 """What may be asked for, and the file that it gives."""
@@ -73,14 +73,23 @@ def report_files(results: DriveResults, formats: Sequence[str] = tuple(FORMATS))
     return made
 
 
-def write_reports(results: DriveResults, out: Path, formats: Sequence[str] = tuple(FORMATS)) -> list[Path]:
+def write_reports(
+    results: DriveResults, out: Path, formats: Sequence[str] = tuple(FORMATS), *, replace: bool = False
+) -> list[Path]:
     """Write report.html, report.pdf, results.json into `out` (made if needed) and give their paths.
 
-    The archive goes beside them; all files are made before the first is written. Raises ReportError.
+    The archive goes beside them; all files are made before the first is written. replace: these are new results,
+    so what an earlier run left of the other formats is taken away. Raises ReportError.
     """
     wanted = check_formats(formats)
     make_folder(out)
     made = report_files(results, wanted)
+    # without these nothing in the folder is of a run, and a report.pdf is somebody else's
+    ran_before = any((out / name).exists() for name in (FILE_NAME, FORMATS["json"]))
     for name, content in made.items():
         write_whole(out / name, content)
+    if replace and ran_before:
+        for name in FORMATS.values():
+            if name not in made:
+                remove_old(out / name)
     return [out / FORMATS[name] for name in wanted]

@@ -70,12 +70,15 @@ def test_json_alone_and_the_same_seed_the_same_numbers(inside, samples, quick, t
 
 
 def test_one_estimator_by_name(inside, samples, quick, tmp_path):
+    for name in ("report.html", "report.pdf", "results.json"):
+        (tmp_path / name).write_text("of an earlier run")
     log = samples / "csv" / "drive.csv"
     run = inside(
         "analyze", log, "--estimators", "roll_map", "--format", "json", "--settings", quick, "--out", tmp_path
     )
     assert run.code == 0
     assert [e["estimator"] for e in results_in(tmp_path)["estimates"]] == ["roll_map"]
+    assert sorted(p.name for p in tmp_path.glob("report*")) == []
 
 
 def test_no_fix_leaves_the_data_alone(inside, drive, quick, tmp_path):

@@ -43,6 +43,23 @@ def test_one_form_only(tmp_path: Path) -> None:
     assert [p.name for p in write_reports(bare(), tmp_path, ["json"])] == ["results.json"]
 
 
+def test_new_results_leave_no_report_of_earlier_ones(tmp_path: Path) -> None:
+    write_reports(bare(), tmp_path, ["html", "json"])
+    (tmp_path / "report.pdf").mkdir()
+    (tmp_path / "mine.html").write_text("mine")
+    write_reports(bare(), tmp_path, ["json"])
+    assert (tmp_path / "report.html").exists()
+    write_reports(bare(), tmp_path, ["json"], replace=True)
+    names = ["mine.html", "report.pdf", "results.archive.json", "results.json"]
+    assert sorted(p.name for p in tmp_path.iterdir()) == names
+
+
+def test_a_report_where_no_run_was_is_somebody_elses(tmp_path: Path) -> None:
+    (tmp_path / "report.html").write_text("mine")
+    write_reports(bare(), tmp_path, ["json"], replace=True)
+    assert (tmp_path / "report.html").read_text() == "mine"
+
+
 def test_a_folder_without_results_is_refused(tmp_path: Path) -> None:
     with pytest.raises(ReportError, match="cogest analyze"):
         load_folder(tmp_path)
