@@ -145,11 +145,14 @@ class Plot:
 
 @dataclass(frozen=True)
 class Folded:
-    """What only some readers want: on the screen behind its title until it is opened; on paper `printed` in its place."""
+    """What only some readers want: on the screen behind its title until it is opened; on paper `printed` in its place,
+    or a line that says where it stands. elsewhere: those files.
+    """
 
     title: str
     blocks: tuple[Table | Paragraph | Heading | Bullets | Facts, ...]
     printed: tuple[Table | Paragraph | Heading | Bullets | Facts, ...] = ()
+    elsewhere: str = "report.html and results.json"
     kind: Literal["folded"] = "folded"
 
 

@@ -16,6 +16,17 @@ from reports.files import write_whole
 from reports.html import template_text
 
 
+def on_paper(part: Any) -> Any:
+    """A document as plain values, with a line in the place of each folded block that is not printed: where it stands."""
+    if isinstance(part, dict):
+        if part.get("kind") == "folded" and not part["printed"]:
+            return {"kind": "note", "text": f"{part['title']}: in {part['elsewhere']}."}
+        return {key: on_paper(value) for key, value in part.items()}
+    if isinstance(part, list | tuple):
+        return [on_paper(value) for value in part]
+    return part
+
+
 def _svgs_to_files(part: Any, folder: Path, count: list[int]) -> Any:
     """Put every figure into a file of its own and its name in its place: Typst reads pictures from files."""
     if isinstance(part, dict):
@@ -57,7 +68,7 @@ def pdf_of(document: Document) -> bytes:
 
     with tempfile.TemporaryDirectory(prefix="cogest-") as name:
         folder = Path(name)
-        content = json.dumps(_svgs_to_files(asdict(document), folder, [0]), ensure_ascii=False)
+        content = json.dumps(_svgs_to_files(on_paper(asdict(document)), folder, [0]), ensure_ascii=False)
         (folder / "report.json").write_text(content, encoding="utf-8")
         (folder / "report.typ").write_text(template_text("report.typ"), encoding="utf-8")
         try:

@@ -127,5 +127,5 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     note = f"{len(mapped) - MOST} more are in results.json." if len(mapped) > MOST else ""
     facts = _described(mapped[:MOST])
     if facts:
-        blocks.append(Folded("What these signals are", (Facts(facts, prose=True),)))
+        blocks.append(Folded("What these signals are", (Facts(facts, prose=True),), elsewhere="report.html"))
     return (filled(Table(COLUMNS, _rows(mapped[:MOST]), note=note, dense=True)), *blocks)

@@ -49,5 +49,10 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     )
     for place, dbc in enumerate(inputs.dbc[:MOST_LOGS]):
         rows.append(Fact("CAN databases" if place == 0 else "", clean(dbc), code=True))
-    rows.append(Fact("Written beside this", "report.html, report.pdf, results.json: the same results"))
+    rows.append(
+        Fact(
+            "Written beside this",
+            "report.html, report.pdf, results.json: the same results; the PDF leaves long tables to the others and says so",
+        )
+    )
     return (Facts(tuple(rows)),)

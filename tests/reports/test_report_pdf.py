@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import re
 import zlib
-from dataclasses import replace
+from dataclasses import asdict, replace
 
 import pytest
 from sample_results import rich
 
 from parsers.errors import ReportError
-from reports.blocks import Document, Paragraph, Section
+from reports.blocks import Document, Folded, Paragraph, Section
 from reports.document import build_document
-from reports.pdf import pdf_of
+from reports.pdf import on_paper, pdf_of
 
 
 def page_count(pdf: bytes) -> int:
@@ -33,6 +33,17 @@ def test_a_rich_drive_fills_a_few_pages(rich_document: Document) -> None:
     assert 4 <= page_count(pdf) <= 9
     assert len(pdf) < 2_000_000
     assert pdf_of(rich_document) == pdf
+
+
+def test_what_is_not_printed_is_said_in_its_place(rich_document: Document) -> None:
+    folded = [b for s in rich_document.sections for b in s.blocks if isinstance(b, Folded)]
+    left_out = [block.title for block in folded if not block.printed]
+    assert left_out
+    assert len(left_out) < len(folded)
+    printed = [b for s in on_paper(asdict(rich_document))["sections"] for b in s["blocks"]]
+    notes = [block["text"] for block in printed if block["kind"] == "note"]
+    assert [note.partition(": in report.html")[0] for note in notes] == left_out
+    assert "Every method's reason for its status: in report.html and results.json." in notes
 
 
 def test_a_bare_drive_is_short(bare_document: Document) -> None:
