@@ -8,10 +8,10 @@ from pipelines.results import DriveResults
 from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.values import (
     STATUS_WORDS,
+    bracketed_text,
     deviation_text,
     has_result,
     interval_text,
-    prior_only_text,
     value_text,
 )
 from reports.sections.verdict import LEADING, Line, lines
@@ -73,7 +73,7 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
             line,
             clean(line.title, 200),
             _value(line),
-            _spaced(prior_only_text(line.estimate) or interval_text(line.estimate)),
+            _spaced(bracketed_text(line.estimate) or interval_text(line.estimate)),
             STATUS_WORDS[line.estimate.status],
         )
         for line in lines(results)
@@ -92,7 +92,7 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
         out.append(f"{pieces[0]:<{title_width}}  {value:>{value_width}}  {interval:>{span_width}}  {painted}")
         out += pieces[1:]
         out += _reason(line)
-    if any(prior_only_text(row[0].estimate) for row in rows):
+    if any(bracketed_text(row[0].estimate) for row in rows):
         out.append(
             "(in brackets: no result, but what was known before the log, or what its load leaves of that)"
         )

@@ -49,7 +49,7 @@ def _fact(label: str, estimate: ParameterEstimate | None, unit: str) -> Fact:
     if estimate is None or estimate.value is None or not has_result(estimate):
         reason = clean(estimate.reason) if estimate is not None else "needs the CG height and the track"
         if estimate is not None and estimate.value is not None and estimate.low is not None:
-            reason = f"prior only: {span(estimate.low, estimate.high, 2)}"
+            reason = f"no result: {span(estimate.low, estimate.high, 2)}"
         return Fact(label, DASH, reason, tone="quiet")
     half = None if estimate.low is None or estimate.high is None else 0.5 * (estimate.high - estimate.low)
     decimals = min(3, max(1, decimals_for(half, 2)))

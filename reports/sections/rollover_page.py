@@ -34,14 +34,14 @@ def _decimals(estimate: ParameterEstimate) -> int:
 
 
 def figure_cell(estimate: ParameterEstimate, unit: str = "") -> Cell:
-    """A value with its interval below; what rests on a prior alone in brackets."""
+    """A value with its interval below; what is no result, as the CG height is none, in brackets."""
     if estimate.value is None:
         return Cell(DASH, tone="quiet")
     decimals = _decimals(estimate)
     value = with_unit(number(estimate.value, decimals), unit)
     interval = span(estimate.low, estimate.high, decimals)
     if not has_result(estimate):
-        return Cell(f"({value})", sub=f"prior only: {interval}", tone="quiet")
+        return Cell(f"({value})", sub=f"no result: {interval}", tone="quiet")
     return Cell(value, sub=interval)
 
 

@@ -67,18 +67,33 @@ def interval_text(estimate: ParameterEstimate) -> str:
     return span(estimate.low, estimate.high, decimals_of(estimate))
 
 
-def prior_only_text(estimate: ParameterEstimate) -> str:
-    """The interval of what is not identifiable, in brackets: it is what was known before, no result. Or empty."""
+def bracketed_text(estimate: ParameterEstimate) -> str:
+    """The interval of what is not identifiable, in brackets: it is no result. Or empty."""
     if has_result(estimate) or estimate.value is None:
         return ""
     shown = span(estimate.low, estimate.high, decimals_of(estimate))
     return f"({shown})" if shown != DASH else ""
 
 
+def repeats_prior(estimate: ParameterEstimate) -> bool:
+    """Whether value and 95 % interval are the prior's, to one unit of the last digit that is printed."""
+    prior, figures = estimate.prior, (estimate.value, estimate.low, estimate.high)
+    if prior is None:
+        return False
+    before = (prior.value, prior.value - NORMAL_95 * prior.std, prior.value + NORMAL_95 * prior.std)
+    unit = 10.0 ** -decimals_of(estimate)
+    return all(a is not None and abs(a - b) < unit for a, b in zip(figures, before, strict=True))
+
+
 def interval_cell(estimate: ParameterEstimate) -> Cell:
-    """The interval; for what is not identifiable in brackets, marked as known before."""
-    only = prior_only_text(estimate)
-    return Cell(only, sub="prior only", tone="quiet") if only else Cell(interval_text(estimate))
+    """The interval; for what is not identifiable in brackets, marked as known before if it is, else as no result.
+
+    A method that tells too little may still have moved, or lost, what was known: its interval is not the prior's then.
+    """
+    shown = bracketed_text(estimate)
+    if not shown:
+        return Cell(interval_text(estimate))
+    return Cell(shown, sub="prior only" if repeats_prior(estimate) else "no result", tone="quiet")
 
 
 def prior_text(name: str, prior: Prior | None) -> str:

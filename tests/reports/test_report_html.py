@@ -20,6 +20,7 @@ from reports.document import build_document
 from reports.html import breakable, html_of, render_html, write_html
 from reports.sections import mapping
 from reports.sections.rollover import band_of, nhtsa_context
+from reports.sections.values import interval_cell
 
 
 class Page(HTMLParser):
@@ -158,12 +159,29 @@ def test_columns_that_say_nothing_are_left_out(bare_document: Document) -> None:
 
 def test_what_repeats_the_prior_is_no_result() -> None:
     prior = Prior(0.55, 0.03, "measured vehicles")
-    same = ParameterEstimate("cg_height_m", 0.55, 0.03, 0.49, 0.61, "not_identifiable", "no roll", prior)
+    same = ParameterEstimate("cg_height_m", 0.55, 0.03, 0.4912, 0.6088, "not_identifiable", "no roll", prior)
     html = render_html(replace(bare(), verdict={"cg_height_m": same}))
     text = Page(html).text
     assert "It gives no CG height: no roll." in text
-    assert "(0.490–0.610)prior only" in text
+    assert "(0.491–0.609)prior only" in text
     assert "0.550 ± 0.030\u202fm" in text
+
+
+def test_prior_only_stands_beside_the_priors_figures_alone() -> None:
+    prior = Prior(0.55, 0.03, "measured vehicles")
+    same = ParameterEstimate("cg_height_m", 0.5502, 0.03, 0.4912, 0.6090, "not_identifiable", "", prior)
+    assert interval_cell(same).sub == "prior only"
+    for other in (
+        replace(same, low=0.45, high=1.94, value=1.196),
+        replace(same, low=0.479),
+        replace(same, high=0.621),
+        replace(same, value=0.562),
+        replace(same, prior=None),
+    ):
+        assert interval_cell(other).sub == "no result"
+        assert interval_cell(other).text.startswith("(")
+    assert interval_cell(replace(same, status="weak")).sub == ""
+    assert interval_cell(replace(same, value=None, low=None, high=None)).text == "—"
 
 
 def test_parameters_that_failed_alike_share_a_line(rich_document: Document) -> None:
