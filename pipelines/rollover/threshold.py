@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -78,6 +79,12 @@ def reference_thresholds(body: Body, vehicle: Vehicle) -> dict[TurnSide, float]:
     return found
 
 
+def _rigid(factor: ParameterEstimate) -> RolloverLimit:
+    """The static stability factor as a limit: the same to both sides."""
+    left, right = (replace(factor, name=f"rigid_{side}_g", reference=None) for side, _ in SIDES)
+    return RolloverLimit("rigid", "Rigid vehicle, CG in the middle", "(157)", left, right)
+
+
 def limits(body: Body, vehicle: Vehicle) -> tuple[RolloverLimit, ...]:
     """From the rigid vehicle to the one that leans, jacks and whose wheels spin."""
     status = body.told.status.replace("_", " ")
@@ -97,8 +104,7 @@ def limits(body: Body, vehicle: Vehicle) -> tuple[RolloverLimit, ...]:
         )  # fmt: skip
 
     return (
-        _both("rigid", "Rigid vehicle, CG in the middle", "(157)",
-              lambda _: np.asarray(static_stability_factor(body.track, body.height)), body, f"track / (2 × CG height); the CG height is {status}"),
+        _rigid(stability_factor(body, vehicle)),
         _both("suspension", "Springs of the inner side carry nothing", "(155)", springs, body,
               f"height over the roll axis{roll}; the load at the road is more than that in the springs"),
         _both("contact", "Inner wheels carry nothing, with CG offset and roll", "(156), (163)", contact, body,
@@ -111,14 +117,15 @@ def limits(body: Body, vehicle: Vehicle) -> tuple[RolloverLimit, ...]:
 
 
 def stability_factor(body: Body, vehicle: Vehicle) -> ParameterEstimate:
-    """T / (2 h) with the mean of the two tracks, as NHTSA has it."""
+    """T / (2 h) with the mean of the two tracks, as NHTSA has it; with the body's where the file has none."""
     told, track = body.told, mean_track(vehicle)
-    assert track is not None
+    middle = float(np.median(body.track))
+    value = middle if track is None else track.value
     # the same draws of the height as everything else; the track's own error is that of both axles
-    width = track.value * body.track / np.median(body.track)
+    width = value * body.track / middle
     true_height = vehicle.reference.get("cg_height_m")
     return summary(
         "static_stability_factor", np.asarray(static_stability_factor(width, body.height)), told.status,
         f"track / (2 × CG height); the CG height is {told.status.replace('_', ' ')}",
-        reference=None if not true_height else track.value / (2 * true_height), sources=told.sources,
+        reference=None if not true_height else value / (2 * true_height), sources=told.sources,
     )  # fmt: skip

@@ -43,6 +43,19 @@ def test_static_figures_by_hand() -> None:
     assert [limit.name for limit in found.limits] == ["rigid", "suspension", "contact", "quasi_static"]
 
 
+def test_the_limit_of_the_rigid_vehicle_is_the_static_stability_factor() -> None:
+    """Tracks that differ, and a CG that is not midway between the axles: one figure all the same."""
+    tracks = {**TRACKS, "track_rear_m": Quantity(1.70, 0.005, ""), "wheelbase_m": Quantity(2.8, 0.005, "")}
+    place = ParameterEstimate("cg_to_front_axle_m", 1.1, 0.02, 1.06, 1.14, "identified", "")
+    known = {"cg_height_m": HEIGHT, place.name: place}
+    found = assess_rollover(known, Vehicle(quantities=tracks), drive({"accel_y": np.zeros(1000)}))
+    factor, rigid = found.static_stability_factor, found.limits[0]
+    assert factor is not None
+    assert factor.value == pytest.approx(1.64 / (2 * 0.66), rel=2e-3)
+    for side, told in (("left", rigid.left), ("right", rigid.right)):
+        assert told == replace(factor, name=f"rigid_{side}_g")
+
+
 def test_the_threshold_of_the_plane_vehicle() -> None:
     """Stiff springs and tyres, no spin: (163) is exact, so the medians must be the plane vehicle's own limits."""
     found = assess_rollover(verdict(PLANE), vehicle(PLANE), drive({"accel_y": np.zeros(1000)}))
