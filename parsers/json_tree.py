@@ -108,11 +108,12 @@ class _SchemaWalk:
         if isinstance(properties, dict):
             for key, each in properties.items():
                 self.add(node.keys.setdefault(str(key), JsonNode()), each, depth + 1)
-            # a schema allows keys that it does not name, unless it says that there are none
-            node.open |= False not in (
-                schema.get("additionalProperties"),
-                schema.get("unevaluatedProperties"),
-            )
+            # a schema that says so has keys that it does not name; one that says nothing is taken to name them all, as messages are
+            # looked at in chunks that may hold cameras too
+            more = [
+                schema[word] for word in ("additionalProperties", "unevaluatedProperties") if word in schema
+            ]
+            node.open |= "patternProperties" in schema or any(each is not False for each in more)
         if "array" in kinds or "items" in schema or "prefixItems" in schema:
             self._array(node, schema, depth)
         nothing = not (node.keys or node.items or node.number or node.text)
