@@ -103,7 +103,7 @@ class _DataGroupReader:
             yield from self._referring(layout, batch)
         else:
             blank = self._zeros(batch, columns)
-            if blank.any():
+            if blank is not None:
                 left_out(self.log, int(np.count_nonzero(blank)))
                 columns = columns.rows(~blank)
             if columns.timeless:
@@ -113,13 +113,12 @@ class _DataGroupReader:
                 columns.time_ns, columns.can_id, columns.bus, columns.length, columns.offset, batch.data
             )
 
-    def _zeros(self, batch: Batch, columns: FrameColumns) -> NDArray[np.bool_]:
+    def _zeros(self, batch: Batch, columns: FrameColumns) -> NDArray[np.bool_] | None:
         """Which records are what is left of a lost block of the file; the gaps are told of all of them."""
         blank = find_zeros(batch, columns.time_ns, self._reader(batch).stamps.zero_ns)
-        if blank is None:
-            self.gaps.see(batch.group.number, batch.first, columns.time_ns)
-            return np.zeros(batch.count, np.bool_)
-        self.gaps.see(batch.group.number, batch.first, np.where(blank, NO_TIME, columns.time_ns))
+        time_ns = columns.time_ns if blank is None else np.where(blank, NO_TIME, columns.time_ns)
+        holes = blank is not None or columns.timeless > 0
+        self.gaps.see(batch.group.number, batch.first, time_ns, holes=holes)
         return blank
 
     def _referring(self, layout: BusLayout, batch: Batch) -> Iterator[CanFrames]:
@@ -132,7 +131,7 @@ class _DataGroupReader:
                 batch, first=kept.first, data=rows.reshape(-1), count=count, stride=stride, skip=0
             )
         columns = self._reader(batch).read(batch)
-        true = ~self._zeros(batch, columns)
+        blank = self._zeros(batch, columns)
         payload = self._payload(layout, batch, columns)
         if kept is not None and kept.rows.shape[0] > MAX_WAITING:
             payload = replace(payload, good=payload.good & ~payload.late, late=np.zeros_like(payload.late))
@@ -141,13 +140,13 @@ class _DataGroupReader:
             begin = int(np.argmax(payload.late))
             self.waiting[batch.group.number] = _GroupState(batch.rows[begin:].copy(), batch.first + begin)
             columns, payload = columns.rows(slice(0, begin)), payload.rows(slice(0, begin))
-            true = true[:begin]
+            blank = None if blank is None else blank[:begin]
         window = batch.windows.get(layout.fields["DataBytes"].data_link)
         if window is not None and window.lost:
             self.gaps.without_payload(columns.time_ns[~payload.good])
-        if not true.all():
-            left_out(self.log, int(np.count_nonzero(~true)))
-            columns, payload = columns.rows(true), payload.rows(true)
+        if blank is not None and blank.any():
+            left_out(self.log, int(np.count_nonzero(blank)))
+            columns, payload = columns.rows(~blank), payload.rows(~blank)
         if columns.time_ns.size:
             yield self._made(columns, payload)
 

@@ -35,8 +35,8 @@ class Gaps:
     _bare: tuple[int, int] | None = None
     _ends: dict[int, tuple[int, int]] = field(default_factory=dict)
 
-    def see(self, group: int, first: int, time_ns: IntArray) -> None:
-        """Records of a group from number `first` on; NO_TIME stamps are passed over, and a run of them is a gap."""
+    def see(self, group: int, first: int, time_ns: IntArray, *, holes: bool = False) -> None:
+        """Records of a group from number `first` on; NO_TIME stamps (holes: there are some) are passed over, a run of them is a gap."""
         expected, before = self._ends.get(group, (first, NO_TIME))
         ends = [int(time_ns[0]), int(time_ns[-1])] if time_ns.size else []
         if NO_TIME in ends:
@@ -44,14 +44,13 @@ class Gaps:
             ends = [int(known[0]), int(known[-1])] if known.size else []
         if ends and first > expected and before != NO_TIME and ends[0] > before:
             self.log.lost_spans_ns.append((before, ends[0]))
-        self._inside(time_ns)
+        if holes:
+            self._inside(time_ns)
         self._ends[group] = first + int(np.size(time_ns)), ends[1] if ends else before
 
     def _inside(self, time_ns: IntArray) -> None:
         """Runs of records without a stamp between others, the first of them where there are very many."""
         bad = time_ns == NO_TIME
-        if not bad.any():
-            return
         edges = np.diff(bad.astype(np.int8), prepend=0, append=0)
         begins, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
         inner = (ends - begins >= RUN) & (begins > 0) & (ends < time_ns.size)

@@ -233,7 +233,7 @@ class MeasuredReader:
             left_out(gaps.log, int(np.count_nonzero(blank)))
             timeless = int(np.count_nonzero(~blank & (time_ns == NO_TIME)))
             time_ns = np.where(blank, NO_TIME, time_ns)
-        gaps.see(batch.group.number, batch.first, time_ns)
+        gaps.see(batch.group.number, batch.first, time_ns, holes=timeless > 0 or blank is not None)
         read = reader.columns.read(batch)
         decoded = read.values
         for name, reason, where in read.left_out:

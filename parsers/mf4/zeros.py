@@ -21,7 +21,8 @@ def find_zeros(batch: Batch, time_ns: IntArray, zero_ns: int | None) -> NDArray[
 
     zero_ns: the stamp of a record of zeros, None where it could be a true one. None where there is none.
     """
-    if zero_ns is None:
+    # the least stamp alone tells it of nearly every batch
+    if zero_ns is None or not time_ns.size or time_ns.min() > zero_ns:
         return None
     at = np.flatnonzero(time_ns == zero_ns)
     if not at.size:
