@@ -22,7 +22,7 @@ IMPOSSIBLE = 0.93
 is not known."""
 
 RIGID = 0.1
-"""Chance beforehand that tyres do not give in roll, beside what is known of no vehicle."""
+"""Chance beforehand that tyres do not give in roll, where no vehicle is known."""
 
 RIGID_TOO = {True: 0.0, False: 0.05}
 """The same beside a vehicle's draws, which hold some already, by whether the vehicle file states the tyres' rate."""
