@@ -10,40 +10,29 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import SAMPLED, estimate_of, learned_of, listed, told
+from pipelines.joint.answers import SAMPLED, Told, estimate_of, learned_of, listed, told
 from pipelines.joint.bends import bent
 from pipelines.joint.conflict import Check, check
-from pipelines.joint.counted import counted
 from pipelines.joint.doubts import Apart, doubted, doubts_of, said
 from pipelines.joint.file_check import file_check
-from pipelines.joint.information import prior_spreads, shares, slopes
+from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
-from pipelines.joint.levelled import TEXT as LEVELLED
-from pipelines.joint.levelled import as_levelled
 from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.outputs import outputs_of
-from pipelines.joint.posterior import Joint, extended, find_mode, log_density, values_at
+from pipelines.joint.posterior import Joint, log_density, values_at
 from pipelines.joint.profile import departure
-from pipelines.joint.rigid_tyres import HEARD, OPEN, SURE, TEXT, rigid, rigid_chance
+from pipelines.joint.reached import Modes, Reached, reach
 from pipelines.joint.sampling import sample
-from pipelines.joint.stated import stated_relations
-from pipelines.joint.unknowns import Known, before_the_log
-from pipelines.results import FloatArray, JointVerdict, ParameterEstimate
+from pipelines.results import FloatArray, JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
 CURVED = 0.5
 """Departure of a parameter's profile from a normal one, in nats at two standard deviations (where that has fallen by 2),
 from which on the posterior is sampled."""
 
-APART = 3.0
-"""Distance in standard deviations from which on two ends of the search are two modes."""
-
 DRAWS = 2000
-STARTS = 4
 FAR = 2.5
 LOOKED_AT = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "roll_stiffness_nmprad")
-MOVED = ("empty_h", "load_h", "load", "roll_center_front", "roll_inertia")
-"""Unknowns that the search is started apart in: heights, where mirror solutions lie."""
 
 
 @dataclass(frozen=True)
@@ -61,33 +50,6 @@ class Inference:
     shared: Mapping[str, str] = field(default_factory=dict)
 
 
-def _starts(known: Known, rng: np.random.Generator) -> list[FloatArray]:
-    """The prior's mean, and points up to two standard deviations off in heights and load."""
-    size = len(known.names)
-    rows = [known.names.index(n) for n in MOVED]
-    found = [np.zeros(size)]
-    for _ in range(STARTS - 1):
-        start = np.zeros(size)
-        start[rows] = rng.uniform(-2, 2, len(rows))
-        found.append(start)
-    return found
-
-
-def _modes(
-    evidence: Sequence[Evidence], known: Known, rng: np.random.Generator
-) -> tuple[Joint, list[tuple[FloatArray, FloatArray]]]:
-    """The best mode, and all that lie apart from each other: (mean, covariance) each."""
-    ends = [find_mode(evidence, known, [start]) for start in _starts(extended(known, evidence), rng)]
-    ends.sort(key=lambda end: end.cost)
-    best = ends[0]
-    modes = [(best.u, best.covariance)]
-    for end in ends[1:]:
-        away = [float((end.u - u) @ np.linalg.solve(c, end.u - u)) for u, c in modes]
-        if end.converged and end.cost < best.cost + 12 and min(away) > APART**2:
-            modes.append((end.u, end.covariance))
-    return best, modes
-
-
 def _inflation(joint: Joint) -> float:
     """Factor for relations that contradict each other or the vehicle file beyond their spreads."""
     count = sum(len(p.residual) for p in joint.parts)
@@ -97,7 +59,7 @@ def _inflation(joint: Joint) -> float:
 
 def _draws(
     joint: Joint,
-    modes: Sequence[tuple[FloatArray, FloatArray]],
+    modes: Modes,
     gradients: Mapping[str, FloatArray],
     rng: np.random.Generator,
 ) -> tuple[FloatArray | None, str]:
@@ -138,32 +100,19 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     Raises LinAlgError where no vehicle that is known of fits the relations.
     """
     started = time.perf_counter()
-    known, stated = before_the_log(vehicle), stated_relations(vehicle)
-    kept, dropped = counted(evidence, known)
-    if not kept:
+    reached = reach(evidence, vehicle, rng)
+    if reached is None:
         return None
-    joint, modes = _modes((*kept, *stated), known, rng)
-    levelled = as_levelled(joint, vehicle)
-    if levelled is not None:
-        vehicle, known = levelled, before_the_log(levelled)
-        joint, modes = _modes((*kept, *stated), known, rng)
-    relations = check(joint)
-    doubtful, shared = _doubtful(relations, evidence, kept)
-    chance, other = rigid_chance(joint, (*kept, *stated), known)
-    stiff = chance > SURE
-    if stiff:
-        known = rigid(known)
-        joint, modes = _modes((*kept, *stated), known, rng)
-        relations = check(joint)
+    joint = reached.joint
     middle, gradients = slopes(joint)
-    checks = (*relations, *file_check(joint, vehicle))
+    checks = (*reached.checks, *file_check(joint, reached.vehicle))
     factor = _inflation(joint)
-    doubts = doubts_of(joint, vehicle)
-    draws, method = _draws(joint, modes, gradients, rng)
-    priors = prior_spreads(known, stated, rng) if known.mass else {}
+    doubts = doubts_of(joint, reached.vehicle)
+    draws, method = _draws(joint, reached.modes, gradients, rng)
+    priors = prior_spreads(reached.known, reached.stated, rng) if reached.known.mass else {}
     columns = bent(joint, middle, gradients, rng) if draws is None else _drawn(joint, draws)
     rough = 1.0 if draws is None else SAMPLED
-    apart = _apart(other, chance, vehicle) if other is not None and HEARD < chance <= SURE else {}
+    apart = {} if reached.stiff is None else _apart(reached.stiff, reached.chance, reached.vehicle)
     answers = {
         name: doubted(
             told(value, gradients[name], joint, checks, factor, columns.get(name), rough),
@@ -173,12 +122,30 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         )
         for name, value in middle.items()
     }
+    parameters, learned = _entries(reached, answers, gradients, priors)
+    record = JointVerdict(
+        learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
+        (*reached.found, *_far(joint), *said(doubts)), method, factor, time.perf_counter() - started,
+    )  # fmt: skip
+    kept = kept_of(joint, reached.checks, factor, draws is None)
+    doubtful, shared = _doubtful(reached.before_tyres, evidence, reached.kept)
+    return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared)
+
+
+def _entries(
+    reached: Reached,
+    answers: Mapping[str, Told],
+    gradients: Mapping[str, FloatArray],
+    priors: Mapping[str, Spread],
+) -> tuple[dict[str, ParameterEstimate], dict[str, Learned]]:
+    """Each parameter's entry in the verdict, and what was learned of it, by which relation."""
+    joint, reference = reached.joint, reached.vehicle.reference
     wider = {name: answers[name].std / _laplace(joint, g) for name, g in gradients.items()}
     brought = shares(joint, gradients, wider)
     following = next_measurements(joint, gradients, wider)
     parameters = {
         name: estimate_of(
-            name, answer, priors.get(name), brought[name], vehicle.reference.get(name), kept, following[name]
+            name, answer, priors.get(name), brought[name], reference.get(name), reached.kept, following[name]
         )
         for name, answer in answers.items()
     }
@@ -186,18 +153,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         name: learned_of(name, answers[name], prior, brought[name], following[name])
         for name, prior in priors.items()
     }
-    record = JointVerdict(
-        learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), dropped,
-        (*((TEXT,) if stiff else ()), *((OPEN.format(chance=chance),) if apart else ()), *((LEVELLED,) if levelled else ()), *_far(joint), *said(doubts)),
-        method, factor, time.perf_counter() - started,
-    )  # fmt: skip
-    return Inference(
-        _with_conflicts(parameters, checks),
-        record,
-        kept_of(joint, relations, factor, draws is None),
-        doubtful,
-        shared,
-    )
+    return parameters, learned
 
 
 def _apart(other: Joint, chance: float, vehicle: Vehicle) -> dict[str, Apart]:
