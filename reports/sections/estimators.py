@@ -11,7 +11,7 @@ INTRO = "Which estimators ran and how, and exactly what each of the others lacks
 TONES: dict[str, Tone] = {"ran": "good", "skipped": "quiet", "failed": "bad"}
 MOST_DIAGNOSTICS = 24
 PRINTED_DIAGNOSTICS = 4
-MORE = "The first few of each; all are in report.html and results.json."
+MORE = f"The first few of each; report.html has up to {MOST_DIAGNOSTICS} of each, results.json all."
 PAIRS = 3
 """Diagnostics stand in so many pairs of name and value a row."""
 
@@ -54,7 +54,9 @@ def _diagnostics(estimate: Estimate) -> list[Heading | Table]:
         for first in range(0, len(cells), PAIRS)
     )
     columns = (Column("Figure", weight=2), Column("Value", "right", 1)) * PAIRS
-    return [Heading(clean(estimate.estimator, 60)), Table(columns, rows, dense=True)]
+    left = len(estimate.diagnostics) - MOST_DIAGNOSTICS
+    note = f"{left} more are in results.json." if left > 0 else ""
+    return [Heading(clean(estimate.estimator, 60)), Table(columns, rows, dense=True, note=note)]
 
 
 def _folded(results: DriveResults) -> Folded | None:
