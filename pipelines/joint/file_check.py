@@ -29,6 +29,7 @@ LEFT = 0.04
 
 SOURCE = "stated figures"
 
+LIGHTER = "an empty mass above the laden one"
 STATED: Mapping[str, Mapping[str, str]] = {
     "stated mass": {"mass_kg": "empty_mass"},
     "stated spring rates": {f"spring_rate_{a}_npm": f"spring_{a}" for a in ("front", "rear")},
@@ -70,11 +71,34 @@ def _released(joint: Joint, rows: list[int]) -> FloatArray:
     return np.asarray(np.linalg.solve(curvature, pull))
 
 
+def _lighter_than_empty(joint: Joint, vehicle: Vehicle) -> tuple[Check, ...]:
+    """Whether the log has the laden vehicle lighter than the file the empty one: no load is less than nothing.
+
+    A load's prior is normal and holds such loads; its own misfit is no test, as a load three times the usual one is no contradiction.
+    """
+    from scipy.stats import chi2 as law
+
+    row = joint.known.names.index("load")
+    left = float(joint.covariance[row, row])
+    if vehicle.get("mass_kg") is None or 1 - left < SEEN:
+        return ()
+    # without the load's own prior
+    mean = joint.known.mean[row] + joint.known.std[row] * joint.u[row] / (1 - left)
+    std = joint.known.std[row] * math.sqrt(left / (1 - left))
+    amount = min(float(mean) / std, 0.0) ** 2
+    probability = float(law.sf(amount, 1))
+    if probability >= UNLIKELY:
+        return ()
+    wider = math.sqrt(amount / float(law.isf(LIKELY, 1)))
+    record = RelationCheck(LIGHTER, SOURCE, 1, amount, probability, wider, "contradicts the log")
+    return (Check(record, _released(joint, [row, joint.known.names.index("empty_mass")])),)
+
+
 def file_check(joint: Joint, vehicle: Vehicle) -> tuple[Check, ...]:
     """The stated figures that contradict the log, as relations in conflict; none where all go with it."""
     from scipy.stats import chi2 as law
 
-    found = []
+    found = [*_lighter_than_empty(joint, vehicle)]
     for title, figures in STATED.items():
         names = [unknown for key, unknown in figures.items() if vehicle.get(key) is not None]
         rows = [joint.known.names.index(name) for name in names]

@@ -7,7 +7,7 @@ import pytest
 
 from pipelines.evidence import Evidence, Values
 from pipelines.joint.conflict import check
-from pipelines.joint.file_check import SOURCE, file_check, misfit, worse_test
+from pipelines.joint.file_check import LIGHTER, SOURCE, file_check, misfit, worse_test
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.unknowns import before_the_log
@@ -87,3 +87,10 @@ def test_quiet_figures_do_not_hide_one_that_contradicts(axes: int) -> None:
     found = check(find_mode(relations, KNOWN))
     assert found[1].in_conflict
     assert found[1].record.numbers == 1
+
+
+@pytest.mark.parametrize(("load", "conflict"), [(-250.0, True), (-30.0, False), (900.0, False)])
+def test_no_load_is_less_than_nothing(load: float, conflict: bool) -> None:
+    """A load of minus 250 ± 40 kg is another vehicle's file; one of minus 30 is nobody aboard, and one of 900 a cargo."""
+    joint = find_mode([linear({"load": 1.0}, load, 40.0)], KNOWN)
+    assert [c.record.relation for c in file_check(joint, vehicle())] == ([LIGHTER] if conflict else [])

@@ -156,6 +156,7 @@ class LoadBalance:
                 self._nothing(known, vehicle, reason),
                 traces=traces(fit, data),
                 diagnostics=self._figures(fit, data),
+                evidence=evidence_of(fit, data, heavy=heavy),
             )
         rest: dict[str, ParameterEstimate] = {}
         if "tyre" in data.kinds or "axle" in data.kinds:

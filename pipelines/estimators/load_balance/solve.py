@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.estimators.load_balance.relations import Relation
+from pipelines.estimators.load_balance.relations import IntArray, Relation
 from pipelines.evidence import Evidence
 from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray
@@ -78,9 +78,26 @@ def jacobian(relation: Relation, known: Known, u: FloatArray) -> tuple[FloatArra
     return base, out
 
 
+def _starts(relation: Relation) -> IntArray:
+    """(b,) first row of each block."""
+    return np.flatnonzero(np.diff(relation.block, prepend=relation.block[0] - 1)).astype(np.int64)
+
+
+def unexplained(
+    instruments: FloatArray, residual: FloatArray, weight: FloatArray | None = None
+) -> FloatArray:
+    """(n,) the residual without what the instruments explain of it: that is misfit, a wrong figure's, and no noise.
+
+    Taken for noise it would silence the very relation that contradicts a file that is wrong by a factor.
+    """
+    z = instruments if weight is None else instruments * weight[:, None]
+    gain, *_ = np.linalg.lstsq(z.T @ instruments, z.T @ residual, rcond=1e-10)
+    return np.asarray(residual - instruments @ gain)
+
+
 def _sums(relation: Relation, weight: FloatArray) -> FloatArray:
     """(b, z, k) products of instruments and columns, block by block."""
-    edges = np.flatnonzero(np.diff(relation.block, prepend=relation.block[0] - 1))
+    edges = _starts(relation)
     ends = np.append(edges[1:], len(relation.block))
     z = relation.instruments * weight[:, None]
     return np.array([z[i:j].T @ relation.table[i:j] for i, j in zip(edges, ends, strict=True)])
@@ -104,21 +121,23 @@ def _reduce(relation: Relation, known: Known, u: FloatArray, first: bool) -> Red
     """Sums, weights and covariance at u."""
     theta = relation.vector(known.at(u))
     residual = relation.table @ theta
-    scale = 1.4826 * float(np.median(np.abs(residual - np.median(residual)))) + 1e-12
-    middle = 0.0 if not first else float(np.median(residual))
-    weight = np.minimum(1.0, HUBER * scale / np.maximum(np.abs(residual - middle), 1e-12))
+    noise = unexplained(relation.instruments, residual)
+    scale = 1.4826 * float(np.median(np.abs(noise - np.median(noise)))) + 1e-12
+    middle = 0.0 if not first else float(np.median(noise))
+    weight = np.minimum(1.0, HUBER * scale / np.maximum(np.abs(noise - middle), 1e-12))
     if first:
         # the first guess is wrong by more than noise: only wild rows lose weight
         weight = np.minimum(1.0, 4 * weight)
     blocks = _sums(relation, weight)
     total = blocks.sum(axis=0)
-    scores = blocks @ theta
     b = len(blocks)
-    scattered = (scores - scores.mean(axis=0)).T @ (scores - scores.mean(axis=0)) * b / max(b - 1, 1)
     z = relation.instruments * weight[:, None]
-    rows = _correlation_rows(weight * residual, max(10, len(residual) // max(b, 1)))
+    noise = unexplained(relation.instruments, residual, weight)
     # row by row: residuals are small where little road passes, and instruments may count those rows above all
-    score = z * residual[:, None]
+    score = z * noise[:, None]
+    scores = np.add.reduceat(score, _starts(relation))
+    scattered = (scores - scores.mean(axis=0)).T @ (scores - scores.mean(axis=0)) * b / max(b - 1, 1)
+    rows = _correlation_rows(weight * noise, max(10, len(residual) // max(b, 1)))
     even = rows * (score.T @ score)
     share = b / (b + 2.0 * z.shape[1])
     covariance = share * scattered + (1 - share) * even
