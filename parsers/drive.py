@@ -10,7 +10,7 @@ from typing import Literal
 from parsers.channels import FloatArray, IntArray
 from parsers.importer import Status
 
-DecisionKind = Literal["sign", "unit", "spikes", "offset", "scale", "range", "choice", "load"]
+DecisionKind = Literal["sign", "unit", "spikes", "offset", "scale", "range", "choice", "load", "zero"]
 
 
 @dataclass(frozen=True)

@@ -24,6 +24,7 @@ from pipelines.estimators.registry import estimators
 from pipelines.joint.kept import KeptRelations
 from pipelines.limits import what_limits
 from pipelines.needs import readiness
+from pipelines.prepare.deflection_zero import with_zero_open
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
 from pipelines.prepare.load_step import load_step, with_load_step
@@ -144,7 +145,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive = with_doubt(drive, lateral)
     step = load_step(drive, vehicle)
-    drive = with_load_step(drive, step)
+    drive, vehicle = with_zero_open(with_load_step(drive, step), vehicle)
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):
         progress(f"estimating: {estimator.title}", number / len(chosen))

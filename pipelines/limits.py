@@ -45,6 +45,15 @@ def _load_changed(record: ImportRecord) -> list[str]:
     ]
 
 
+def _zero_open(record: ImportRecord) -> list[str]:
+    """That the deflections look zeroed under the load (`prepare.deflection_zero`), and what to state."""
+    return [
+        f"{d.found[:1].upper()}{d.found[1:]}. {d.action[:1].upper()}{d.action[1:]}."
+        for d in record.decisions
+        if d.kind == "zero"
+    ]
+
+
 def _not_run(estimates: Sequence[Estimate], record: ImportRecord) -> list[str]:
     """What was skipped; where nothing ran, what the log gives and what the first method lacks, as an example."""
     skipped = [e for e in estimates if e.status == "skipped"]
@@ -109,7 +118,12 @@ def what_limits(
     # the weightiest first: that nothing ran, or, where something did, at the end what else could have
     nothing_ran = not any(e.status == "ran" for e in estimates)
     limits = list(skipped) if nothing_ran else []
-    limits += [*_load_changed(record), *_contradiction(joint), *_two_stiffnesses(vehicle)]
+    limits += [
+        *_load_changed(record),
+        *_zero_open(record),
+        *_contradiction(joint),
+        *_two_stiffnesses(vehicle),
+    ]
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")
     if height is not None and height.status != "identified":

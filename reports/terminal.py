@@ -48,6 +48,11 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
         for d in results.record.decisions
         if d.kind == "load"
     ]
+    told += [
+        f"{sentence(clean(d.found, 200)).rstrip('.')}: {clean(d.action, 200)}."
+        for d in results.record.decisions
+        if d.kind == "zero"
+    ]
     told += [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
     following = next_line(results)
     if following:

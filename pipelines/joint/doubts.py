@@ -210,7 +210,7 @@ def _physics_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
 
 def _levelling(joint: Place, vehicle: Vehicle) -> list[Doubt]:
     """Deflections that have nothing to do with the load."""
-    if vehicle.self_levelling is not None:
+    if vehicle.self_levelling is not None or vehicle.deflection_zero == "loaded":
         return []
     known = joint.known
     kilos = float(known.mean[known.index("empty_mass")])

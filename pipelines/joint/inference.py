@@ -22,7 +22,7 @@ from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, log_density, values_at
 from pipelines.joint.profile import departure
 from pipelines.joint.reached import Modes, Reached, reach
-from pipelines.joint.sampling import sample
+from pipelines.joint.sampling import Drawn, no_narrower, sample
 from pipelines.results import FloatArray, JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -62,14 +62,14 @@ def _draws(
     modes: Modes,
     gradients: Mapping[str, FloatArray],
     rng: np.random.Generator,
-) -> tuple[FloatArray | None, str]:
-    """Draws of u (n, k) where the posterior is not normal, else None; and how it was found, in words."""
+) -> tuple[Drawn | None, str]:
+    """Draws of u where the posterior is not normal, else None; and how it was found, in words."""
     away = departure(joint, gradients, LOOKED_AT)
     if len(modes) == 1 and away < CURVED:
         return None, "Laplace's approximation at the mode (the posterior is close to normal there)"
     drawn = sample(log_density(joint), modes, rng, DRAWS)
     why = f"{len(modes)} modes" if len(modes) > 1 else "it is not normal"
-    return drawn.draws, f"sampled, as {why}: {drawn.text}"
+    return drawn, f"sampled, as {why}: {drawn.text}"
 
 
 def _far(joint: Joint) -> tuple[str, ...]:
@@ -108,10 +108,10 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     checks = (*reached.checks, *file_check(joint, reached.vehicle))
     factor = _inflation(joint)
     doubts = doubts_of(joint, reached.vehicle)
-    draws, method = _draws(joint, reached.modes, gradients, rng)
+    drawn, method = _draws(joint, reached.modes, gradients, rng)
     priors = prior_spreads(reached.known, reached.stated, rng) if reached.known.mass else {}
-    columns = bent(joint, middle, gradients, rng) if draws is None else _drawn(joint, draws)
-    rough = 1.0 if draws is None else SAMPLED
+    columns = bent(joint, middle, gradients, rng) if drawn is None else _drawn(joint, drawn, gradients)
+    rough = 1.0 if drawn is None else SAMPLED
     apart = {} if reached.stiff is None else _apart(reached.stiff, reached.chance, reached.vehicle)
     answers = {
         name: doubted(
@@ -127,7 +127,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
         (*reached.found, *_far(joint), *said(doubts)), method, factor, time.perf_counter() - started,
     )  # fmt: skip
-    kept = kept_of(joint, reached.checks, factor, draws is None)
+    kept = kept_of(joint, reached.checks, factor, drawn is None)
     doubtful, shared = _doubtful(reached.before_tyres, evidence, reached.kept)
     return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared)
 
@@ -164,10 +164,13 @@ def _apart(other: Joint, chance: float, vehicle: Vehicle) -> dict[str, Apart]:
     return {name: Apart(chance, answer.value, answer.std) for name, answer in answers.items()}
 
 
-def _drawn(joint: Joint, draws: FloatArray) -> dict[str, FloatArray]:
-    """The parameters of draws (n, k): (n,) each."""
-    found = outputs_of(values_at(joint.known, draws), joint.given)
-    return {name: np.broadcast_to(column, len(draws)) for name, column in found.items()}
+def _drawn(joint: Joint, drawn: Drawn, gradients: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """The parameters of n draws: (n,) each. Coarse ones are spread out to no less than the curvature at the mode says."""
+    found = outputs_of(values_at(joint.known, drawn.draws), joint.given)
+    columns = {name: np.broadcast_to(column, len(drawn.draws)) for name, column in found.items()}
+    if not drawn.coarse:
+        return columns
+    return {name: no_narrower(column, _laplace(joint, gradients[name])) for name, column in columns.items()}
 
 
 def _laplace(joint: Joint, gradient: FloatArray) -> float:

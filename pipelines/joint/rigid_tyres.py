@@ -25,6 +25,9 @@ from pipelines.joint.unknowns import Known
 CHANCE = 0.05
 """Chance beforehand that a log comes from a simulator whose tyres do not give."""
 
+STATED_CHANCE, STATED = 0.01, 0.15
+"""The same where the vehicle file states the tyres' rate, which then is known to less than STATED of it: authors of rigid tyres have none."""
+
 SURE = 0.95
 """Chance with the log from which on its tyres are taken so."""
 
@@ -66,4 +69,6 @@ def rigid_chance(soft: Joint, evidence: Sequence[Evidence], known: Known) -> tup
     if pulled < PULLED or not any(TYRES in e.unknowns for e in evidence):
         return 0.0, None
     stiff = find_mode(evidence, rigid(known), [soft.u])
-    return float(expit(log_odds(soft, stiff) + math.log(CHANCE / (1 - CHANCE)))), stiff
+    row = known.index(TYRES)
+    chance = STATED_CHANCE if known.std[row] < STATED * known.mean[row] else CHANCE
+    return float(expit(log_odds(soft, stiff) + math.log(chance / (1 - chance)))), stiff

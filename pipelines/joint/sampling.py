@@ -19,7 +19,7 @@ from pipelines.joint.sampling_moves import Cloud, Counted, jump_move, powered, s
 from pipelines.joint.sampling_start import begin, kish, normalised, resampled
 from pipelines.results import FloatArray
 
-__all__ = ["Drawn", "LogDensity", "find_modes", "not_gaussian", "sample"]
+__all__ = ["Drawn", "LogDensity", "find_modes", "no_narrower", "not_gaussian", "sample"]
 
 POINTS = 1000
 ROWS = 400_000
@@ -31,18 +31,32 @@ FORGOTTEN = 0.4
 LEAST_MOVES, STEP_MOVES, LAST_MOVES = 5, 8, 20
 """Moves a step: at least (the guide is learned from the points: one move would leave their chance errors), at most."""
 STARTS = 8
+FAR_OUT = 5e-5
+"""Power of the likelihood below which the start is far outside: some thirty steps, for each of which there is time for few moves."""
 
 
 @dataclass(frozen=True)
 class Drawn:
     """draws: (n, k), equally likely. effective: how many independent draws they are worth for means and squares along the
     worst known directions, or for the shares of the modes; 0: the density could not be sampled and the draws are the Gaussians'.
-    text: how it was done and how good it is, a sentence.
+    text: how it was done and how good it is, a sentence. power: of the likelihood at which the points began.
     """
 
     draws: FloatArray
     effective: float
     text: str
+    power: float = 1.0
+
+    @property
+    def coarse(self) -> bool:
+        """Whether the points came from so far outside that they may have lost part of the posterior on their way in."""
+        return self.power < FAR_OUT
+
+
+def no_narrower(column: FloatArray, spread: float) -> FloatArray:
+    """(n,) draws of a parameter, stretched about their mean where they scatter less than `spread`."""
+    middle, own = float(column.mean()), float(column.std())
+    return column if own >= spread else np.asarray(middle + spread / max(own, 1e-300) * (column - middle))
 
 
 def sample(
@@ -74,7 +88,7 @@ def sample(
     draws = np.concatenate(seen)[rng.permutation(points * len(seen))[:count]]
     effective = min(effective, float(count))
     text = _text(start.power, steps, points, len(modes), given, shares, effective, count)
-    return Drawn(draws, effective, text)
+    return Drawn(draws, effective, text, start.power)
 
 
 def with_others(density: LogDensity, mode: Mode, rng: np.random.Generator) -> list[Mode]:

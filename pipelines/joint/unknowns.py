@@ -224,7 +224,8 @@ def _suspension(book: Book, kilos: float) -> bool:
     for wheel in CORNERS:
         rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
         zero = float(np.hypot(ZERO_M * rate, 20.0))
-        if vehicle.self_levelling == "both" or (vehicle.self_levelling == "rear" and wheel[0] == "r"):
+        levels = vehicle.self_levelling == "both" or (vehicle.self_levelling == "rear" and wheel[0] == "r")
+        if levels or vehicle.deflection_zero == "loaded":
             zero = levelled_n(vehicle, kilos)
         book.put(f"zero_{wheel}", 0.0, zero)
         book.put(f"stuck_{wheel}", 0.0, stuck)

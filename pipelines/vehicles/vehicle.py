@@ -61,8 +61,9 @@ SHARES = frozenset(["brake_front_share", "drive_front_share", "camber_compensati
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_KEYS = frozenset({"mass_kg", "height_m"})
 SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})
-TEXT_KEYS = frozenset({"id", "name", "body", "suspension_map", "self_levelling"})
+TEXT_KEYS = frozenset({"id", "name", "body", "suspension_map", "self_levelling", "deflection_zero"})
 LEVELLING = ("none", "rear", "both")
+ZEROS = ("empty", "loaded")
 
 LEAST_STD = {"cg_lateral_offset_m": 0.005}
 """m: what a bare figure of any sign is worth at least; 0.02 where not named."""
@@ -95,7 +96,8 @@ class Vehicle:
     of a fleet it is (a VIN, a fleet number).
 
     self_levelling: which axle's springs keep the body's height under any load, one of LEVELLING; None where the file is silent.
-    reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
+    deflection_zero: the vehicle on which suspension deflections are nought, one of ZEROS; None where the file is silent (empty, unless
+    the log looks otherwise). reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
     its suspension; suspension_map_path: its file as the vehicle file names it, taken from the vehicle file's folder.
     """
 
@@ -110,6 +112,7 @@ class Vehicle:
     suspension_map_path: Path | None = None
     id: str | None = None
     self_levelling: str | None = None
+    deflection_zero: str | None = None
 
     def get(self, key: str) -> Quantity | None:
         """A quantity of the empty vehicle, or None where the file is silent."""
@@ -222,12 +225,12 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     if "id" in texts and not texts["id"].strip():
         raise VehicleError("found no text, expected a name", path=path, place="[vehicle] id")
     _check_body(texts.get("body"), path)
-    levelling = texts.get("self_levelling")
-    if levelling is not None and levelling not in LEVELLING:
-        expected = ", ".join(map(repr, LEVELLING))
-        raise VehicleError(
-            f"found {levelling!r}, expected one of {expected}", path=path, place="[vehicle] self_levelling"
-        )
+    for key, choices in (("self_levelling", LEVELLING), ("deflection_zero", ZEROS)):
+        if key in texts and texts[key] not in choices:
+            expected = ", ".join(map(repr, choices))
+            raise VehicleError(
+                f"found {texts[key]!r}, expected one of {expected}", path=path, place=f"[vehicle] {key}"
+            )
     vehicle = Vehicle(
         name=texts.get("name"),
         body=texts.get("body"),
@@ -238,7 +241,8 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         path=path,
         suspension_map_path=_beside(texts.get("suspension_map"), path),
         id=texts["id"].strip() if "id" in texts else None,
-        self_levelling=levelling,
+        self_levelling=texts.get("self_levelling"),
+        deflection_zero=texts.get("deflection_zero"),
     )
     check_plausible(vehicle, path)
     _check_geometry(vehicle, path)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from pipelines.joint.gaussianity import LogDensity
-from pipelines.joint.sampling import Drawn, not_gaussian, sample
+from pipelines.joint.sampling import FAR_OUT, Drawn, no_narrower, not_gaussian, sample
 from pipelines.results import FloatArray
 
 
@@ -196,3 +196,15 @@ def test_a_density_of_nought_is_said() -> None:
     drawn = sample(lambda u: np.full(len(u), -np.inf), [(np.zeros(4), np.eye(4))], _rng())
     assert drawn.effective == 0
     assert "not sampled" in drawn.text
+
+
+def test_draws_from_far_outside_are_no_surer_than_the_curvature() -> None:
+    """A start at a millionth of the likelihood is coarse; one at a hundredth is not. Stretched about the mean, never shrunk."""
+    draws = np.zeros((3, 2))
+    assert Drawn(draws, 300.0, "", 0.02 * FAR_OUT).coarse
+    assert not Drawn(draws, 300.0, "", 1e-2).coarse
+    column = _rng().standard_normal(500)
+    wide = no_narrower(column, 3.0)
+    assert wide.std() == pytest.approx(3.0)
+    assert wide.mean() == pytest.approx(column.mean())
+    assert no_narrower(column, 0.5) is column

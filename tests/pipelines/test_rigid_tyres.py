@@ -108,3 +108,13 @@ def test_where_the_odds_leave_it_open_the_answer_holds_both() -> None:
     assert mass.low is not None
     assert mass.high is not None
     assert mass.high - mass.low > 0.9 * apart
+
+
+def test_a_stated_rate_speaks_for_tyres_that_give() -> None:
+    """The same log: a file with the tyres' rate was not written by somebody whose tyres have none."""
+    evidence = [_give(0.6 * 5e6 / RATE, 3.0), linear({"load": 1.0}, 100.0, 10.0)]
+    silent, _ = rigid_chance(find_mode(evidence, KNOWN), evidence, KNOWN)
+    told = before_the_log(vehicle(tire_vertical_rate_npm=(RATE, 0.149 * RATE)))
+    stated, other = rigid_chance(find_mode(evidence, told), evidence, told)
+    assert other is not None
+    assert 0 < stated < 0.5 * silent

@@ -73,7 +73,7 @@ def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
     return out
 
 
-def _corner_columns(prepared: Prepared, smooth: Smoother) -> dict[str, FloatArray]:
+def _corner_columns(prepared: Prepared, smooth: Smoother, free_m: float) -> dict[str, FloatArray]:
     """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, both kinds of friction."""
     found: dict[str, FloatArray] = {}
     calm = Smoother(prepared, STICK_HZ)
@@ -81,7 +81,7 @@ def _corner_columns(prepared: Prepared, smooth: Smoother) -> dict[str, FloatArra
         d = prepared.columns[f"suspension_deflection_{wheel}"]
         rate = _rate_of(d, prepared)
         parts = {
-            "d": d, "d2": d * d, "d3": d**3, "stop": _into_stops(d, prepared), "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
+            "d": d, "d2": d * d, "d3": d**3, "stop": _into_stops(d, prepared, free_m), "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
             "stick": friction_state(calm.whole(d), prepared, STICK_M),
             "yield": friction_state(calm.whole(d), prepared, YIELD_M),
         }  # fmt: skip
@@ -90,11 +90,11 @@ def _corner_columns(prepared: Prepared, smooth: Smoother) -> dict[str, FloatArra
     return found
 
 
-def _into_stops(d: FloatArray, prepared: Prepared) -> FloatArray:
-    """(n,) m², the square of the travel in which a bump stop may be touched: beyond STOPS_M, and beyond where the wheel stands."""
+def _into_stops(d: FloatArray, prepared: Prepared, free_m: float) -> FloatArray:
+    """(n,) m², the square of the travel in which a bump stop may be touched: beyond free_m, and beyond where the wheel stands."""
     still = prepared.standstill
     stands = d[still] if len(still) and still.any() else d
-    from_m = max(float(np.nanmedian(stands)) if np.isfinite(stands).any() else 0.0, STOPS_M)
+    from_m = max(float(np.nanmedian(stands)) if np.isfinite(stands).any() else 0.0, free_m)
     return np.asarray(np.maximum(d - from_m, 0.0) ** 2)
 
 
@@ -239,8 +239,11 @@ def _at_rest(prepared: Prepared, smooth: Smoother) -> FloatArray:
     return np.asarray(state[smooth.rows])
 
 
-def collect(prepared: Prepared, known: Known, band_hz: float) -> Columns:
-    """All columns of the balances from a prepared drive; empty where it has no segments."""
+def collect(prepared: Prepared, known: Known, band_hz: float, *, zero_loaded: bool = False) -> Columns:
+    """All columns of the balances from a prepared drive; empty where it has no segments.
+
+    zero_loaded: deflections are nought where the loaded vehicle stands: how far the load lowers it is then not in them.
+    """
     smooth = Smoother(prepared, band_hz)
     kinds = _kinds(prepared) if prepared.segments else ()
     c = prepared.columns
@@ -273,8 +276,9 @@ def collect(prepared: Prepared, known: Known, band_hz: float) -> Columns:
         found["by_pressure"] = np.ones(len(rest))
     sag = None
     if "deflection" in kinds:
-        found |= _corner_columns(prepared, smooth)
-        sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
+        found |= _corner_columns(prepared, smooth, 0.0 if zero_loaded else STOPS_M)
+        if not zero_loaded:
+            sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):
         if kind in kinds:
             found |= {f"{kind}_{w}": smooth(c[f"{name}_{w}"]) for w in CORNERS}

@@ -131,7 +131,10 @@ class LoadBalance:
             return self._nothing(
                 known, vehicle, "; ".join(prepared.notes) or "no usable stretch of the drive"
             )
-        data = collect(prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz))
+        data = collect(
+            prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz),
+            zero_loaded=vehicle.deflection_zero == "loaded",
+        )  # fmt: skip
         along = along_relation(data, known)
         empty = vehicle.get("mass_kg")
         heavy = empty is not None and empty.value > HEAVY_KG and kind_of(vehicle) == "heavy"

@@ -1,0 +1,113 @@
+"""Deflections that were zeroed under the load: found where all four begin at nought, and then no load is taken from them."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from plant_balance import Car, demand, logged, simulate, vehicle_file
+
+from parsers.drive import Drive
+from parsers.errors import VehicleError
+from pipelines.estimators.load_balance.estimator import LoadBalance
+from pipelines.joint.inference import infer
+from pipelines.joint.unknowns import CORNERS, before_the_log
+from pipelines.limits import what_limits
+from pipelines.prepare.deflection_zero import NAMES, NOUGHT_M, begins_at_zero, with_zero_open
+from pipelines.results import ParameterEstimate
+from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+
+LOADED = Car(load=300.0, load_at=(2.4, 0.0, 0.9))
+
+
+@pytest.fixture(scope="module")
+def driven() -> Drive:
+    rng = np.random.default_rng(15)
+    return logged(
+        simulate(LOADED, demand(330, rng), rng),
+        np.random.default_rng(16),
+        "suspension_force",
+        "drive",
+        "brake",
+    )
+
+
+def _moved(drive: Drive, metres: dict[str, float]) -> Drive:
+    """Deflections with another zero: less what each is given."""
+    signals = dict(drive.signals)
+    for name, zero in metres.items():
+        signals[name] = replace(signals[name], values=signals[name].values - zero)
+    return replace(drive, signals=signals)
+
+
+def _zeroed(drive: Drive, left_m: float = 0.0) -> Drive:
+    """As if each sensor had been set to nought (or to left_m) in the drive's first second."""
+    first = {n: drive.signals[n].time_ns <= drive.signals[n].time_ns[0] + 10**9 for n in NAMES}
+    return _moved(drive, {n: float(drive.signals[n].values[first[n]].mean()) - left_m for n in NAMES})
+
+
+def _told(drive: Drive, vehicle: Vehicle) -> dict[str, ParameterEstimate]:
+    estimator = LoadBalance()
+    found = estimator.estimate(estimator.prepare(drive, {}), vehicle, {}, np.random.default_rng(0))
+    joined = infer(found.evidence, vehicle, np.random.default_rng(0))
+    assert joined is not None
+    return dict(joined.parameters)
+
+
+def test_only_four_wheels_at_nought_are_taken_so(driven: Drive) -> None:
+    assert begins_at_zero(driven) is None
+    assert begins_at_zero(_zeroed(driven)) == pytest.approx(0.0, abs=1e-6)
+    assert begins_at_zero(_zeroed(driven, 0.8 * NOUGHT_M)) == pytest.approx(0.8 * NOUGHT_M, rel=1e-6)
+    assert begins_at_zero(_zeroed(driven, 1.2 * NOUGHT_M)) is None
+    assert begins_at_zero(_moved(_zeroed(driven), {NAMES[2]: 0.002})) is None
+    three = {n: s for n, s in driven.signals.items() if n != NAMES[0]}
+    assert begins_at_zero(replace(driven, signals=three)) is None
+
+
+def test_it_is_said_and_the_vehicle_file_decides(driven: Drive) -> None:
+    drive, vehicle = with_zero_open(_zeroed(driven), Vehicle())
+    assert vehicle.deflection_zero == "loaded"
+    (said,) = [d for d in drive.record.decisions if d.kind == "zero"]
+    assert "begin at zero" in said.found
+    assert any("deflection_zero" in words for words in what_limits(drive.record, [], {}, vehicle))
+    for stated in ("empty", "loaded"):
+        told = replace(Vehicle(), deflection_zero=stated)
+        drive, kept = with_zero_open(_zeroed(driven), told)
+        assert kept is told
+        assert not drive.record.decisions
+    assert with_zero_open(driven, Vehicle()) == (driven, Vehicle())
+
+
+def test_a_load_that_was_zeroed_away_is_in_the_intervals(driven: Drive) -> None:
+    """300 kg in the boot: taken for empty they are 7 % of mass and 9 cm of the place, at tens of standard deviations."""
+    truth, file = LOADED.truth(), vehicle_file(LOADED, None)
+    drive, opened = with_zero_open(_zeroed(driven), file)
+    answers, before = _told(drive, opened), _told(_zeroed(driven), replace(file, deflection_zero="empty"))
+
+    def off(found: ParameterEstimate) -> float:
+        assert found.value is not None
+        assert found.std is not None
+        return abs(found.value - truth[found.name]) / found.std
+
+    for name in ("mass_kg", "cg_to_front_axle_m", "cg_height_m"):
+        assert off(answers[name]) < 3, name
+    assert max(off(before[name]) for name in ("mass_kg", "cg_to_front_axle_m")) > 4
+
+
+def test_the_zero_is_as_open_as_a_load_is() -> None:
+    file = vehicle_file(LOADED, None)
+    closed, opened = before_the_log(file), before_the_log(replace(file, deflection_zero="loaded"))
+    for wheel in CORNERS:
+        row = closed.index(f"zero_{wheel}")
+        assert opened.std[row] > 10 * closed.std[row]
+
+
+def test_the_vehicle_file_states_it(tmp_path: Path) -> None:
+    path = tmp_path / "vehicle.toml"
+    path.write_text('[vehicle]\ndeflection_zero = "loaded"\n')
+    assert read_vehicle(path).deflection_zero == "loaded"
+    path.write_text('[vehicle]\ndeflection_zero = "full"\n')
+    with pytest.raises(VehicleError, match="deflection_zero"):
+        read_vehicle(path)
