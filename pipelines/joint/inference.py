@@ -23,6 +23,7 @@ from pipelines.joint.posterior import Joint, log_density, values_at
 from pipelines.joint.profile import departure
 from pipelines.joint.reached import Modes, Reached, reach
 from pipelines.joint.sampling import Drawn, no_narrower, sample
+from pipelines.joint.spring_scale import springs_off
 from pipelines.results import FloatArray, JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -41,6 +42,7 @@ class Inference:
 
     doubtful: estimators whose relation contradicted the rest, tyres that give taken for granted, and by what factor.
     shared: estimators whose relation was not counted, since that of one that is `doubtful` shows the same.
+    springs_off: share by which spring rates, or the deflections' scale, are otherwise than stated (`springs_off`).
     """
 
     parameters: Mapping[str, ParameterEstimate]
@@ -48,6 +50,7 @@ class Inference:
     kept: KeptRelations
     doubtful: Mapping[str, float] = field(default_factory=dict)
     shared: Mapping[str, str] = field(default_factory=dict)
+    springs_off: float = 0.0
 
 
 def _inflation(joint: Joint) -> float:
@@ -129,7 +132,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     )  # fmt: skip
     kept = kept_of(joint, reached.checks, factor, drawn is None)
     doubtful, shared = _doubtful(reached.before_tyres, evidence, reached.kept)
-    return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared)
+    off = springs_off(joint, doubts, reached.vehicle)
+    return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off)
 
 
 def _entries(

@@ -56,6 +56,8 @@ _G = 9.81
 _MOST_SAG_M = 1.2
 _WIDEST_BASE = 1.1
 _LEAST_ROLL_ARM_M = 0.15
+_CAR_BASE_M, _NARROWEST_M = (2.2, 3.6), 0.95
+"""Wheelbases of cars and vans (narrow tractors have shorter, karts much shorter ones), and a track below that of the narrowest."""
 
 
 def check_plausible(vehicle: Vehicle, path: Path) -> None:
@@ -73,6 +75,7 @@ def check_plausible(vehicle: Vehicle, path: Path) -> None:
                     text, path=path, place=f"[{table}] {key}", hint=f"this key is in {span[2]}"
                 )
     _check_bases(vehicle.quantities, path)
+    _check_tracks(vehicle.quantities, path)
     mass = vehicle.get("mass_kg")
     if mass is not None:
         _check_springs(mass, vehicle.quantities, path)
@@ -86,6 +89,20 @@ def _check_bases(quantities: Mapping[str, Quantity], path: Path) -> None:
             raise VehicleError(
                 f"found {base.value:g}: the wheels stand {track.value:g} m apart", path=path,
                 place=f"[vehicle] spring_base_{axle}_m", hint="it is the distance of a rigid axle's springs from each other",
+            )  # fmt: skip
+
+
+def _check_tracks(quantities: Mapping[str, Quantity], path: Path) -> None:
+    """Half a track: from the middle to a wheel, as formulas have it. Nothing on a car's wheelbase is so narrow."""
+    base = quantities.get("wheelbase_m")
+    if base is None or not _CAR_BASE_M[0] <= base.value <= _CAR_BASE_M[1]:
+        return
+    for key in ("track_front_m", "track_rear_m"):
+        track = quantities.get(key)
+        if track is not None and track.value < _NARROWEST_M:
+            raise VehicleError(
+                f"found {track.value:g}: no vehicle on a wheelbase of {base.value:g} m is so narrow", path=path,
+                place=f"[vehicle] {key}", hint="it is the distance of an axle's wheels from each other, not half of it",
             )  # fmt: skip
 
 

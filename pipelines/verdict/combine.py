@@ -66,6 +66,9 @@ MISSING: dict[str, str] = {
 LARGEST_ALONE = 0.15
 """Relative spread beyond which an answer that was widened so is called weak."""
 
+BY_DEFLECTIONS = "roll_gradient_degpg"
+"""What one estimator tells from the roll angle alone: where that is by deflections, their scale is its scale."""
+
 ASIDE = ("roll_center_height_m", "pitch_arm_m", "pitch_inertia_kgm2", "drag_area_m2")
 """Parameters of the joint posterior that few ask for: in the verdict where the drive told them or an estimator gave them."""
 
@@ -219,6 +222,40 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: flo
     )  # fmt: skip
 
 
+def _as_sure_as_the_springs(
+    verdict: Mapping[str, ParameterEstimate], told: Sequence[Estimate], found: Inference
+) -> dict[str, ParameterEstimate]:
+    """A roll gradient by deflections, where the log has the springs otherwise: the rates may be right and the deflections' scale wrong."""
+    entry = verdict.get(BY_DEFLECTIONS)
+    if entry is None or entry.value is None or entry.std is None or entry.status == "not_identifiable":
+        return {}
+    carriers = {e.carrier for estimate in told for e in estimate.evidence if e.kind == "roll"}
+    if (
+        found.springs_off == 0
+        or BY_DEFLECTIONS in found.parameters
+        or not any("spring defl" in c for c in carriers)
+    ):
+        return {}
+    std = math.hypot(entry.std, found.springs_off * entry.value)
+    half = QUANTILE * std
+    reason = (
+        f"the log has spring rates, or the scale of the deflections, {found.springs_off:.0%} otherwise than stated, and what is "
+        f"seen by deflections is no surer; {entry.reason}"
+    )
+    status = "weak" if entry.status == "identified" else entry.status
+    return {
+        BY_DEFLECTIONS: replace(
+            entry,
+            std=std,
+            low=entry.value - half,
+            high=entry.value + half,
+            inner=(),
+            status=status,
+            reason=reason,
+        )
+    }
+
+
 def _widened(name: str, answers: Sequence[_Given], found: Inference) -> float:
     """By what factor the leading answer's spread has to grow for what its relation, or the one counted in its place, contradicts."""
     lead = answers[0]
@@ -277,6 +314,7 @@ def verdict_of(
             for name, answers in given.items()
             if name not in found.parameters and not answers[0].witness
         }
+        verdict |= _as_sure_as_the_springs(verdict, told, found)
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)

@@ -26,6 +26,7 @@ FILE = Path("car.toml")
         ("[vehicle]\nbrake_gain_nmppa = 40", ("brake_gain_nmppa", "not per bar")),
         ("[sensors]\nimu_above_ground_m = 650", ("[sensors] imu_above_ground_m", "not in mm")),
         ("[load]\nheight_m = 75", ("[load] height_m", "expected 0 to 8")),
+        ("[vehicle]\nwheelbase_m = 2.7\ntrack_rear_m = 0.78", ("track_rear_m", "not half of it")),
         ("mass_kg = 1500", ("write [vehicle] on a line above it",)),
     ],
 )
@@ -40,6 +41,7 @@ def test_other_units_are_refused(text: str, words: tuple[str, ...]) -> None:
     [
         "mass_kg = 50\nwheelbase_m = 0.51\ntrack_front_m = 0.55\nwheel_radius_m = 0.16",
         "mass_kg = 160\nwheelbase_m = 1.05\nroll_stiffness_nmprad = 5000\nspring_rate_front_npm = 5e5",
+        "mass_kg = 1900\nwheelbase_m = 2.1\ntrack_front_m = 0.85",
         "mass_kg = 40000\nwheelbase_m = 6\nspring_rate_rear_npm = 900000\nroll_stiffness_nmprad = 2e6",
         "roll_center_height_front_m = -0.05\ncg_lateral_offset_m = -0.01\nanti_roll_stiffness_front_nmprad = 0",
     ],
