@@ -16,29 +16,42 @@ from parsers.drive import Decision, Drive
 from parsers.signals import WHEELS
 from parsers.timebase import NS
 from pipelines.prepare.decided import decided
+from pipelines.prepare.standstill import SPEEDS
 from pipelines.vehicles.vehicle import Vehicle
 
 NOUGHT_M = 0.0005
 BEGIN_S = 1.0
+CREEPS_MPS = 0.3
 FEWEST = 5
-"""Samples of each wheel within BEGIN_S from its first that stand for where the drive began."""
+"""Samples of each wheel in which the drive has not begun: as long as it stands, a second of it in any case."""
 
 NAMES = tuple(f"suspension_deflection_{wheel}" for wheel in WHEELS)
 
 
+def _begin_ns(drive: Drive) -> int:
+    """Until when the drive has not begun: to its first motion where it stands first, at least BEGIN_S."""
+    least = drive.start_ns + int(BEGIN_S * NS)
+    for name in SPEEDS:
+        signal = drive.signals.get(name)
+        if signal is not None and len(signal.time_ns):
+            moving = np.flatnonzero(np.abs(signal.values) > CREEPS_MPS)
+            return max(least, int(signal.time_ns[moving[0]] if len(moving) else signal.time_ns[-1]))
+    return least
+
+
 def begins_at_zero(drive: Drive) -> float | None:
-    """Largest mean deflection over the drive's first second, m, where it is nought at all wheels; else None."""
-    means = []
+    """Largest median deflection before the drive's first motion, m, where it is nought at all wheels; else None."""
+    end = _begin_ns(drive)
+    found = []
     for name in NAMES:
         signal = drive.signals.get(name)
-        if signal is None or len(signal.time_ns) == 0:
+        if signal is None:
             return None
-        early = signal.time_ns <= signal.time_ns[0] + BEGIN_S * NS
-        values = signal.values[early & np.isfinite(signal.values)]
+        values = signal.values[(signal.time_ns <= end) & np.isfinite(signal.values)]
         if len(values) < FEWEST:
             return None
-        means.append(abs(float(values.mean())))
-    largest = max(means)
+        found.append(abs(float(np.median(values))))
+    largest = max(found)
     return largest if largest < NOUGHT_M else None
 
 
@@ -56,6 +69,6 @@ def with_zero_open(drive: Drive, vehicle: Vehicle) -> tuple[Drive, Vehicle]:
         "", "zero",
         "the suspension deflections begin at zero: nobody aboard, or zeroed on the vehicle as it stood, with its load",
         'no load is taken from them; deflection_zero = "empty" in the vehicle file lets them tell it',
-        f"no wheel further than {1e3 * largest:.2f} mm from zero over the first second", applied=False,
+        f"no wheel further than {1e3 * largest:.2f} mm from zero before the first motion", applied=False,
     )  # fmt: skip
     return decided(drive, [said]), replace(vehicle, deflection_zero="loaded")
