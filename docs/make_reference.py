@@ -43,7 +43,7 @@ def signals_page() -> str:
         "right-handed about them, so that in a left turn `accel_y` > 0, `yaw_rate` > 0 and the body leans out with `roll` > 0, and in\n"
         "braking `accel_x` < 0 and `pitch` > 0 (nose down). Accelerometers read specific force: at rest `accel_z` is +9.81 m/s².\n"
         "Time is int64 nanoseconds. Wheels: fl, fr, rl, rr. `suspension_deflection` is compression at the wheel, positive, zero for the\n"
-        "empty vehicle at rest; a log in which all four begin within half a millimetre of zero is taken as zeroed under its load\n"
+        "empty vehicle at rest; a log in which all four stand within half a millimetre of zero before the first motion is taken as zeroed under its load\n"
         "(`deflection_zero` in [vehicle files](vehicle.md)).\n\n## Signals\n\nIn a mapping file a signal goes by its name, in the store by its column.\n\n"
         + _table(["signal", "column", "unit", "what", "possible range"], signals)
         + "\n## Units that are understood\n\nUpper and lower case, spaces, brackets and `²` make no difference (but `mPa` is not `MPa`).\n\n"
