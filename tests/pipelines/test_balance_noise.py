@@ -1,4 +1,4 @@
-"""A balance's noise is what its instruments do not explain: a wrong file is misfit, and must not silence the balance."""
+"""A balance's noise: a wrong file is misfit, which must not silence the balance that contradicts it."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from plant_balance import Car, demand, logged, simulate, vehicle_file
 
 from parsers.drive import Drive
 from pipelines.estimators.load_balance.estimator import LoadBalance
-from pipelines.estimators.load_balance.solve import unexplained
+from pipelines.estimators.load_balance.solve import MISFIT, noise_of
 from pipelines.joint.inference import infer
 from pipelines.results import Estimate, FloatArray
 from pipelines.vehicles.vehicle import Vehicle
@@ -36,35 +36,33 @@ def _heavier(file: Vehicle, by: float) -> Vehicle:
     return replace(file, quantities={**file.quantities, "mass_kg": wrong})
 
 
-def test_what_the_instruments_explain_is_taken_off() -> None:
+def test_a_little_misfit_is_noise_and_a_large_one_is_not() -> None:
     rng = np.random.default_rng(0)
-    z = rng.standard_normal((500, 3))
-    noise = rng.standard_normal(500)
-    left = unexplained(z, z @ [3.0, -40.0, 7.0] + noise)
-    assert np.std(left - noise) < 0.15
-    np.testing.assert_allclose(z.T @ left, 0, atol=1e-9)
+    z, noise = rng.standard_normal((500, 3)), rng.standard_normal(500)
+    little, large = z @ [0.3, -1.0, 0.5], z @ [30.0, -400.0, 70.0]
+    assert np.array_equal(noise_of(z, little + noise), little + noise)
+    left = noise_of(z, large + noise)
+    assert 0.8 * MISFIT < np.std(left) < 1.5 * MISFIT
+    assert np.corrcoef(left, large)[0, 1] > 0.9
     weight = rng.uniform(0.1, 1.0, 500)
-    np.testing.assert_allclose(
-        z.T @ (weight * unexplained(z, z @ [3.0, -40.0, 7.0] + noise, weight)), 0, atol=1e-9
-    )
+    assert 0.8 * MISFIT < np.std(noise_of(z, large + noise, weight)) < 1.5 * MISFIT
 
 
 def test_instruments_alike_are_no_obstacle() -> None:
     one = np.random.default_rng(1).standard_normal((200, 1))
-    left = unexplained(np.hstack([one, one]), 5 * one[:, 0])
-    assert np.abs(left).max() < 1e-6
+    assert np.abs(noise_of(np.hstack([one, one]), 5 * one[:, 0])).max() < 1e-6
 
 
 def _torques(found: Estimate) -> FloatArray:
     return next(e.covariance for e in found.evidence if e.kind == "longitudinal")
 
 
-def test_a_wrong_file_adds_no_noise(driven: tuple[Car, Drive]) -> None:
-    """Twice the mass: the torques' balance is as sure of its products as with the right file (it was 40 to 80 times less)."""
+def test_a_wrong_file_adds_little_noise(driven: tuple[Car, Drive]) -> None:
+    """Twice the mass: the torques' balance is a few times less sure of its products than with the right file (it was 40 to 80 times)."""
     car, drive = driven
     right = vehicle_file(car, None)
     sure, wrong = _torques(_run(drive, right)), _torques(_run(drive, _heavier(right, 2.0)))
-    np.testing.assert_allclose(np.sqrt(np.diag(wrong) / np.diag(sure)), 1.0, atol=0.2)
+    assert np.sqrt(np.diag(wrong) / np.diag(sure)).max() < 3 * MISFIT
 
 
 def test_twice_the_mass_is_found_out(driven: tuple[Car, Drive]) -> None:
