@@ -21,7 +21,7 @@ HUBER = 2.5
 ROUNDS = 4
 STEPS = 6
 MISFIT = 4.0
-"""Share of the noise up to which what instruments explain of a residual is taken for noise too: simulators of other authors gave up to 3."""
+"""Share of the noise up to which what instruments explain of a residual is taken for noise too: right files gave up to 3.6 on 400 drives of the plant."""
 
 LEAST_SHARE = 2e-3
 """Smallest standard deviation of a product, as a share of what it is without any model: nothing is known better."""
