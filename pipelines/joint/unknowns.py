@@ -191,6 +191,11 @@ def levelled_n(vehicle: Vehicle, kilos: float) -> float:
     return 0.4 * GRAVITY * float(np.hypot(usual.mean, usual.std))
 
 
+def _zero_words(vehicle: Vehicle) -> str:
+    """How well the deflections' zero is known, for the report."""
+    return "as open as a load" if vehicle.deflection_zero == "loaded" else f"{1e3 * ZERO_M:g} mm"
+
+
 STOP_A_METRE = 15.0
 """1/m: spread of a bump stop's force over the spring's rate, a m² of travel into it."""
 
@@ -233,7 +238,7 @@ def _suspension(book: Book, kilos: float) -> bool:
     book.assumptions.append(
         Assumption(
             "zero and scale error of a deflection sensor, friction at rest",
-            f"{1e3 * ZERO_M:g} mm, 1 % and {stuck:.0f} N a wheel",
+            f"{_zero_words(vehicle)}, 1 % and {stuck:.0f} N a wheel",
             "usual; unknowns of the fit",
         )
     )
