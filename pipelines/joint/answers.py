@@ -58,7 +58,12 @@ SEEN_BY: Mapping[str, tuple[Kind, ...]] = {
 """The physics that sees a parameter. What a known mass alone makes of it (how much load there is, put where loads are) is
 what was known before, however narrow."""
 
-NOT_LEVEL = ("horizon", "quick spring deflections", "suspension forces in quick motion")
+NOT_LEVEL = (
+    "horizon",
+    "quick spring deflections",
+    "gyro and quick spring deflections",
+    "suspension forces in quick motion",
+)
 """Carriers of roll that tell changes only: where the body hangs at rest, and so to which side the load lies, they do not see."""
 
 STIFFENED = "roll_stiffness_nmprad"

@@ -17,18 +17,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from itertools import combinations
 from typing import Protocol
 
 import numpy as np
-from scipy.special import ndtr
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import Told
 from pipelines.joint.file_check import STATED
 from pipelines.joint.unknowns import AXLES, CORNERS, Known, levelled_n
-from pipelines.results import INNER, OUTER, FloatArray
+from pipelines.results import FloatArray
 from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -65,9 +62,6 @@ NAMED = 0.7
 
 HEARD = 1e-6
 """Weight up to which a doubt moves nothing."""
-
-HALVINGS = 48
-"""Of the span in which a quantile is searched."""
 
 
 class Place(Protocol):
@@ -249,80 +243,6 @@ def doubts_of(joint: Place, vehicle: Vehicle) -> tuple[Weighed, ...]:
     shares = np.exp(logs - top)
     shares /= shares.sum() + math.exp(none - top)
     return tuple(replace(w, weight=float(s)) for s, (_, w) in zip(shares, found, strict=True))
-
-
-@dataclass(frozen=True)
-class Apart:
-    """A parameter by another posterior, that no change of the prior's mean and spread leads to. weight: its chance."""
-
-    weight: float
-    value: float
-    std: float
-
-
-def doubted(
-    answer: Told, gradient: FloatArray, doubts: Sequence[Weighed], apart: Apart | None = None
-) -> Told:
-    """The answer over all doubts: its mean moved, its spread widened, its interval that of the mixture.
-
-    The spread holds what hardly ever is otherwise, by much; so the interval is not 1.96 times it.
-    """
-    heard = [d for d in doubts if d.weight > HEARD]
-    weights = np.array([1.0 - sum(d.weight for d in heard), *(d.weight for d in heard)])
-    effects = np.array([(0.0, 0.0), *(d.on(gradient) for d in heard)])
-    shifts, stds = effects[:, 0], np.sqrt(np.maximum(answer.std**2 + effects[:, 1], (0.25 * answer.std) ** 2))
-    if apart is not None:
-        # its own doubts are taken to be those of the other
-        weights = np.concatenate([(1 - apart.weight) * weights, apart.weight * weights])
-        wider = apart.std / max(answer.std, 1e-300)
-        shifts = np.concatenate([shifts, apart.value - answer.value + wider * shifts])
-        stds = np.concatenate([stds, wider * stds])
-    shift = float(weights @ shifts)
-    std = math.sqrt(float(weights @ (stds**2 + (shifts - shift) ** 2)))
-    draws = answer.draws
-    levels = np.array([*INNER, OUTER])
-    below, above = np.split(
-        _quantiles(
-            answer,
-            weights,
-            shifts,
-            stds / max(answer.std, 1e-300),
-            0.5 * np.concatenate([1 - levels, 1 + levels]),
-        ),
-        2,
-    )
-    *inner, (low, high) = zip(below.tolist(), above.tolist(), strict=True)
-    if draws is not None:
-        draws = answer.value + shift + std / max(answer.std, 1e-300) * (draws - answer.value)
-    return Told(answer.value + shift, std, low, high, draws, tuple(inner))
-
-
-def _quantiles(
-    answer: Told, weights: FloatArray, shifts: FloatArray, wider: FloatArray, shares: FloatArray
-) -> FloatArray:
-    """(q,) quantiles of copies of the answer's distribution, each moved and stretched about its mean.
-
-    weights, shifts, wider: (d,). shares: (q,), how much lies below each.
-    """
-    if answer.draws is None:
-        reach = 6 * answer.std
-        rising = partial(_normal_share, answer.value, answer.std)
-    else:
-        ordered = np.sort(answer.draws)
-        reach = float(max(ordered[-1] - answer.value, answer.value - ordered[0]))
-        rising = partial(np.interp, xp=ordered, fp=(np.arange(len(ordered)) + 0.5) / len(ordered))
-    low = np.full(len(shares), answer.value + float(np.min(shifts - reach * wider)))
-    high = np.full(len(shares), answer.value + float(np.max(shifts + reach * wider)))
-    for _ in range(HALVINGS):
-        middle = 0.5 * (low + high)
-        at = answer.value + (middle[:, None] - answer.value - shifts) / wider
-        more = rising(at) @ weights > shares
-        low, high = np.where(more, low, middle), np.where(more, middle, high)
-    return np.asarray(0.5 * (low + high))
-
-
-def _normal_share(mean: float, std: float, x: FloatArray) -> FloatArray:
-    return np.asarray(ndtr((x - mean) / max(std, 1e-300)))
 
 
 def said(doubts: Sequence[Weighed]) -> tuple[str, ...]:

@@ -13,10 +13,11 @@ from pipelines.evidence import Evidence
 from pipelines.joint.answers import SAMPLED, Told, estimate_of, learned_of, listed, told
 from pipelines.joint.bends import bent
 from pipelines.joint.conflict import Check, check
-from pipelines.joint.doubts import Apart, doubted, doubts_of, said
+from pipelines.joint.doubts import doubts_of, said
 from pipelines.joint.file_check import file_check
 from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
+from pipelines.joint.mixture import Apart, doubted
 from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, log_density, values_at
@@ -40,7 +41,7 @@ LOOKED_AT = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_
 class Inference:
     """Entries of the verdict by parameter, the record behind them, and the relations for other drives to be joined with.
 
-    doubtful: estimators whose relation contradicted the rest, tyres that give taken for granted, and by what factor.
+    doubtful: estimators whose relation contradicted the rest, tyres that give and a right scale taken for granted, and by what factor.
     shared: estimators whose relation was not counted, since that of one that is `doubtful` shows the same.
     springs_off: share by which spring rates, or the deflections' scale, are otherwise than stated (`springs_off`).
     """
@@ -115,13 +116,13 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     priors = prior_spreads(reached.known, reached.stated, rng) if reached.known.mass else {}
     columns = bent(joint, middle, gradients, rng) if drawn is None else _drawn(joint, drawn, gradients)
     rough = 1.0 if drawn is None else SAMPLED
-    apart = {} if reached.stiff is None else _apart(reached.stiff, reached.chance, reached.vehicle)
+    apart = [_apart(other, chance, reached.vehicle) for chance, other in reached.others]
     answers = {
         name: doubted(
             told(value, gradients[name], joint, checks, factor, columns.get(name), rough),
             gradients[name],
             doubts,
-            apart.get(name),
+            [each[name] for each in apart],
         )
         for name, value in middle.items()
     }
@@ -131,8 +132,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         (*reached.found, *_far(joint), *said(doubts)), method, factor, time.perf_counter() - started,
     )  # fmt: skip
     kept = kept_of(joint, reached.checks, factor, drawn is None)
-    doubtful, shared = _doubtful(reached.before_tyres, evidence, reached.kept)
-    off = springs_off(joint, doubts, reached.vehicle)
+    doubtful, shared = _doubtful(reached.before, evidence, reached.kept)
+    off = springs_off(joint, doubts, reached.vehicle, reached.others)
     return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off)
 
 
@@ -165,7 +166,11 @@ def _apart(other: Joint, chance: float, vehicle: Vehicle) -> dict[str, Apart]:
     middle, gradients = slopes(other)
     checks, factor = (*check(other), *file_check(other, vehicle)), _inflation(other)
     answers = {name: told(v, gradients[name], other, checks, factor, None, 1.0) for name, v in middle.items()}
-    return {name: Apart(chance, answer.value, answer.std) for name, answer in answers.items()}
+    doubts = doubts_of(other, vehicle)
+    return {
+        name: Apart(chance, answer.value, answer.std, gradients[name], doubts)
+        for name, answer in answers.items()
+    }
 
 
 def _drawn(joint: Joint, drawn: Drawn, gradients: Mapping[str, FloatArray]) -> dict[str, FloatArray]:

@@ -1,11 +1,12 @@
-"""The posterior that a drive's answers are taken from: the relations that count, the springs and tyres that the drive speaks for."""
+"""The posterior that a drive's answers are taken from: the relations that count, the springs, tyres and sensors that the drive speaks for."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import softmax
 
 from pipelines.evidence import Evidence
 from pipelines.joint.conflict import Check, check
@@ -13,14 +14,24 @@ from pipelines.joint.counted import counted
 from pipelines.joint.levelled import TEXT as LEVELLED
 from pipelines.joint.levelled import as_levelled
 from pipelines.joint.posterior import Joint, extended, find_mode
-from pipelines.joint.rigid_tyres import HEARD, OPEN, SURE, TEXT, rigid, rigid_chance
+from pipelines.joint.rigid_tyres import CHANCE, rigid, rigid_odds
+from pipelines.joint.rigid_tyres import NAME as RIGID
+from pipelines.joint.rigid_tyres import TEXT as RIGID_TEXT
 from pipelines.joint.stated import stated_relations
+from pipelines.joint.travel_scale import NAME as SCALED
+from pipelines.joint.travel_scale import opened, scale_odds, text_of
 from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
 Modes = list[tuple[FloatArray, FloatArray]]
 """Mean (k,) and covariance (k, k) of each mode, the best first."""
+
+SURE = 0.95
+"""Chance with the log from which on rigid tyres, or deflections of a wrong scale, are taken for what there is."""
+
+HEARD = CHANCE
+"""Chance with the log up to which it has not spoken for a kind of vehicle or sensor, and the answers are those of the others."""
 
 APART = 3.0
 """Distance in standard deviations from which on two ends of the search are two modes."""
@@ -32,11 +43,27 @@ MOVED = ("empty_h", "load_h", "load", "roll_center_front", "roll_inertia")
 
 
 @dataclass(frozen=True)
+class _Way:
+    """Tyres or sensors that are otherwise. odds: ln, over those that are as usual, with the log; joint: the posterior with them.
+
+    known, whole: the unknowns and relations that it was joined with; text: what is said where there is no other way.
+    """
+
+    name: str
+    odds: float
+    joint: Joint
+    known: Known
+    whole: tuple[Evidence, ...]
+    text: Callable[[Joint], str]
+
+
+@dataclass(frozen=True)
 class Reached:
     """A drive's posterior. kept: the drive's relations; stated: the file's; dropped: (relation, why) of those not counted.
 
-    vehicle and known: with the springs and tyres that the drive speaks for. checks: each relation against the rest; before_tyres: the
-    same with tyres that give. stiff, chance: the posterior with rigid tyres where the drive leaves them open. found: in words.
+    vehicle and known: with the springs, tyres and deflections that the drive speaks for. checks: each relation against the rest;
+    before: the same with tyres that give and a scale that is right. others: chance and posterior each, beside `joint`, where the
+    drive leaves open which of them it is. found: in words.
     """
 
     vehicle: Vehicle
@@ -47,9 +74,8 @@ class Reached:
     joint: Joint
     modes: Modes
     checks: tuple[Check, ...]
-    before_tyres: tuple[Check, ...]
-    stiff: Joint | None
-    chance: float
+    before: tuple[Check, ...]
+    others: tuple[tuple[float, Joint], ...]
     found: tuple[str, ...]
 
 
@@ -94,17 +120,36 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         vehicle, known = levelled, before_the_log(levelled)
         joint, modes = _modes(whole, known, rng)
         found.append(LEVELLED)
-    checks = before_tyres = check(joint)
-    chance, stiff = rigid_chance(joint, whole, known)
-    if chance > SURE:
-        known, stiff = rigid(known), None
-        joint, modes = _modes(whole, known, rng)
-        checks = check(joint)
-        found.insert(0, TEXT)
-    elif stiff is not None and chance > HEARD:
-        found.insert(0, OPEN.format(chance=chance))
+    checks = before = check(joint)
+    ways = _ways(joint, whole, known)
+    plain, *chances = softmax([0.0, *(way.odds for way in ways)]).tolist()
+    likely = sorted(zip(chances, ways, strict=True), key=lambda pair: -pair[0])
+    left = [pair for pair in likely if pair[0] > HEARD]
+    if left and left[0][0] > SURE:
+        left, found = left[:1], [left[0][1].text(left[0][1].joint), *found]
     else:
-        stiff = None
+        words = "{} (odds {:.0%}): the answers hold " + ("both" if len(left) == 1 else "all of them")
+        found = [*(words.format(way.name, chance) for chance, way in left), *found]
+    if left and plain <= HEARD:
+        (plain, way), *left = left
+        known = way.known
+        joint, modes = _modes(way.whole, known, rng)
+        checks = check(joint)
+    total = plain + sum(chance for chance, _ in left)
     return Reached(
-        vehicle, known, kept, stated, dropped, joint, modes, checks, before_tyres, stiff, chance, tuple(found)
-    )
+        vehicle, known, kept, stated, dropped, joint, modes, checks, before,
+        tuple((chance / total, way.joint) for chance, way in left), tuple(found),
+    )  # fmt: skip
+
+
+def _ways(joint: Joint, whole: tuple[Evidence, ...], known: Known) -> list[_Way]:
+    """What may be otherwise than the drive was joined with, where its relations tell."""
+    ways = []
+    stiff = rigid_odds(joint, whole, known)
+    if stiff is not None:
+        ways.append(_Way(RIGID, *stiff, rigid(known), whole, lambda _: RIGID_TEXT))
+    scaled = scale_odds(joint, whole, known)
+    if scaled is not None:
+        free, alike = opened(known)
+        ways.append(_Way(SCALED, *scaled, free, (*whole, alike), text_of))
+    return ways

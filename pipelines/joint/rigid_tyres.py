@@ -16,7 +16,6 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import expit
 
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import Joint, find_mode
@@ -28,12 +27,6 @@ CHANCE = 0.05
 STATED_CHANCE, STATED = 0.01, 0.15
 """The same where the vehicle file states the tyres' rate, which then is known to less than STATED of it: authors of rigid tyres have none."""
 
-SURE = 0.95
-"""Chance with the log from which on its tyres are taken so."""
-
-HEARD = CHANCE
-"""Chance with the log up to which it has not spoken for it, and the answers are those of tyres that give."""
-
 PULLED = 0.3
 """Prior standard deviations by which a log must have the tyres harder for the second fit to be worth its time."""
 
@@ -41,8 +34,8 @@ STIFFER = 30.0
 """Times the usual rate that stands for rigid: the body's roll on its tyres is then below one per cent of all roll."""
 
 TYRES = "tyre_rate"
-OPEN = "tyres that do not give (odds {chance:.0%}): the answers hold both"
-TEXT = "tyres that do not give: the drive fits no others, and was joined with rigid ones"
+NAME = "tyres that do not give"
+TEXT = f"{NAME}: the drive fits no others, and was joined with rigid ones"
 
 
 def rigid(known: Known) -> Known:
@@ -60,15 +53,15 @@ def log_odds(soft: Joint, stiff: Joint) -> float:
     return soft.cost - stiff.cost + 0.5 * (sizes[0] - sizes[1])
 
 
-def rigid_chance(soft: Joint, evidence: Sequence[Evidence], known: Known) -> tuple[float, Joint | None]:
-    """The chance with the log that its tyres give nothing, and the posterior with such. soft: the one with tyres that give.
+def rigid_odds(soft: Joint, evidence: Sequence[Evidence], known: Known) -> tuple[float, Joint] | None:
+    """ln odds with the log that its tyres give nothing, and the posterior with such. soft: the one with tyres that give.
 
-    Nought, without a second fit, where no relation knows the tyres' rate, or would have it no harder.
+    None, without a second fit, where no relation knows the tyres' rate, or would have it no harder.
     """
     pulled = soft.u[soft.known.index(TYRES)]
     if pulled < PULLED or not any(TYRES in e.unknowns for e in evidence):
-        return 0.0, None
+        return None
     stiff = find_mode(evidence, rigid(known), [soft.u])
     row = known.index(TYRES)
     chance = STATED_CHANCE if known.std[row] < STATED * known.mean[row] else CHANCE
-    return float(expit(log_odds(soft, stiff) + math.log(chance / (1 - chance)))), stiff
+    return log_odds(soft, stiff) + math.log(chance / (1 - chance)), stiff

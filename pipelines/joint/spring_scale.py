@@ -1,34 +1,52 @@
 """How far off, taken together, are spring rates and the scale of the deflections?
 
 A balance sees their product alone. Where the log would have the stated rates otherwise, the rates may be right and the sensors' levers wrong
-(deflections at the damper, of another lever): a roll angle by deflections is then off by as much, and nothing else says so.
+(deflections at the damper, of another lever): a roll angle by deflections is then off by as much. A gyro beside them sees the scale by itself.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
 from pipelines.joint.doubts import HEARD, Weighed
 from pipelines.joint.posterior import Joint
-from pipelines.joint.unknowns import AXLES
+from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.vehicles.vehicle import Vehicle
 
 LEAST = 0.05
 """Share up to which it is what data sheets and levers are off by anyway."""
 
 
-def springs_off(joint: Joint, doubts: Sequence[Weighed], vehicle: Vehicle) -> float:
-    """Mean share by which the log has the stated rates of the axles otherwise, all doubts weighed; nought where it is little or none is stated."""
-    shares = []
-    for axle in AXLES:
-        if vehicle.get(f"spring_rate_{axle}_npm") is None:
-            return 0.0
-        row = joint.known.index(f"spring_{axle}")
-        along = np.zeros(len(joint.u))
-        along[row] = joint.known.std[row]
-        moved = along[row] * joint.u[row] + sum(d.weight * d.on(along)[0] for d in doubts if d.weight > HEARD)
-        shares.append(float(moved) / float(joint.known.mean[row]))
-    share = abs(float(np.mean(shares)))
+def springs_off(
+    joint: Joint, doubts: Sequence[Weighed], vehicle: Vehicle, others: Sequence[tuple[float, Joint]] = ()
+) -> float:
+    """Share by which the log may have the axles' stated rates otherwise, and the deflections' scale (rms); nought where it is little.
+
+    All doubts weighed, and other posteriors by their chances. Rates that nobody states are no contradiction.
+    """
+    chances = [1 - sum(chance for chance, _ in others), *(chance for chance, _ in others)]
+    shares = [_share(joint, doubts, vehicle), *(_share(other, (), vehicle) for _, other in others)]
+    share = math.sqrt(sum(c * s**2 for c, s in zip(chances, shares, strict=True)))
     return share if share > LEAST else 0.0
+
+
+def _share(joint: Joint, doubts: Sequence[Weighed], vehicle: Vehicle) -> float:
+    """The same by one posterior."""
+    stated = all(vehicle.get(f"spring_rate_{axle}_npm") is not None for axle in AXLES)
+    rates = _off(joint, doubts, [f"spring_{axle}" for axle in AXLES]) if stated else 0.0
+    return rates + _off(joint, doubts, [f"scale_{wheel}" for wheel in CORNERS])
+
+
+def _off(joint: Joint, doubts: Sequence[Weighed], names: Sequence[str]) -> float:
+    """Share by which the log may have the mean of some unknowns otherwise: root mean square over the doubts."""
+    rows = [joint.known.index(name) for name in names]
+    along = np.zeros(len(joint.u))
+    along[rows] = joint.known.std[rows] / joint.known.mean[rows] / len(rows)
+    whole = float(along @ joint.u)
+    heard = [(d.weight, *d.on(along)) for d in doubts if d.weight > HEARD]
+    square = (1 - sum(w for w, _, _ in heard)) * whole**2
+    square += sum(w * ((whole + shift) ** 2 + max(more, 0.0)) for w, shift, more in heard)
+    return math.sqrt(max(square, 0.0))

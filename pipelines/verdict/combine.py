@@ -223,13 +223,22 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: flo
 
 
 def _as_sure_as_the_springs(
-    verdict: Mapping[str, ParameterEstimate], told: Sequence[Estimate], found: Inference
+    verdict: Mapping[str, ParameterEstimate], told: Sequence[Estimate], lead: str, found: Inference
 ) -> dict[str, ParameterEstimate]:
-    """A roll gradient by deflections, where the log has the springs otherwise: the rates may be right and the deflections' scale wrong."""
+    """A roll gradient by deflections, where the log has the springs otherwise: the rates may be right and the deflections' scale wrong.
+
+    lead: the estimator that it is of.
+    """
     entry = verdict.get(BY_DEFLECTIONS)
     if entry is None or entry.value is None or entry.std is None or entry.status == "not_identifiable":
         return {}
-    carriers = {e.carrier for estimate in told for e in estimate.evidence if e.kind == "roll"}
+    carriers = {
+        e.carrier
+        for estimate in told
+        if estimate.estimator == lead
+        for e in estimate.evidence
+        if e.kind == "roll"
+    }
     if (
         found.springs_off == 0
         or BY_DEFLECTIONS in found.parameters
@@ -314,7 +323,9 @@ def verdict_of(
             for name, answers in given.items()
             if name not in found.parameters and not answers[0].witness
         }
-        verdict |= _as_sure_as_the_springs(verdict, told, found)
+        if BY_DEFLECTIONS in given:
+            lead = given[BY_DEFLECTIONS][0].estimator
+            verdict |= _as_sure_as_the_springs(verdict, told, lead, found)
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)

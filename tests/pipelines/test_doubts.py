@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from pipelines.joint.answers import Told
-from pipelines.joint.doubts import BETWEEN, OFTEN_WRONG, WIDER, doubted, doubts_of, said
+from pipelines.joint.doubts import BETWEEN, OFTEN_WRONG, WIDER, doubts_of, said
+from pipelines.joint.mixture import doubted
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import INNER, FloatArray

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
+from scipy.special import expit
 
 from pipelines.evidence import Evidence, Values
 from pipelines.joint.inference import infer
-from pipelines.joint.posterior import find_mode
-from pipelines.joint.rigid_tyres import STIFFER, SURE, TEXT, TYRES, log_odds, rigid, rigid_chance
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.reached import SURE
+from pipelines.joint.rigid_tyres import STIFFER, TEXT, TYRES, log_odds, rigid, rigid_odds
+from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.results import FloatArray
 from tests.pipelines.joint_parts import linear, vehicle
 
 KNOWN = before_the_log(vehicle())
 RATE = float(KNOWN.mean[KNOWN.index(TYRES)])
+
+
+def rigid_chance(soft: Joint, evidence: Sequence[Evidence], known: Known) -> tuple[float, Joint | None]:
+    """The odds as a chance; nought where nothing is asked."""
+    found = rigid_odds(soft, evidence, known)
+    return (0.0, None) if found is None else (float(expit(found[0])), found[1])
 
 
 def _give(millimetres: float, std: float) -> Evidence:

@@ -59,6 +59,17 @@ def test_the_gradient_by_deflections_is_no_surer(share: float, weak: bool) -> No
     assert ("scale of the deflections" in found.reason) is weak
 
 
+def test_a_gradient_of_another_estimator_stays_beside_deflections() -> None:
+    """A navigation unit's roll leads; the springs are otherwise all the same."""
+    one = {NAME: ParameterEstimate(NAME, 4.0, 0.1, 3.804, 4.196, "identified", "seen")}
+    ins = Estimate("ins", "ran", "", one)
+    other = {NAME: ParameterEstimate(NAME, 4.0, 0.2, 3.608, 4.392, "identified", "seen by deflections")}
+    springs = Estimate("one", "ran", "", other, evidence=tuple(_springs(0.75)))
+    found = verdict_of((ins, springs), vehicle()).parameters[NAME]
+    assert "scale of the deflections" not in found.reason
+    assert found.status == "identified"
+
+
 def test_a_gradient_by_an_angle_against_the_horizon_stays() -> None:
     told = {NAME: ParameterEstimate(NAME, 4.0, 0.1, 3.804, 4.196, "identified", "seen")}
     evidence = tuple(replace(e, carrier="horizon", title=e.title + "!") for e in _springs(0.75)[:1])

@@ -11,7 +11,8 @@ import numpy as np
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.solve import Fit, without
 from pipelines.joint.answers import Told
-from pipelines.joint.doubts import Weighed, doubted
+from pipelines.joint.doubts import Weighed
+from pipelines.joint.mixture import doubted
 from pipelines.joint.outputs import outputs_of as all_outputs
 from pipelines.joint.unknowns import CORNERS, Known, Values
 from pipelines.models.axle_load import patch_shift

@@ -4,8 +4,9 @@ With κ = K / (K + K_tyre), M the moment of a unit of lateral acceleration about
 
     a = K (1 - κ) / M    b = D (1 - κ)² m h / M²    c = (I + z (M - κ m_u R)) / M - κ (1 + γ) b² / ((1 - κ) a)
 
-I: of the body about its CG, z: its height above the accelerometer. Against the axles K, D and M are the suspension's own. D: of the
-dampers, and of dry friction by the energy that it takes at the drive's own speeds.
+I: of the body about its CG, z: its height above the accelerometer. Against the axles K, D and M are the suspension's own, and all
+three grow with the share of the travel that the deflections show (1 / their scale). D: of the dampers, and of dry friction by the
+energy that it takes at the drive's own speeds.
 """
 
 from __future__ import annotations
@@ -26,6 +27,8 @@ from pipelines.joint.outputs import (
     roll_damping_of,
     roll_stiffness_of,
 )
+from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS
+from pipelines.joint.unknowns import CORNERS
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -43,6 +46,9 @@ DEPENDS = (
     "bar_front", "bar_rear", "bump_front", "bump_rear", "friction_front", "friction_rear", "rebound_front", "rebound_rear", "roll_center_front",
     "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "axis_sinks", "side_path", "wheel_plane", "camber",
 )  # fmt: skip
+
+GAIN = "rate_gain"
+SCALES = tuple(f"scale_{wheel}" for wheel in CORNERS)
 
 
 @dataclass(frozen=True)
@@ -81,7 +87,9 @@ def _coefficients(values: Values, motion: Motion) -> list[FloatArray]:
     share = (1 - kappa) * own / moment
     if motion.against_axles:
         c = (inertias_of(values)[0] / own + reach) / share
-        return [stiffness / own, damping / own, np.asarray(c), np.asarray(1 / share)]
+        # what is measured is the angle over the deflections' scale
+        scale = np.mean(np.broadcast_arrays(*(values[name] for name in SCALES)), axis=0)
+        return [scale * part for part in (stiffness / own, damping / own, np.asarray(c), 1 / share)]
     inertia = (inertias_of(values)[0] + reach * (moment - kappa * hub)) / moment
     return [
         road_a,
@@ -126,10 +134,14 @@ def evidence_of(
     """The coefficients' likelihood without the fit's own priors.
 
     Against the axles the steady part (a) stands for itself: it is the roll balance by deflections, which other
-    estimators see as well; damping and inertia are not. Empty where the motion told nothing, or without the mass.
+    estimators see as well; damping and inertia are not. Empty where the motion told nothing. Without the mass the gyro's gain over
+    the springs is all that is handed on: of how tyres share the roll, or the deflections' scale.
     """
     if vehicle.get("mass_kg") is None:
-        return ()
+        gain = coefficients.names.index(GAIN) if motion.against_axles and GAIN in coefficients.names else None
+        if gain is None:
+            return ()
+        coefficients = _some(coefficients, [gain])
     # a motion that is too slow for them gives damping and inertia with the model's errors and without their spread
     quick = zip((1, 2), quick_enough(coefficients), strict=True)
     slow = [i for i, told in quick if not told]
@@ -140,8 +152,13 @@ def evidence_of(
         rest = list(range(1, len(coefficients.mean)))
         parts = [
             ("spring deflections", "steady roll against the axles", _some(coefficients, [0])),
-            ("quick spring deflections", "quick roll motion against the axles", _some(coefficients, rest)),
+            (
+                GYRO_BESIDE_SPRINGS if GAIN in coefficients.names else "quick spring deflections",
+                "quick roll motion against the axles",
+                _some(coefficients, rest),
+            ),
         ]
+    depends = (*DEPENDS, *SCALES) if motion.against_axles else DEPENDS
     found = []
     for carrier, title, part in parts:
         seen = _whitened(part, motion.against_axles)
@@ -150,7 +167,7 @@ def evidence_of(
             predict = _predict(weights, motion)
             found.append(
                 Evidence(
-                    "roll", carrier, title, source, observed, np.eye(len(observed)), predict, DEPENDS, (RUBS,)
+                    "roll", carrier, title, source, observed, np.eye(len(observed)), predict, depends, (RUBS,)
                 )
             )
     return tuple(found)

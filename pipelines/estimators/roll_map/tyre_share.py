@@ -17,9 +17,9 @@ from pipelines.results import FloatArray
 BANKED, BANKED_STD = 0.03, 0.05
 """Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it."""
 
-IMPOSSIBLE = 0.93
-"""Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much
-is not known."""
+IMPOSSIBLE, LEANING_STD = 0.93, 0.15
+"""Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much is
+hardly known, or the deflections show more than there is."""
 
 RIGID = 0.1
 """Chance beforehand that tyres do not give in roll, where no vehicle is known."""
@@ -35,16 +35,15 @@ def off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coefficie
     """The gyro's gain as on flat ground.
 
     A road that leans into its bends turns the body against the horizon the other way than its springs do. What was steered
-    on flat ground is quicker than such bends.
+    on flat ground is quicker than such bends: there a gain below `IMPOSSIBLE` is that of deflections of a wrong scale.
     """
     if "rate_gain" not in coefficients.names:
         return coefficients
     i, slow = coefficients.names.index("rate_gain"), min(max(slow_share, 0.0), 1.0)
     mean, covariance = coefficients.mean.copy(), coefficients.covariance.copy()
-    if mean[i] < IMPOSSIBLE:
-        covariance[i, i] += (100 * coefficients.prior_std[i]) ** 2
+    leaning = LEANING_STD if mean[i] < IMPOSSIBLE else BANKED_STD
     mean[i] /= 1 - BANKED * slow
-    covariance[i, i] += (BANKED_STD * slow * mean[i]) ** 2
+    covariance[i, i] += (leaning * slow * mean[i]) ** 2
     return replace(coefficients, mean=mean, covariance=covariance)
 
 
@@ -67,6 +66,9 @@ def drawn_tyres(
         return gain, loss
     seen = off_banked_roads(coefficients, slow_share)
     i = seen.names.index("rate_gain")
+    if coefficients.mean[i] < IMPOSSIBLE:
+        # no tyres' doing, so nothing of them
+        return gain, loss
     weight = np.exp(-0.5 * (gain - seen.mean[i]) ** 2 / seen.covariance[i, i])
     total = float(weight.sum())
     if total <= 0 or total**2 < FEWEST * float(np.sum(weight**2)):
