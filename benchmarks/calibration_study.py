@@ -91,7 +91,7 @@ def judge(results: Sequence[Estimate], vehicle: Vehicle) -> tuple[dict[str, Para
     behind: Record = {
         "method": joint.method,
         "inflation": round(joint.inflation, 3),
-        "far": list(joint.far),
+        "far": [*joint.spoke_for, *joint.far],
         "not_counted": [list(pair) for pair in joint.not_counted],
         "relations": [[r.relation, r.source, r.numbers, r.chi2, r.probability, r.widened] for r in joint.relations],
         "shares": {

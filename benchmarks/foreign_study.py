@@ -77,7 +77,7 @@ def warned(results: DriveResults) -> tuple[str, ...]:
     repaired = [d.found for d in results.record.decisions if d.kind != "offset"]
     lost = [f"{e.estimator}: {e.reason}" for e in results.estimates if any(w in e.reason for w in LOST)]
     against = [] if joint is None else [c.relation for c in joint.relations if c.probability < 0.003]
-    far = [] if joint is None else [f"far: {f}" for f in joint.far]
+    far = [] if joint is None else [f"far: {f}" for f in (*joint.spoke_for, *joint.far)]
     return (*repaired, *against, *far, *lost)
 
 

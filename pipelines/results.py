@@ -225,7 +225,8 @@ class JointVerdict:
     """The joint posterior behind the verdict. learned: by parameter. relations: those counted, each checked.
 
     not_counted: (relation, why). far: unknowns that ended far from what was known, in words. method: how the posterior
-    was found ("Laplace", "sampled: …"). runtime_s: of the inference.
+    was found ("Laplace", "sampled: …"). runtime_s: of the inference. spoke_for: kinds of springs, tyres or sensors that the drive
+    fits and the vehicle file or custom does not have, in words.
     """
 
     learned: Mapping[str, Learned]
@@ -235,6 +236,7 @@ class JointVerdict:
     method: str = ""
     inflation: float = 1.0
     runtime_s: float = 0.0
+    spoke_for: tuple[str, ...] = ()
 
 
 TurnSide = Literal["left", "right"]

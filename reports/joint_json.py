@@ -69,5 +69,6 @@ def joint_json(joint: JointVerdict | None) -> dict[str, Any] | None:
         "parameters": {name: _learned(learned) for name, learned in joint.learned.items()},
         "relations": [_relation(check) for check in joint.relations],
         "not_counted": [{"relation": relation, "reason": why} for relation, why in joint.not_counted],
+        "spoke_for": list(joint.spoke_for),
         "far": list(joint.far),
     }

@@ -42,7 +42,7 @@ def _reason(line: Line) -> list[str]:
 
 
 def _next_and_conflicts(results: DriveResults) -> list[str]:
-    """A load that changed, conflicts between relations, and the measurement that would help most; nothing where there are none."""
+    """A load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
     told = [
         f"{sentence(clean(d.found, 200)).rstrip('.')}: split the drive there."
         for d in results.record.decisions
@@ -54,6 +54,8 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
         if d.kind == "zero"
     ]
     told += [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
+    if results.joint is not None:
+        told += [sentence(clean(text, 300)) for text in results.joint.spoke_for]
     following = next_line(results)
     if following:
         told.append(f"next, most useful: {following}")
@@ -67,7 +69,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
 def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
     """Parameter, value ± standard deviation, 95 % interval, status; below each line the reason, if long in short.
 
-    Behind the table: a load that changed, conflicts, and the measurement that would help most next.
+    Behind the table: a load that changed, tyres or sensors that the drive speaks for, conflicts, and the measurement that would help most next.
 
     colour: paint the status; for a terminal only. Every text is free of control characters.
     """

@@ -129,7 +129,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     parameters, learned = _entries(reached, answers, gradients, priors)
     record = JointVerdict(
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
-        (*reached.found, *_far(joint), *said(doubts)), method, factor, time.perf_counter() - started,
+        (*_far(joint), *said(doubts)), method, factor, time.perf_counter() - started, reached.found,
     )  # fmt: skip
     kept = kept_of(joint, reached.checks, factor, drawn is None)
     doubtful, shared = _doubtful(reached.before, evidence, reached.kept)

@@ -81,4 +81,7 @@ def shown(joint: Joint) -> float:
 
 def text_of(joint: Joint) -> str:
     """What is said where the drive fits no other."""
-    return f"{NAME}: they show some {shown(joint):.2f} of the wheels' travel; the drive fits no other, and was joined with their scale open"
+    return (
+        f"{NAME}: they show some {shown(joint):.2f} of the wheels' travel (levers, units, range?); the drive fits no other, and "
+        "was joined with their scale open"
+    )

@@ -216,7 +216,7 @@ def _method(joint: JointVerdict) -> Paragraph:
 
 
 def alerts(results: DriveResults) -> tuple[Item, ...]:
-    """What stands above the verdict: conflicts between relations, and unknowns far from what was known."""
+    """What stands above the verdict: conflicts between relations, what the drive speaks for, and unknowns far from what was known."""
     found = [Item(conflict_text(check), "conflict", "bad") for check in conflicts(results.joint)]
     more = len(found) - MOST_ALERTS
     if more > 0:
@@ -225,7 +225,8 @@ def alerts(results: DriveResults) -> tuple[Item, ...]:
         ]
     if found:
         found[-1] = replace(found[-1], text=f"{found[-1].text} {WIDENED}")
-    far = () if results.joint is None else results.joint.far
+    spoke_for, far = ((), ()) if results.joint is None else (results.joint.spoke_for, results.joint.far)
+    found += [Item(sentence(text, 300), "unusual", "warn") for text in spoke_for]
     if far:
         text = "; ".join(clean(entry, 120) for entry in far[:MOST_ALERTS])
         found.append(Item(sentence(f"ended far from what was known: {text}", 500), "unusual", "warn"))
@@ -254,10 +255,14 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
     blocks += _learned_tables(results)
     blocks += figures.values()
     blocks += _relations(joint)
-    if joint.far:
-        items = tuple(Item(sentence(text, 500), "unusual", "warn") for text in joint.far)
-        blocks += [Heading("What ended far from what was known"), Bullets(items)]
-        if any("(odds " in text for text in joint.far):
-            blocks.append(Paragraph(ODDS))
+    for title, texts in (
+        ("What the drive speaks for", joint.spoke_for),
+        ("What ended far from what was known", joint.far),
+    ):
+        if texts:
+            items = tuple(Item(sentence(text, 500), "unusual", "warn") for text in texts)
+            blocks += [Heading(title), Bullets(items)]
+    if any("(odds " in text for text in (*joint.spoke_for, *joint.far)):
+        blocks.append(Paragraph(ODDS))
     blocks.append(_method(joint))
     return tuple(blocks)

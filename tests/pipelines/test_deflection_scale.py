@@ -168,7 +168,7 @@ def test_the_cause_is_named_and_what_hangs_on_it_is_no_surer() -> None:
         assert result is not None
         mass = result.parameters["mass_kg"]
         assert mass.std is not None
-        return mass.std, result.record.far
+        return mass.std, result.record.spoke_for
 
     (right, quiet), (wrong, said) = found(_expected()), found(0.75 * _expected())
     assert wrong > 2 * right

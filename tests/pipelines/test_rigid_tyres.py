@@ -76,7 +76,7 @@ def test_only_tyres_that_give_nothing_are_taken_as_rigid(give: float, found: boo
     assert (chance > SURE) is found
     result = infer(evidence, vehicle(), np.random.default_rng(0))
     assert result is not None
-    assert (TEXT in result.record.far) is found
+    assert (TEXT in result.record.spoke_for) is found
     # what one estimator says alone stays as doubtful as its relation was with usual tyres
     assert (result.doubtful.get("by hand", 1.0) > 1.0) is found
 
@@ -106,7 +106,7 @@ def test_where_the_odds_leave_it_open_the_answer_holds_both() -> None:
     assert 0.2 < chance < SURE
     result = infer(evidence, vehicle(), np.random.default_rng(0))
     assert result is not None
-    assert any("answers hold both" in words for words in result.record.far)
+    assert any("answers hold both" in words for words in result.record.spoke_for)
     row = KNOWN.index("load")
     ends = [(KNOWN.mean[row] + KNOWN.std[row] * j.u[row]) for j in (soft, stiff)]
     apart = ends[1] - ends[0]

@@ -58,7 +58,7 @@ def joint() -> JointVerdict:
         ),
         (("roll balance by gyro", "load_balance sees the same relation by the better sensor"),),
         ("scale of the brake torques (3.1 standard deviations)",),
-        "Laplace (Gauss-Newton, 7 steps)", 1.12, 0.84,
+        "Laplace (Gauss-Newton, 7 steps)", 1.12, 0.84, ("tyres that do not give (odds 62%): the answers hold both",),
     )  # fmt: skip
 
 
@@ -75,5 +75,5 @@ def hostile_joint(text: str) -> JointVerdict:
         good,
         learned={**good.learned, "cg_height_m": bad, text: replace(good.learned["mass_kg"], parameter=text, shares=bad.shares)},
         relations=(*good.relations, replace(good.relations[1], relation=text, source=text, text=text, probability=float("nan"))),
-        not_counted=((text, text),), far=(text,), method=text, inflation=float("inf"),
+        not_counted=((text, text),), far=(text,), spoke_for=(text,), method=text, inflation=float("inf"),
     )  # fmt: skip

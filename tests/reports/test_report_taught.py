@@ -73,7 +73,7 @@ def test_a_rare_misfit_that_widened_nothing_is_strained() -> None:
     sample = rich()
     assert sample.joint is not None
     check = RelationCheck("a", "", 2, 10.0, 0.0067, 1.0, "")
-    strained = replace(sample, joint=replace(sample.joint, relations=(check,), far=()))
+    strained = replace(sample, joint=replace(sample.joint, relations=(check,), far=(), spoke_for=()))
     found = [block for block in taught.build(strained, {}) if isinstance(block, Table)]
     assert found[1].rows[0][5].text == "strained"
     assert taught.alerts(strained) == ()
@@ -83,6 +83,9 @@ def test_what_was_left_out_and_what_is_far_are_told(rich_document: Document) -> 
     blocks = chapter(rich_document).blocks
     after = {head.text: block for head, block in pairwise(blocks) if isinstance(head, Heading)}
     left_out, far = after["Relations that were not counted"], after["What ended far from what was known"]
+    kinds = after["What the drive speaks for"]
+    assert isinstance(kinds, Bullets)
+    assert kinds.items[0].text == "Tyres that do not give (odds 62%): the answers hold both."
     assert isinstance(left_out, Table)
     assert left_out.rows[0][1].text == "load_balance sees the same relation by the better sensor."
     assert isinstance(far, Bullets)
@@ -94,7 +97,7 @@ def test_many_conflicts_leave_room_for_the_verdict() -> None:
     assert sample.joint is not None
     many = tuple(RelationCheck(f"r{i}", "s", 1, 40.0, 1e-9, 2.0 + i, "") for i in range(7))
     told = taught.alerts(replace(sample, joint=replace(sample.joint, relations=many)))
-    assert [item.text.split()[0] for item in told] == ["r6", "r5", "5", "Ended"]
+    assert [item.text.split()[0] for item in told] == ["r6", "r5", "5", "Tyres", "Ended"]
     assert told[2].text == f"5 more relations in conflict: see What the drive taught. {taught.WIDENED}"
 
 
@@ -118,7 +121,7 @@ def test_without_a_joint_posterior_there_is_no_chapter(bare_document: Document) 
 def test_a_joint_posterior_that_learned_nothing_says_so() -> None:
     sample = rich()
     assert sample.joint is not None
-    empty = replace(sample.joint, learned={}, relations=(), not_counted=(), far=())
+    empty = replace(sample.joint, learned={}, relations=(), not_counted=(), far=(), spoke_for=())
     blocks = taught.build(replace(sample, joint=empty), {})
     assert "supports no relation" in blocks[0].text  # type: ignore[union-attr]
 

@@ -55,6 +55,7 @@ def test_the_leading_reason_is_whole_and_the_others_are_short() -> None:
 def test_conflicts_and_the_next_measurement_stand_below() -> None:
     whole = verdict_table(rich())
     told = " ".join(line.strip() for line in whole.splitlines())
+    assert "Tyres that do not give (odds 62%): the answers hold both. next, most useful:" in told
     assert "conflict: Pitch balance by torques (load_balance) contradicts the rest: chi² 31.7" in told
     assert "would have to be 2.6 times as wide" in told
     assert "next, most useful: A suspension deflection sensor on each wheel. It would bring CG height" in told
