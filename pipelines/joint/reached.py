@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.special import softmax
@@ -11,6 +12,8 @@ from scipy.special import softmax
 from pipelines.evidence import Evidence
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
+from pipelines.joint.file_check import file_check
+from pipelines.joint.file_ways import file_ways
 from pipelines.joint.levelled import TEXT as LEVELLED
 from pipelines.joint.levelled import as_levelled
 from pipelines.joint.posterior import Joint, extended, find_mode
@@ -32,6 +35,9 @@ SURE = 0.95
 
 HEARD = CHANCE
 """Chance with the log up to which it has not spoken for a kind of vehicle or sensor, and the answers are those of the others."""
+
+UNKNOWN = 0.3
+"""Chance that a conflict is of nothing that is asked here: the answers as they were stay in by that."""
 
 APART = 3.0
 """Distance in standard deviations from which on two ends of the search are two modes."""
@@ -121,10 +127,12 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         joint, modes = _modes(whole, known, rng)
         found.append(LEVELLED)
     checks = before = check(joint)
-    ways = _ways(joint, whole, known)
-    plain, *chances = softmax([0.0, *(way.odds for way in ways)]).tolist()
-    likely = sorted(zip(chances, ways, strict=True), key=lambda pair: -pair[0])
-    left = [pair for pair in likely if pair[0] > HEARD]
+    plain, left = _weighed(_ways(joint, whole, known))
+    if left:
+        # what looks like tyres or sensors may be the file
+        plain, left = _weighed([*(way for _, way in left), *_of_the_file(joint, whole, known, vehicle)])
+    elif any(c.in_conflict for c in (*checks, *file_check(joint, vehicle))):
+        plain, left = _beside_unknown(*_weighed([*_of_the_file(joint, whole, known, vehicle)]))
     if left and left[0][0] > SURE:
         left, found = left[:1], [left[0][1].text(left[0][1].joint), *found]
     else:
@@ -140,6 +148,31 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         vehicle, known, kept, stated, dropped, joint, modes, checks, before,
         tuple((chance / total, way.joint) for chance, way in left), tuple(found),
     )  # fmt: skip
+
+
+def _weighed(ways: list[_Way]) -> tuple[float, list[tuple[float, _Way]]]:
+    """Chance of none of them, and those that are heard with theirs, the likeliest first."""
+    plain, *chances = softmax([0.0, *(way.odds for way in ways)]).tolist()
+    likely = sorted(zip(chances, ways, strict=True), key=lambda pair: -pair[0])
+    return plain, [pair for pair in likely if pair[0] > HEARD]
+
+
+def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float, list[tuple[float, _Way]]]:
+    """The chances, where a conflict may be of something that is none of them: a road that banks, a channel that is another."""
+    rest = sum(chance for chance, _ in left)
+    if rest == 0 or plain >= UNKNOWN * (plain + rest):
+        return plain, left
+    return UNKNOWN, [(chance * (1 - UNKNOWN) / rest, way) for chance, way in left]
+
+
+def _of_the_file(joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle) -> Iterator[_Way]:
+    """Figures of the file that may be wrong."""
+    for title, odds, found, free in file_ways(joint, whole, known, vehicle):
+        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title))
+
+
+def _not_its(title: str, _: Joint) -> str:
+    return f"{title} wrong: the drive fits no vehicle with what the file states, and was joined with it open"
 
 
 def _ways(joint: Joint, whole: tuple[Evidence, ...], known: Known) -> list[_Way]:

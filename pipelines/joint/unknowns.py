@@ -149,6 +149,10 @@ def _load(book: Book, kilos: float) -> None:
         book.put("load_h", height.value, height.std, "load above ground, m", height.source)
 
 
+SURELY = 0.005
+"""Least spread of a stated bar over its axle's springs: rubber carries it, and nought may be what nobody looked up."""
+
+
 def _bars(book: Book) -> None:
     """Roll stiffness of each axle beside springs on the wheels' track: anti-roll bars, less what springs that stand closer lack.
 
@@ -167,7 +171,7 @@ def _bars(book: Book) -> None:
     for axle, share in zip(AXLES, (0.6, 0.4), strict=True):
         known, name, title = stated[axle], f"bar_{axle}", f"anti-roll bar, {axle}, N·m/rad"
         if known is not None:
-            std = float(np.hypot(known.std, unsure[axle]))
+            std = max(float(np.hypot(known.std, unsure[axle])), SURELY * springs[axle])
             book.put(name, known.value - lacks[axle], std, f"anti_roll_stiffness_{axle}_nmprad", known.source)
         elif total is not None and left is not None:
             part = left if len(silent) == 1 else _shared(left, share, axle)

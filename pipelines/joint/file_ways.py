@@ -1,0 +1,74 @@
+"""Is it a figure of the vehicle file, and not the tyres or the sensors? Each group of stated figures opened by itself, and joined again.
+
+Rigid tyres and deflections of a wrong scale explain much that wrong spring rates, a mass with the load in it or another vehicle's roll
+centres explain as well. So where the drive speaks for one of the first, these are asked too, and compared as those are. As a doubt
+(`doubts`) a figure moves answers along straight lines by five of its spreads; here it may be anything that a vehicle has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipelines.evidence import Evidence
+from pipelines.joint.doubts import OFTEN_WRONG, WRONG_FILE
+from pipelines.joint.file_check import STATED
+from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.rigid_tyres import log_odds
+from pipelines.joint.unknowns import Known
+from pipelines.vehicles.vehicle import Vehicle
+
+OPEN: Mapping[str, tuple[float, float]] = {
+    "stated mass": (0.25, 0.0),
+    "stated spring rates": (0.4, 0.0),
+    "stated anti-roll bars": (0.4, 0.0),
+    "stated place of the CG": (0.0, 0.25),
+    "stated height of the CG": (0.25, 0.0),
+    "stated roll centres": (0.0, 0.12),
+    "stated tracks": (0.06, 0.0),
+    "stated wheelbase": (0.06, 0.0),
+    "stated roll inertia": (0.3, 0.0),
+    "stated brake gain": (0.4, 0.0),
+}
+"""Spread of a group's figures where they may be anything: share of the figure, and SI."""
+
+SURE = 1e-4
+"""Spread over a figure below which it was stated as exact."""
+
+BAR = 0.6
+"""The same of a bar, over its axle's roll stiffness by springs: a nought may stand for a bar that nobody looked up."""
+
+
+def opened(known: Known, names: Sequence[str], spread: tuple[float, float]) -> Known:
+    """The unknowns with some of them open about what is stated; never narrower than they were."""
+    std = known.std.copy()
+    for name in names:
+        row, least = known.index(name), spread[1]
+        if name.startswith("bar_"):
+            rate, track = (known.mean[known.index(f"{part}_{name[4:]}")] for part in ("spring", "track"))
+            least = BAR * 0.5 * rate * track**2
+        std[row] = max(std[row], spread[0] * abs(known.mean[row]), least)
+    return replace(known, std=std)
+
+
+def file_ways(
+    joint: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
+) -> Iterator[tuple[str, float, Joint, Known]]:
+    """For each group that the file states: its title, ln odds with the log that it is wrong, the posterior with it open, and its unknowns."""
+    for title, figures in STATED.items():
+        names = [unknown for key, unknown in figures.items() if vehicle.get(key) is not None]
+        # what is stated without a spread is no unknown of the relations
+        if not names or any(
+            known.std[known.index(n)] < SURE * abs(known.mean[known.index(n)]) for n in names
+        ):
+            continue
+        free = opened(known, names, OPEN[title])
+        size = len(known.names)
+        start = joint.u.copy()
+        start[:size] *= known.std / np.where(free.std > 0, free.std, 1.0)
+        found = find_mode(evidence, free, [np.zeros(len(joint.u)), start])
+        chance = OFTEN_WRONG.get(title, WRONG_FILE)
+        yield title, log_odds(joint, found) + math.log(chance / (1 - chance)), found, free
