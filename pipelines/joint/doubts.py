@@ -231,11 +231,15 @@ def _weigh(joint: Place, doubt: Doubt) -> tuple[float, Weighed]:
     return 0.5 * float(quadratic + sizes[0] - sizes[1] - sizes[2]), weighed
 
 
-def doubts_of(joint: Place, vehicle: Vehicle) -> tuple[Weighed, ...]:
-    """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1."""
+def doubts_of(joint: Place, vehicle: Vehicle, opened: str = "") -> tuple[Weighed, ...]:
+    """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1.
+
+    opened: a group of stated figures (`STATED`) that the posterior does not take from the file: of that there is none.
+    """
     found = [
         _weigh(joint, d)
         for d in (*_file_doubts(vehicle), *_levelling(joint, vehicle), *_physics_doubts(joint, vehicle))
+        if not opened or not d.text.startswith(opened)
     ]
     logs = np.array([odds + math.log(w.doubt.chance) for odds, w in found])
     none = math.log(max(1 - sum(w.doubt.chance for _, w in found), 0.05))

@@ -38,6 +38,9 @@ OPEN: Mapping[str, tuple[float, float]] = {
 SURE = 1e-4
 """Spread over a figure below which it was stated as exact."""
 
+FARTHEST = 3.5
+"""Spreads of `OPEN` beyond which a figure is no vehicle's: something else is wrong then."""
+
 BAR = 0.6
 """The same of a bar, over its axle's roll stiffness by springs: a nought may stand for a bar that nobody looked up."""
 
@@ -70,5 +73,7 @@ def file_ways(
         start = joint.u.copy()
         start[:size] *= known.std / np.where(free.std > 0, free.std, 1.0)
         found = find_mode(evidence, free, [np.zeros(len(joint.u)), start])
+        if max(abs(found.u[known.index(n)]) for n in names) > FARTHEST:
+            continue
         chance = OFTEN_WRONG.get(title, WRONG_FILE)
         yield title, log_odds(joint, found) + math.log(chance / (1 - chance)), found, free

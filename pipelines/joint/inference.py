@@ -111,12 +111,15 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     middle, gradients = slopes(joint)
     checks = (*reached.checks, *file_check(joint, reached.vehicle))
     factor = _inflation(joint)
-    doubts = doubts_of(joint, reached.vehicle)
+    doubts = doubts_of(joint, reached.vehicle, reached.opened[0])
     drawn, method = _draws(joint, reached.modes, gradients, rng)
     priors = prior_spreads(reached.known, reached.stated, rng) if reached.known.mass else {}
     columns = bent(joint, middle, gradients, rng) if drawn is None else _drawn(joint, drawn, gradients)
     rough = 1.0 if drawn is None else SAMPLED
-    apart = [_apart(other, chance, reached.vehicle) for chance, other in reached.others]
+    apart = [
+        _apart(other, chance, reached.vehicle, opened)
+        for (chance, other), opened in zip(reached.others, reached.opened[1:], strict=True)
+    ]
     answers = {
         name: doubted(
             told(value, gradients[name], joint, checks, factor, columns.get(name), rough),
@@ -161,12 +164,12 @@ def _entries(
     return parameters, learned
 
 
-def _apart(other: Joint, chance: float, vehicle: Vehicle) -> dict[str, Apart]:
+def _apart(other: Joint, chance: float, vehicle: Vehicle, opened: str) -> dict[str, Apart]:
     """Every parameter by a second posterior, with its own conflicts, for what is told over both."""
     middle, gradients = slopes(other)
     checks, factor = (*check(other), *file_check(other, vehicle)), _inflation(other)
     answers = {name: told(v, gradients[name], other, checks, factor, None, 1.0) for name, v in middle.items()}
-    doubts = doubts_of(other, vehicle)
+    doubts = doubts_of(other, vehicle, opened)
     return {
         name: Apart(chance, answer.value, answer.std, gradients[name], doubts)
         for name, answer in answers.items()

@@ -36,6 +36,9 @@ SURE = 0.95
 HEARD = CHANCE
 """Chance with the log up to which it has not spoken for a kind of vehicle or sensor, and the answers are those of the others."""
 
+ASKED = 1e-3
+"""Probability of a misfit below which the file is asked for its cause: above it chance, or a model's own error, is likelier."""
+
 UNKNOWN = 0.3
 """Chance that a conflict is of nothing that is asked here: the answers as they were stay in by that."""
 
@@ -52,7 +55,8 @@ MOVED = ("empty_h", "load_h", "load", "roll_center_front", "roll_inertia")
 class _Way:
     """Tyres or sensors that are otherwise. odds: ln, over those that are as usual, with the log; joint: the posterior with them.
 
-    known, whole: the unknowns and relations that it was joined with; text: what is said where there is no other way.
+    known, whole: the unknowns and relations that it was joined with; text: what is said where there is no other way; opened: the group of
+    stated figures that are not taken from the file.
     """
 
     name: str
@@ -61,6 +65,7 @@ class _Way:
     known: Known
     whole: tuple[Evidence, ...]
     text: Callable[[Joint], str]
+    opened: str = ""
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,8 @@ class Reached:
 
     vehicle and known: with the springs, tyres and deflections that the drive speaks for. checks: each relation against the rest;
     before: the same with tyres that give and a scale that is right. others: chance and posterior each, beside `joint`, where the
-    drive leaves open which of them it is. found: in words.
+    drive leaves open which of them it is. opened: of `joint` and of each of them, the
+    group of stated figures that it does not take from the file. found: in words.
     """
 
     vehicle: Vehicle
@@ -82,6 +88,7 @@ class Reached:
     checks: tuple[Check, ...]
     before: tuple[Check, ...]
     others: tuple[tuple[float, Joint], ...]
+    opened: tuple[str, ...]
     found: tuple[str, ...]
 
 
@@ -131,22 +138,23 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     if left:
         # what looks like tyres or sensors may be the file
         plain, left = _weighed([*(way for _, way in left), *_of_the_file(joint, whole, known, vehicle)])
-    elif any(c.in_conflict for c in (*checks, *file_check(joint, vehicle))):
+    elif min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED:
         plain, left = _beside_unknown(*_weighed([*_of_the_file(joint, whole, known, vehicle)]))
     if left and left[0][0] > SURE:
         left, found = left[:1], [left[0][1].text(left[0][1].joint), *found]
     else:
         words = "{} (odds {:.0%}): the answers hold " + ("both" if len(left) == 1 else "all of them")
         found = [*(words.format(way.name, chance) for chance, way in left), *found]
+    opened = ""
     if left and plain <= HEARD:
         (plain, way), *left = left
-        known = way.known
+        known, opened = way.known, way.opened
         joint, modes = _modes(way.whole, known, rng)
         checks = check(joint)
     total = plain + sum(chance for chance, _ in left)
     return Reached(
         vehicle, known, kept, stated, dropped, joint, modes, checks, before,
-        tuple((chance / total, way.joint) for chance, way in left), tuple(found),
+        tuple((chance / total, way.joint) for chance, way in left), (opened, *(way.opened for _, way in left)), tuple(found),
     )  # fmt: skip
 
 
@@ -168,7 +176,7 @@ def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float
 def _of_the_file(joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle) -> Iterator[_Way]:
     """Figures of the file that may be wrong."""
     for title, odds, found, free in file_ways(joint, whole, known, vehicle):
-        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title))
+        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title)
 
 
 def _not_its(title: str, _: Joint) -> str:

@@ -29,16 +29,16 @@ IDENTIFIED_ALONE, WEAK_ALONE = 0.08, 0.2
 """The same for parameters without a prior: standard deviation over value."""
 
 DISCREPANCY = {"b": 0.10, "c": 0.16, "rate_gain": 0.03}
-DISCREPANCY_AXLES = {"b": 0.12, "c": 0.16, "rate_gain": 0.02}
+DISCREPANCY_AXLES = {"b": 0.12, "c": 0.16, "rate_gain": 0.03}
 """Relative error of the linear two-state model itself: tyres in series under damped springs, dampers with a knee (b is
 that of their working point), sensors' filters. For an angle against the horizon, and for one against the axles, whose
 tyres' motion is not seen."""
 
-LEFT_OVER, LEFT_OVER_AXLES = 0.01, 0.008
+LEFT_OVER, LEFT_OVER_AXLES = 0.01, 0.015
 """Share of the springs' moment that no linear model holds: dry friction (2-8 % of the moment at 0.3 g) less what the
 fitted friction takes of it, curved bars, a load to one side. In phase with the angle it looks like stiffness (1 % of
 a), a quarter turn away like damping (0.01 a / ω), half a turn away like inertia (0.01 a / ω²): slow motion tells
-stiffness alone, however long it lasts. Against the axles bank is no part of it."""
+stiffness alone, however long it lasts. Half as much again against the axles, where all of the angle is the springs'."""
 
 SOURCE = ("roll_map",)
 LEVELS = (0.025, 0.975)

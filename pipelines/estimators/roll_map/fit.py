@@ -38,9 +38,8 @@ STRAYED = 15.0
 
 
 FRICTION_MPS2 = 0.03
-FRICTION_AXLES_MPS2 = 0.02
 BANKED = 0.3
-"""Lateral acceleration that friction may be worth beyond what is fitted, of an angle against the horizon and of deflections. BANKED: how closely the road's bank
+"""FRICTION_MPS2: lateral acceleration that friction may be worth beyond what is fitted. BANKED: how closely the road's bank
 goes with the lateral acceleration on roads that bank into their bends."""
 
 USUAL_BANK = 0.02
@@ -182,9 +181,9 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     softer or stiffer springs by its share of the roll.
     """
     spread = max(float(np.std(data.accel)), 1e-6)
-    if data.against_axles:
-        return FRICTION_AXLES_MPS2 / spread
     friction = FRICTION_MPS2 / spread
+    if data.against_axles:
+        return friction
     roll = spread / max(values["a"], 1e-6)
     # bends last: a bank that goes with them is as slow as they are, and a slalom's are too quick for it
     slow = math.sqrt(min(max(data.slow_share, 0.0), 1.0))

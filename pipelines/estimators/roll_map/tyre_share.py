@@ -14,7 +14,7 @@ import numpy as np
 from pipelines.estimators.roll_map.answers import Coefficients
 from pipelines.results import FloatArray
 
-BANKED, BANKED_STD = 0.03, 0.04
+BANKED, BANKED_STD = 0.03, 0.05
 """Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it."""
 
 IMPOSSIBLE, LEANING_STD = 0.93, 0.15
