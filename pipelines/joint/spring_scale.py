@@ -1,7 +1,7 @@
 """How far off, taken together, are spring rates and the scale of the deflections?
 
 A balance sees their product alone. Where the log would have the stated rates otherwise, the rates may be right and the sensors' levers wrong
-(deflections at the damper, of another lever): a roll angle by deflections is then off by as much. A gyro beside them sees the scale by itself.
+(deflections at the damper, of another lever): a roll angle by deflections is then off by as much. A gyro beside them tells the two apart.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ import numpy as np
 
 from pipelines.joint.doubts import HEARD, Weighed
 from pipelines.joint.posterior import Joint
+from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -34,9 +35,10 @@ def springs_off(
 
 
 def _share(joint: Joint, doubts: Sequence[Weighed], vehicle: Vehicle) -> float:
-    """The same by one posterior."""
+    """The same by one posterior. Where a gyro sees the scale by itself, rates that are otherwise say nothing of it."""
     stated = all(vehicle.get(f"spring_rate_{axle}_npm") is not None for axle in AXLES)
-    rates = _off(joint, doubts, [f"spring_{axle}" for axle in AXLES]) if stated else 0.0
+    open_ = stated and not any(e.carrier == GYRO_BESIDE_SPRINGS for e in joint.evidence)
+    rates = _off(joint, doubts, [f"spring_{axle}" for axle in AXLES]) if open_ else 0.0
     return rates + _off(joint, doubts, [f"scale_{wheel}" for wheel in CORNERS])
 
 

@@ -12,7 +12,7 @@ from scipy.special import expit
 from pipelines.estimators.roll_map.answers import Coefficients
 from pipelines.estimators.roll_map.evidence import SCALES, Motion, evidence_of
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts import WRONG_FILE
+from pipelines.joint.doubts import WRONG_FILE, doubts_of
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import reach
@@ -108,6 +108,18 @@ def test_the_odds_are_those_of_one_more_unknown() -> None:
     common = 1 / np.sqrt(1 / OPEN_STD**2)
     exact = np.log(integral(common) / integral(each / 2)) + np.log(WRONG_FILE / (1 - WRONG_FILE))
     assert found[0] == pytest.approx(exact, abs=0.02)
+
+
+def test_beside_a_gyro_other_springs_are_no_other_scale() -> None:
+    """Rates at three quarters of the stated ones: half of a contradiction without a gyro, none of the scale's with one that goes with it."""
+    rates = [
+        replace(linear({f"spring_{a}": 1.0}, 0.75 * rate, 150.0, a), carrier=f"{a} springs")
+        for a, rate in (("front", 35e3), ("rear", 38e3))
+    ]
+    alone = find_mode([*rates, LOAD], KNOWN)
+    beside = find_mode([*rates, LOAD, *_seen(_expected())], KNOWN)
+    assert springs_off(alone, doubts_of(alone, FILE), FILE) > 0.15
+    assert springs_off(beside, doubts_of(beside, FILE), FILE) < 0.08
 
 
 def test_without_a_gyro_nothing_tells() -> None:
