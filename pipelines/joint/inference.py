@@ -13,8 +13,8 @@ from pipelines.evidence import Evidence
 from pipelines.joint.answers import SAMPLED, Told, estimate_of, learned_of, listed, told
 from pipelines.joint.bends import bent
 from pipelines.joint.conflict import Check, check
-from pipelines.joint.doubts import doubts_of, said
-from pipelines.joint.file_check import file_check
+from pipelines.joint.doubts import Weighed, doubts_of, said
+from pipelines.joint.file_check import STATED, file_check
 from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
 from pipelines.joint.mixture import Apart, doubted
@@ -132,12 +132,20 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     parameters, learned = _entries(reached, answers, gradients, priors)
     record = JointVerdict(
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
-        (*_far(joint), *said(doubts)), method, factor, time.perf_counter() - started, reached.found,
+        (*_far(joint), *_left_to_say(doubts, reached)), method, factor, time.perf_counter() - started, reached.found,
     )  # fmt: skip
     kept = kept_of(joint, reached.checks, factor, drawn is None)
     doubtful, shared = _doubtful(reached.before, evidence, reached.kept)
     off = springs_off(joint, doubts, reached.vehicle, reached.others)
     return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off)
+
+
+def _left_to_say(doubts: Sequence[Weighed], reached: Reached) -> tuple[str, ...]:
+    """Doubts that the log speaks for; of stated figures none, where those were asked by fits of their own and one is heard."""
+    texts = said(doubts)
+    if not any(text.startswith(tuple(STATED)) for text in reached.found):
+        return texts
+    return tuple(text for text in texts if not text.startswith(tuple(STATED)))
 
 
 def _entries(

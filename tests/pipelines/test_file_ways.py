@@ -113,3 +113,11 @@ def test_the_interval_holds_what_the_file_says_and_what_the_log_does() -> None:
     right = stiffness(1.0)
     assert low < 0.75 * right[0]
     assert high > 0.95 * right[0]
+
+
+def test_one_cause_is_named_once() -> None:
+    """By its own fit, and not again as a doubt of straight lines, which may name another."""
+    result = infer(_rates(0.6), vehicle(), np.random.default_rng(0))
+    assert result is not None
+    assert any(text.startswith("stated spring rates wrong") for text in result.record.spoke_for)
+    assert not any(text.startswith("stated") for text in result.record.far)
