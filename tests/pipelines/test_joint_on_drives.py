@@ -37,7 +37,7 @@ def test_with_one_estimator_the_joint_posterior_is_its_own(
 ) -> None:
     # what may be otherwise: `tests/pipelines/test_doubts.py`
     for module in ("pipelines.joint.inference", "pipelines.estimators.load_balance.estimator"):
-        monkeypatch.setattr(f"{module}.doubts_of", lambda joint, vehicle: ())
+        monkeypatch.setattr(f"{module}.doubts_of", lambda joint, vehicle, opened="": ())
     drive, vehicle = log
     alone = _run(LoadBalance(), drive, vehicle)
     assert len(alone.evidence) >= 3
