@@ -69,6 +69,10 @@ class Batch:
             return self.bits.rows(self.first, self.count)
         return self.rows[:, self.group.invalid_at :]
 
+    def with_data(self, data: ByteArray) -> Batch:
+        """The same records, now with their bytes."""
+        return replace(self, data=data)
+
     def part(self, begin: int, end: int) -> Batch:
         """The records from begin to end (a view)."""
         data = self.data[begin * self.stride : end * self.stride]

@@ -19,10 +19,12 @@ from parsers.mf4.blocks import BlockFile
 from parsers.mf4.bus_columns import FrameColumns, FrameColumnsReader, columns_reader
 from parsers.mf4.bus_layout import BusLayout
 from parsers.mf4.clock import NO_TIME
+from parsers.mf4.frame_room import FrameRoom
 from parsers.mf4.gaps import Gaps
 from parsers.mf4.model import UNFINISHED_OFFSETS, DataGroup, Measurement
 from parsers.mf4.payload import Payload, stream_payload, window_payload
-from parsers.mf4.records import batches, unread
+from parsers.mf4.records import batches
+from parsers.mf4.runs import Runs, runs_of
 from parsers.mf4.streams import DataStream, open_stream
 from parsers.mf4.zeros import find_zeros, left_out
 from parsers.parallel import in_order
@@ -35,11 +37,26 @@ NO_STAMP = "frame with an impossible time stamp"
 
 @dataclass(frozen=True)
 class _Work:
-    """A batch, what reads its columns, and the stream that its bytes are still to be read of, if they are."""
+    """A batch, what reads its columns, and the runs that its bytes are still to be read of, if they are."""
 
     batch: Batch
     reader: FrameColumnsReader | None
-    stream: DataStream | None = None
+    runs: Runs | None = None
+
+
+@dataclass(frozen=True)
+class _Read:
+    """A batch that was read, its columns, or why it could not be. room: what they are in, to be given back to the runs."""
+
+    batch: Batch
+    columns: FrameColumns | LogError | None
+    runs: Runs | None = None
+    room: FrameRoom | None = None
+
+    def done(self) -> None:
+        """Nobody needs the columns any more."""
+        if self.runs is not None and self.room is not None:
+            self.runs.rooms.give(self.room)
 
 
 @dataclass
@@ -85,10 +102,10 @@ class _DataGroupReader:
     def work(self, stream: DataStream) -> Iterator[_Work]:
         """The batches, each with what reads its columns; None where they are read in turn, or not at all."""
         if not any(layout.rejected or layout.by_reference for layout in self.layouts.values()):
-            later = unread(self.data_group, stream, self.measurement, self.log)
-            if later is not None:
-                for batch in later:
-                    yield _Work(batch, self._reader(batch), stream)
+            runs = runs_of(self.data_group, stream, self.measurement, self.log)
+            if runs is not None:
+                for batch in runs.batches:
+                    yield _Work(batch, self._reader(batch), runs)
                 return
         for batch in self.batches(stream):
             layout = self.layouts[batch.group.number]
@@ -179,16 +196,25 @@ class _DataGroupReader:
             self.log.worsen("truncated", "the payloads of the last CAN frames are missing")
 
 
-def _with_columns(work: _Work) -> tuple[Batch, FrameColumns | LogError | None]:
-    batch = work.batch
-    if work.stream is not None:
-        begin = batch.first * batch.stride
-        try:
-            data = work.stream.read(begin, begin + batch.count * batch.stride)
-        except LogError as error:
-            return batch, error
-        batch = replace(batch, data=data)
-    return batch, None if work.reader is None else work.reader.read(batch)
+def _read(work: _Work) -> list[_Read]:
+    """A batch with its bytes and columns; where it cannot be read, block by block."""
+    if work.runs is None or work.reader is None:
+        return [_Read(work.batch, None if work.reader is None else work.reader.read(work.batch))]
+    room = work.runs.rooms.take()
+    try:
+        batch = work.runs.read(work.batch, room)
+    except LogError:
+        work.runs.rooms.give(room)
+        return [_block(part, work.runs, work.reader) for part in work.runs.apart(work.batch)]
+    return [_Read(batch, work.reader.read(batch, room), work.runs, room)]
+
+
+def _block(batch: Batch, runs: Runs, reader: FrameColumnsReader) -> _Read:
+    try:
+        batch = runs.read(batch, None)
+    except LogError as error:
+        return _Read(batch, error)
+    return _Read(batch, reader.read(batch))
 
 
 @dataclass(frozen=True)
@@ -238,15 +264,17 @@ class Mf4Frames:
     def _of_group(
         self, reader: _DataGroupReader, stream: DataStream, counting: bool
     ) -> Generator[CanFrames, None, None]:
-        """The frames of one data group. They stay good when the next are asked for."""
+        """The frames of one data group."""
         size = reader.file.size
-        for batch, columns in in_order(_with_columns, reader.work(stream)):
-            if isinstance(columns, LogError):
-                stream.left_out(batch.file_at, columns)
-                continue
-            for frames in reader.frames(batch, columns):
-                reader.log.messages += frames.time_ns.size
-                yield frames
-            if counting:
-                self.progress(min(batch.file_at, size), size)
+        for some in in_order(_read, reader.work(stream)):
+            for read in some:
+                if isinstance(read.columns, LogError):
+                    stream.left_out(read.batch.file_at, read.columns)
+                    continue
+                for frames in reader.frames(read.batch, read.columns):
+                    reader.log.messages += frames.time_ns.size
+                    yield frames
+                read.done()
+                if counting:
+                    self.progress(min(read.batch.file_at, size), size)
         reader.left_over()

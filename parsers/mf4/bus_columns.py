@@ -14,6 +14,7 @@ from parsers.mf4.batch import Batch
 from parsers.mf4.bus_layout import BusLayout
 from parsers.mf4.clock import NO_TIME
 from parsers.mf4.conversions import LINEAR, convert, gives_text, only_names
+from parsers.mf4.frame_room import FrameRoom
 from parsers.mf4.model import Channel
 from parsers.mf4.stamps import StampReader, stamp_reader
 from parsers.mf4.values import UINT_LE, Raw, is_virtual, raw_values
@@ -62,18 +63,15 @@ class FrameColumnsReader:
     stamps: StampReader
     plan: _Plan | None
 
-    def read(self, batch: Batch) -> FrameColumns:
-        """The columns of all records of a batch."""
-        time_ns, timeless = self.stamps.read(batch)
+    def read(self, batch: Batch, room: FrameRoom | None = None) -> FrameColumns:
+        """The columns of all records of a batch. room: memory that they may be put into."""
+        time_ns, timeless = self.stamps.read(batch, None if room is None else room.time_ns)
         if self.plan is None:
             return FrameColumns(time_ns, *_by_column(self.layout, batch), timeless)
         n, payload = batch.count, self.layout.fields["DataBytes"].byte_offset
-        columns = (
-            np.empty(n, np.uint32),
-            np.empty(n, np.int16),
-            np.empty(n, np.uint8),
-            np.empty(n, np.int64),
-        )
+        if room is None:
+            room = FrameRoom.of(0, n)
+        columns = (room.can_id[:n], room.bus[:n], room.length[:n], room.offset[:n])
         fields, tables = self.plan.fields, self.plan.tables
         k.read_fields(batch.data, batch.stride, batch.skip, payload, fields, tables, *columns)
         return FrameColumns(time_ns, *columns, timeless)

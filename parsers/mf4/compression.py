@@ -10,6 +10,7 @@ import numpy as np
 
 from parsers.channels import ByteArray
 from parsers.errors import LogError
+from parsers.inflate import inflate_all
 from parsers.mf4.transpose import records_of
 
 MAX_INFLATED = 256 << 20
@@ -17,6 +18,8 @@ MAX_INFLATED = 256 << 20
 MAX_RATIO = 1100
 """Deflate makes at most 1032 bytes out of one; more is only possible for zstd and lz4, on data that is all alike."""
 _DEFLATE, _ZSTD, _LZ4 = (0, 1), (2, 3), (4, 5)
+TRANSPOSED = (1, 3, 5)
+"""The methods whose bytes were transposed before."""
 
 
 def _deflated(data: bytes, size: int) -> bytearray:
@@ -66,7 +69,25 @@ def inflate(data: bytes, method: int, size: int, columns: int) -> ByteArray:
         raise LogError(f"a compressed block holds {len(raw)} bytes, {size} expected")
     # of a bytearray, never of bytes: kernels are compiled for arrays that can be written to
     flat = np.frombuffer(raw, np.uint8)
-    return records_of(flat, columns) if method % 2 else flat
+    return records_of(flat, columns) if method in TRANSPOSED else flat
+
+
+def inflate_into(data: ByteArray, method: int, columns: int, out: ByteArray, spare: ByteArray) -> None:
+    """As `inflate`, to fill `out`. spare: room for as many bytes, where the method transposes.
+
+    Kernels do it all for deflated blocks: a thread then asks for the interpreter's lock but a few times, and no fresh memory is
+    touched.
+    """
+    if method in _DEFLATE:
+        target = spare[: out.size] if method in TRANSPOSED else out
+        begin, size, room = (np.array([number], np.int64) for number in (0, data.size, out.size))
+        whole = inflate_all(data, begin, size, target, begin, room)
+        if whole is not None and whole[0]:
+            if method in TRANSPOSED:
+                records_of(target, columns, out)
+            return
+    # what another method packed, or why it is damaged
+    out[:] = inflate(data.tobytes(), method, out.size, columns)
 
 
 def first_bytes(data: bytes, size: int) -> bytes:

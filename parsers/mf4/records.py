@@ -20,7 +20,6 @@ from parsers.mf4.model import (
     Group,
     Measurement,
 )
-from parsers.mf4.pieces import CHUNK
 from parsers.mf4.streams import DataStream
 from parsers.mf4.unsorted import UnsortedWalk, walked
 
@@ -30,7 +29,7 @@ def record_size(group: Group, stream: DataStream) -> int:
     return group.invalid_at if stream.values_only else group.size
 
 
-def _there(group: Group, stream: DataStream, size: int, unfinished: int, log: ImportLog) -> int:
+def records_there(group: Group, stream: DataStream, size: int, unfinished: int, log: ImportLog) -> int:
     """How many records a sorted stream holds. size: of a record with its id."""
     there = stream.size // size
     total = there if unfinished & UNFINISHED_CYCLES or not group.cycles else min(group.cycles, there)
@@ -52,7 +51,7 @@ def _sorted(
     if size == id_size:
         yield from _empty_records(group)
         return
-    total = _there(group, stream, size, unfinished, log)
+    total = records_there(group, stream, size, unfinished, log)
     apart = stream.values_only and group.size > group.invalid_at
     bits = BitSource(group, stream.bits, log) if apart else None
     tail = np.zeros(0, np.uint8)
@@ -89,30 +88,6 @@ def _empty_records(group: Group) -> Iterator[Batch]:
     step = 1 << 18
     for first in range(0, min(group.cycles, 1 << 32), step):
         yield Batch(group, first, np.zeros(0, np.uint8), min(step, group.cycles - first), 0)
-
-
-def unread(
-    data_group: DataGroup, stream: DataStream, measurement: Measurement, log: ImportLog
-) -> Iterator[Batch] | None:
-    """As `batches`, but without the records' bytes: any thread may read them (`DataStream.read`, from Batch.first records on).
-
-    None where the place of a record in the stream, or of the stream's bytes in the file, is not known beforehand.
-    """
-    groups, id_size = data_group.groups, data_group.id_size
-    if len(groups) != 1 or groups[0].flags & CG_VLSD or stream.values_only or not stream.plain:
-        return None
-    size = record_size(groups[0], stream) + id_size
-    return _unread(groups[0], stream, size, id_size, measurement, log) if size > id_size else None
-
-
-def _unread(
-    group: Group, stream: DataStream, size: int, id_size: int, measurement: Measurement, log: ImportLog
-) -> Iterator[Batch]:
-    total, step = _there(group, stream, size, measurement.unfinished, log), max(CHUNK // size, 1)
-    nothing = np.zeros(0, np.uint8)
-    for first in range(0, total, step):
-        count = min(step, total - first)
-        yield Batch(group, first, nothing, count, size, id_size, {}, stream.place(first * size))
 
 
 def batches(

@@ -83,10 +83,13 @@ class StampReader:
     linear: FloatArray
     zero_ns: int | None = None
 
-    def read(self, batch: Batch) -> tuple[IntArray, int]:
-        """Stamps with the start added, NO_TIME where there is none, and how many those are."""
+    def read(self, batch: Batch, room: IntArray | None = None) -> tuple[IntArray, int]:
+        """Stamps with the start added, NO_TIME where there is none, and how many those are.
+
+        room: for as many stamps at least, where they may be put; the caller's memory.
+        """
         if self.rules is not None:
-            out = np.empty(batch.count, np.int64)
+            out = np.empty(batch.count, np.int64) if room is None else room[: batch.count]
             bad = read_stamps(batch.data, batch.stride, batch.skip, self.rules, self.linear, out)
             return out, int(bad)
         time_ns = times_ns(batch.rows, self.master, batch.first)

@@ -81,8 +81,13 @@ class DataStream:
                 f"bytes {start} to {stop} of a data stream of {self.size} bytes", path=self.file.path
             )
         out = np.empty(stop - start, np.uint8)
+        self.read_into(start, out)
+        return out
+
+    def read_into(self, start: int, out: ByteArray) -> None:
+        """Fill `out` (contiguous) with the bytes from start, which must all lie in the stream. Raises LogError."""
+        at, stop = start, start + out.size
         index = bisect.bisect_right(self.starts, start) - 1
-        at = start
         while at < stop:
             begin, fragment = self.starts[index], self.fragments[index]
             end = min(stop, begin + fragment.size)
@@ -92,7 +97,6 @@ class DataStream:
             else:
                 into[:] = self._inflated(index)[at - begin : end - begin]
             at, index = end, index + 1
-        return out
 
     def filled(self) -> int:
         """The place behind the last byte that is not zero, or behind the last compressed block."""

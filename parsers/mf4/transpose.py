@@ -73,15 +73,20 @@ def _squares(data: ByteArray, columns: int, lines: int, out: ByteArray) -> None:
             _square(data, column * lines + line, lines, out, line * columns + column, columns)
 
 
-def records_of(data: ByteArray, columns: int) -> ByteArray:
+def records_of(data: ByteArray, columns: int, out: ByteArray | None = None) -> ByteArray:
     """The bytes of a block in the records' order. data: all first bytes of the records, all second ones, and so on.
 
-    columns: bytes of a record. What is left behind the last whole record stands at the end as it is.
+    columns: bytes of a record. What is left behind the last whole record stands at the end as it is. out: as long as data, where
+    they are to go; without it they may be `data` itself.
     """
     lines = data.size // columns if columns > 0 else 0
     if columns < 2 or lines < 2:
-        return data
-    out = np.empty(data.size, np.uint8)
+        if out is None:
+            return data
+        out[:] = data
+        return out
+    if out is None:
+        out = np.empty(data.size, np.uint8)
     whole = columns * lines
     if columns < SQUARE or lines < SQUARE:
         out[:whole] = data[:whole].reshape(columns, lines).T.reshape(-1)
