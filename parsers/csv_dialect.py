@@ -6,7 +6,7 @@ import re
 import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, cached_property
 from itertools import islice, pairwise
 
 from parsers.table_cells import NumberStyle, best_style, is_missing, split_cells, value_share
@@ -43,9 +43,17 @@ class TextTable:
     sample: tuple[tuple[str, ...], ...]
     notes: tuple[str, ...]
 
-    def column(self, place: int) -> tuple[str, ...]:
-        """The sampled cells of one column."""
-        return tuple(row[place] if place < len(row) else "" for row in self.sample)
+    @cached_property
+    def columns(self) -> tuple[tuple[str, ...], ...]:
+        """The sampled cells of each column, empty where a row has too few."""
+        width = self.rules.width
+        rows = [row if len(row) == width else (row + ("",) * width)[:width] for row in self.sample]
+        return tuple(zip(*rows, strict=True)) if rows else ((),) * width
+
+    @cached_property
+    def counts(self) -> tuple[int, ...]:
+        """How many of each column's sampled cells are numbers."""
+        return tuple(map(self.style.count, self.columns))
 
 
 def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTable | None:
@@ -277,9 +285,7 @@ def _join_brackets(cells: Sequence[str]) -> list[str]:
 def number_columns(table: TextTable) -> tuple[bool, ...]:
     """For each column, whether its sampled cells are numbers (or all missing)."""
     result = []
-    for place in range(table.rules.width):
-        cells = table.column(place)
-        count = table.style.count(cells)
+    for cells, count in zip(table.columns, table.counts, strict=True):
         # a word for "missing" is no number: the cells are only looked at one by one where that could matter
         result.append(count >= 0.5 * len(cells) or count >= 0.5 * sum(not is_missing(cell) for cell in cells))
     return tuple(result)

@@ -77,7 +77,7 @@ class CsvImporter:
                 _NO_TABLE, path=path, hint="check that this is the log and not a description of it"
             )
         refuse_frames([column.name for column in table.names], path)
-        columns = Columns(table.names, tuple(table.column(k) for k in range(table.rules.width)), table.style)
+        columns = Columns(table.names, table.columns, table.style)
         plan = _time_of(path, encoding, table, columns.samples, options, size)
         rasters, said = find_rasters(columns, plan, options, path)
         for note in (*table.notes, *plan.notes, *filter(None, [said])):
@@ -95,9 +95,11 @@ def _time_of(
 ) -> TimePlan:
     """How the table tells time. columns: the first cells of each. Raises LogError where it does not."""
     if (options.time_unit or "").lower() == UNIT:
-        plan = find_time(table.names, columns, table.style, replace(options, time_unit="s"), path)
+        plan = find_time(
+            table.names, columns, table.style, replace(options, time_unit="s"), path, table.counts
+        )
         return as_time_of_day(plan, said=True) if plan.kind == "decimal" else plan
-    plan = find_time(table.names, columns, table.style, options, path)
+    plan = find_time(table.names, columns, table.style, options, path, table.counts)
     if plan.kind != "decimal" or not could_be(plan, cells := columns[plan.columns[0]]):
         return plan
     try:

@@ -96,7 +96,7 @@ class TablePass:
 
     def _repeats(self) -> bool:
         """Whether the first rows share stamps with each other."""
-        columns = map(self.file.table.column, self.raster.plan.columns)
+        columns = map(self.file.table.columns.__getitem__, self.raster.plan.columns)
         return repeat_share(["|".join(row) for row in zip(*columns, strict=True)]) > LEAST_SHARE
 
     def _whole(self, part: RangeRows, before: int) -> RangeRows:

@@ -75,9 +75,9 @@ _UNIT_TAIL = re.compile(r"_(?:n?s|[um]s|n?sec|[um]sec|seconds)$", re.IGNORECASE)
 _NS_NAMES = re.compile(r"^%time$|rosbag_?timestamp|(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
 
 
-def shape_of(cells: Sequence[str], style: NumberStyle) -> Shape:
-    """What the sampled cells of a column are: for most of those that hold anything."""
-    if cells and style.count(cells) == len(cells):
+def shape_of(cells: Sequence[str], style: NumberStyle, count: int | None = None) -> Shape:
+    """What the sampled cells of a column are: for most of those that hold anything. count: of the numbers, where it is known."""
+    if cells and (style.count(cells) if count is None else count) == len(cells):
         return "number"
     kept = [cell for cell in cells if not is_missing(cell)]
     if not kept:
@@ -102,12 +102,15 @@ def find_time(
     style: NumberStyle,
     options: ReadOptions,
     path: Path,
+    counts: Sequence[int] | None = None,
 ) -> TimePlan:
-    """Find the time column. samples: for each column its first cells as text.
+    """Find the time column. samples: for each column its first cells as text; counts: how many of them are numbers, where that is known.
 
     Raises LogError where there is none, or the one that the map file names is not there or holds no time.
     """
-    shapes = [shape_of(cells, style) for cells in samples]
+    if counts is None:
+        counts = [style.count(cells) for cells in samples]
+    shapes = [shape_of(cells, style, count) for cells, count in zip(samples, counts, strict=True)]
     if options.time_channel is not None:
         place = _named_column(names, options.time_channel, path)
         return _plan_for(place, names, samples, shapes, style, options, path)

@@ -125,8 +125,8 @@ def _look(plain: bytes, encoding: Encoding, complete: bool, path: Path, options:
     table = find_table(plain, encoding, complete=complete)
     if table is None:
         raise LogError("holds no rows of numbers", path=path)
-    columns = [table.column(k) for k in range(table.rules.width)]
-    return TableLook(table, find_time(table.names, columns, table.style, options, path), encoding)
+    plan = find_time(table.names, table.columns, table.style, options, path, table.counts)
+    return TableLook(table, plan, encoding)
 
 
 def names_a_time(head: bytes, path: Path) -> bool:
