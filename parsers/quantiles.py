@@ -69,6 +69,14 @@ def median(values: FloatArray) -> float:
     return quantile(known, 0.5) if len(known) else math.nan
 
 
+def medians(rows: FloatArray) -> FloatArray:
+    """The median of each column of (m, n), NaN where one of its values is NaN (`numpy.median` would load numpy's masked arrays)."""
+    ordered = np.sort(rows, axis=0)
+    middle = 0.5 * (ordered[(len(ordered) - 1) // 2] + ordered[len(ordered) // 2])
+    # NaN comes last in order
+    return np.asarray(np.where(np.isnan(ordered[-1]), np.nan, middle))
+
+
 def distinct(values: NDArray[T]) -> NDArray[T]:
     """The different values in order (`numpy.unique` would load numpy's masked arrays first)."""
     ordered = np.sort(values)

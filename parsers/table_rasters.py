@@ -14,6 +14,7 @@ import numpy as np
 
 from parsers.errors import LogError
 from parsers.importer import ReadOptions
+from parsers.quantiles import quantile
 from parsers.table_cells import NumberStyle
 from parsers.table_names import ColumnName
 from parsers.table_time import TimePlan, find_time, shape_of
@@ -158,7 +159,9 @@ def _other_pace(here: np.ndarray, there: np.ndarray) -> bool:
     if np.count_nonzero(both) < _LEAST_ROWS:
         return False
     a, b = here[both], there[both]
-    ratios = np.array([(b[-1] - b[0]) / (a[-1] - a[0]), np.median(np.diff(b)) / np.median(np.diff(a))])
+    ratios = np.array(
+        [(b[-1] - b[0]) / (a[-1] - a[0]), quantile(np.diff(b), 0.5) / quantile(np.diff(a), 0.5)]
+    )
     return bool((ratios > _PACE).all() or (ratios < 1 / _PACE).all())
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from parsers.channels import FloatArray, IntArray
 from parsers.importer import ImportLog
+from parsers.quantiles import quantile
 
 LEAST_SHARE = 0.02
 """Where fewer rows repeat the stamp before, the last of equal ones is kept, as for any log."""
@@ -74,8 +75,8 @@ class RepeatedStamps:
             return _ALONE
         if repeated < _COARSE_SHARE or len(starts) < 3:
             return _AS_THEY_ARE
-        step = float(np.median(np.diff(time_ns[starts])))
-        rows = float(np.median(np.diff(starts)))
+        step = quantile(np.diff(time_ns[starts]), 0.5)
+        rows = quantile(np.diff(starts), 0.5)
         self._usual = max(step, 1.0), max(rows, 1.0)
         self.log.note(
             f"the clock's steps of {step / 1e9:g} s are coarser than the rows, of which {rows:g} share a stamp: they are "

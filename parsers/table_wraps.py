@@ -8,6 +8,7 @@ import numpy as np
 
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
+from parsers.quantiles import quantile
 
 _NEAR_STEPS = 20
 _MOST_STEPS_BACK = 1000
@@ -41,7 +42,7 @@ class Counter:
         self._last = int(raw[-1])
         back = np.flatnonzero(steps < -_SECOND_NS // 2)
         if 0 < len(back) <= _MOST_STEPS_BACK and (steps > 0).any():
-            near = _NEAR_STEPS * int(np.median(steps[steps > 0]))
+            near = _NEAR_STEPS * int(quantile(steps[steps > 0], 0.5))
             added = np.zeros(len(raw), dtype=np.int64)
             for at in back.tolist():
                 turn = self._turn(int(raw[at] - steps[at]), int(raw[at]), near)

@@ -67,3 +67,30 @@ def test_help_loads_no_heavy_library() -> None:
     code = f"import sys; import cogest_cli.main; print([name for name in {heavy!r} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+def test_reading_a_log_loads_no_masked_arrays() -> None:
+    # some of numpy's functions load them, which takes longer than to decode a short log: `parsers.quantiles` has others
+    code = """
+import sys
+from pathlib import Path
+from cogest_cli.options import load_options
+from cogest_cli.progress import ProgressLine
+from parsers.load import load_drive
+logs = sorted(p for f in ("can", "csv", "mcap", "mf4", "ros", "vbo") for p in Path("sample_logs", f).iterdir()
+              if p.is_file() and p.suffix not in (".dbc", ".toml", ".yaml", ".json"))
+told = []
+for log in logs:
+    load_drive([log], load_options([log], None, None, True, ProgressLine()))
+    if "numpy.ma" in sys.modules:
+        told.append(str(log))
+        break
+print(len(logs), told)
+"""
+    run = [sys.executable, "-c", code]
+    # the first compiles what was not compiled yet, for which numba loads them
+    subprocess.run(run, cwd=ROOT, capture_output=True, check=True)
+    done = subprocess.run(run, cwd=ROOT, capture_output=True, text=True, check=True)
+    count, told = done.stdout.strip().split(" ", 1)
+    assert int(count) > 8
+    assert told == "[]"

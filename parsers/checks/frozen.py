@@ -15,6 +15,7 @@ from parsers.checks.grid import CELL_S, BoolArray, Grid
 from parsers.checks.motion import vehicle_speed
 from parsers.checks.wording import show
 from parsers.drive import Decision, Signal
+from parsers.quantiles import median, medians, quantile
 from parsers.signals import WHEELS
 
 WINDOW_S = 5.0
@@ -65,14 +66,14 @@ def _idle_wheels(grid: Grid, names: list[str], least: float) -> list[Decision]:
     spread = np.array([_spreads(each, per_window) for each in columns if each is not None])
     decisions = []
     for number, name in enumerate(names):
-        others = np.median(np.delete(spread, number, axis=0), axis=0)
+        others = medians(np.delete(spread, number, axis=0))
         lively = np.isfinite(others) & (others >= least) & np.isfinite(spread[number])
         idle = lively & (spread[number] < IDLE * others)
         if np.count_nonzero(idle) < LEAST_WINDOWS or not _together(idle[lively]):
             continue
         share = float(np.mean(idle[lively]))
         since = grid.time_s[np.flatnonzero(idle)[0] * per_window] - 0.5 * CELL_S
-        how = f"{show(name, float(np.median(spread[number][idle])))} against {show(name, float(np.median(others[idle])))}"
+        how = f"{show(name, median(spread[number][idle]))} against {show(name, median(others[idle]))}"
         evidence = f"spread within {WINDOW_S:g} s: {how} of the other wheels, in {np.count_nonzero(idle)} of {np.count_nonzero(lively)} windows in which those move"
         decisions.append(_said(name, "does not move with the other wheels", float(since), share, evidence))
     return decisions
@@ -95,7 +96,7 @@ def _repeated(signal: Signal, grid: Grid, moving: BoolArray) -> list[Decision]:
         return []
     ends = np.append(begins[1:], len(values)) - 1
     lasted = time_s[ends] - time_s[begins]
-    usual = float(np.quantile(lasted, 0.99))
+    usual = quantile(lasted, 0.99)
     longest = int(np.argmax(lasted))
     if lasted[longest] < max(LONG_S, TIMES * usual):
         return []

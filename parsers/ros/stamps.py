@@ -10,6 +10,7 @@ import numpy as np
 from parsers.channels import FloatArray, IntArray
 from parsers.importer import ImportLog
 from parsers.jit import kernel
+from parsers.quantiles import quantile
 from parsers.ros.clock_steps import ClockSteps
 
 SAME_CLOCK_NS = 60_000_000_000
@@ -115,7 +116,7 @@ class StampChooser:
             return receive_ns
         if state.uses_header is None and (header_ns > 0).any():
             stamped = header_ns > 0
-            middle = float(np.median(receive_ns[stamped].astype(np.float64) - header_ns[stamped]))
+            middle = quantile(receive_ns[stamped].astype(np.float64) - header_ns[stamped], 0.5)
             state.uses_header = abs(middle) <= SAME_CLOCK_NS
             state.other_clock_s = middle / 1e9
         if state.uses_header and state.step_s is None and len(receive_ns) >= ENOUGH:
@@ -188,7 +189,7 @@ class StampChooser:
         if (stepped := state.steps.note(name)) is not None:
             log.note(stepped)
         delays = np.concatenate(state.delays_s) if state.delays_s else np.zeros(0)
-        middle = float(np.median(delays)) if len(delays) else 0.0
+        middle = quantile(delays, 0.5) if len(delays) else 0.0
         if abs(middle) > SAID_FROM_S:
             side = "before" if middle > 0 else "after"
             log.note(f"{name}: header stamps are {abs(middle):.2f} s {side} the receive time (median)")
@@ -200,7 +201,7 @@ def _step_s(header_ns: IntArray, receive_ns: IntArray) -> float:
     if np.mean(moved == 0) < 2 / 3 or np.mean(np.diff(receive_ns) == 0) > 1 / 3:
         return 0.0
     steps = moved[moved != 0]
-    return float(np.median(np.abs(steps))) / 1e9 if len(steps) else math.inf
+    return quantile(np.abs(steps), 0.5) / 1e9 if len(steps) else math.inf
 
 
 def _some(names: list[str]) -> str:

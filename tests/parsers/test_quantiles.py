@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from parsers.quantiles import at_least, median_step, quantile, spread_at_least
+from parsers.quantiles import at_least, median_step, medians, quantile, spread_at_least
 
 SHARES = (0.0, 0.005, 0.01, 0.02, 0.1, 0.5, 0.9, 0.98, 0.995, 1.0)
 
@@ -50,3 +50,11 @@ def test_the_bound_is_usually_near() -> None:
 def test_the_median_step(count: int) -> None:
     time_ns = np.cumsum(np.random.default_rng(1).integers(1, 10**7, count)) + 1_700_000_000_000_000_000
     assert median_step(time_ns) == np.median(np.diff(time_ns))
+
+
+@pytest.mark.parametrize("rows", [1, 2, 3, 4])
+def test_medians_of_columns(rows: int) -> None:
+    values = np.random.default_rng(rows).standard_normal((rows, 50))
+    np.testing.assert_allclose(medians(values), np.median(values, axis=0), rtol=1e-15)
+    values[0, 3] = np.nan
+    assert np.isnan(medians(values)).tolist() == [k == 3 for k in range(50)]
