@@ -169,25 +169,26 @@ def compare(
     has no variation but a clear sign.
     """
     best: Together | None = None
+    if len(first) <= 2 * _MAX_LAG:
+        return None
+    mask = np.isfinite(first) if where is None else np.isfinite(first) & where
+    inner = slice(_MAX_LAG, len(first) - _MAX_LAG)
+    a, there, clipped = first[inner], mask[inner], np.zeros(0)
+    last: BoolArray | None = None
     for lag in range(-_MAX_LAG, _MAX_LAG + 1):
-        found = _at_lag(first, second, where, lag, centred)
+        b = second[_MAX_LAG + lag : len(second) - _MAX_LAG + lag]
+        both = there & np.isfinite(b)
+        if int(np.count_nonzero(both)) < MIN_CELLS:
+            continue
+        if last is None or not np.array_equal(both, last):
+            last, clipped = both, clip(a[both])
+        found = _go_together(clipped, clip(b[both]), centred)
         if found is not None and (best is None or abs(found.correlation) > abs(best.correlation) + 0.01):
             best = found
     return best
 
 
-def _at_lag(
-    first: FloatArray, second: FloatArray, where: BoolArray | None, lag: int, centred: bool
-) -> Together | None:
-    if len(first) <= 2 * _MAX_LAG:
-        return None
-    mask = np.isfinite(first) if where is None else np.isfinite(first) & where
-    a = np.where(mask, first, np.nan)[_MAX_LAG : len(first) - _MAX_LAG]
-    b = second[_MAX_LAG + lag : len(second) - _MAX_LAG + lag]
-    both = np.isfinite(a) & np.isfinite(b)
-    if int(both.sum()) < MIN_CELLS:
-        return None
-    a, b = clip(a[both]), clip(b[both])
+def _go_together(a: FloatArray, b: FloatArray, centred: bool) -> Together | None:
     # a damaged log may hold numbers whose squares no float can hold: nothing can be said of those
     with np.errstate(over="ignore", invalid="ignore"):
         if centred:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,7 +9,7 @@ from dataclasses import dataclass, field
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import foreign_words
-from parsers.mapping.profiles import Pattern, Profile, Rule, Sibling, fits, tags_of
+from parsers.mapping.profiles import Expression, Pattern, Profile, Rule, Sibling, fits, tags_of
 from parsers.signals import SIGNALS
 from parsers.unit_words import is_unit, plain_unit, says_unit
 from parsers.units import SI_TEXT, Unit, find_unit, quantities_of
@@ -50,7 +49,7 @@ class ChannelIndex:
                 return self.channels[index]
         return None
 
-    def _one(self, tag: str, expression: re.Pattern[str]) -> frozenset[int]:
+    def _one(self, tag: str, expression: Expression) -> frozenset[int]:
         key = (tag, expression.pattern)
         if key not in self.found:
             values = self.by_tag.get(tag, {})

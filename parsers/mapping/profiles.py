@@ -46,7 +46,22 @@ from parsers.signals import SIGNALS
 from parsers.table_names import split_header
 from parsers.units import find_unit
 
-Pattern = tuple[tuple[str, re.Pattern[str]], ...]
+
+@dataclass(frozen=True)
+class Word:
+    """A pattern that is but a word: most are, and to compile them all takes longer than to read a short log."""
+
+    pattern: str
+    lowered: str
+
+    def fullmatch(self, text: str) -> bool:
+        """Whether a text is the word, upper and lower case alike."""
+        return text.lower() == self.lowered
+
+
+Expression = re.Pattern[str] | Word
+Pattern = tuple[tuple[str, Expression], ...]
+_WORD = re.compile(r"[A-Za-z0-9_ ]+")
 _RULE_KEYS = {
     "signal", "match", "wheels", "unit", "require_unit", "scale", "offset", "invert", "valid_range",
     "rank", "rank_worse", "kind", "add", "sign", "where",
@@ -232,10 +247,12 @@ def _sibling(table: Mapping[str, Any], place: str, word: str) -> Sibling:
     return Sibling(_pattern(rest, place, word), bool(table.get("optional", False)), low, high)
 
 
+def _expression(text: str) -> Expression:
+    return Word(text, text.lower()) if _WORD.fullmatch(text) else re.compile(text, re.IGNORECASE)
+
+
 def _pattern(table: Mapping[str, str], place: str, word: str = "") -> Pattern:
     try:
-        return tuple(
-            (tag, re.compile(text.replace("{wheel}", word), re.IGNORECASE)) for tag, text in table.items()
-        )
+        return tuple((tag, _expression(text.replace("{wheel}", word))) for tag, text in table.items())
     except (re.error, AttributeError):
         raise MappingError(f"{dict(table)} is no table of patterns", place=place) from None
