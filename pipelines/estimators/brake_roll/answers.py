@@ -253,8 +253,8 @@ def _mass(found: Found, before: VehiclePart, posterior: Posterior, vehicle: Vehi
     std = math.hypot(made.std, MASS_DOUBT * made.value)
     status = max(made.status, status_against(std, made.value, prior), key=ORDER.index)
     return replace(
-        made, std=std, low=made.value - 1.96 * std, high=made.value + 1.96 * std, status=status, sources=SOURCE,
-        reason=reasons[status],
+        made, std=std, low=made.value - 1.96 * std, high=made.value + 1.96 * std, inner=(), status=status,
+        sources=SOURCE, reason=reasons[status],
     )  # fmt: skip
 
 

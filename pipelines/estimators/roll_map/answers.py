@@ -17,7 +17,7 @@ from pipelines.estimators.roll_map.posterior import (
 )
 from pipelines.models.roll import damping_ratio, roll_gradient_degpg, undamped_frequency_hz
 from pipelines.parameters import PARAMETERS
-from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
+from pipelines.results import INNER, OUTER, FloatArray, Identification, ParameterEstimate, Prior
 
 IDENTIFIED, WEAK = 0.5, 0.9
 """Posterior spread over prior spread up to which a parameter counts as identified, and as weak."""
@@ -41,7 +41,6 @@ a), a quarter turn away like damping (0.01 a / ω), half a turn away like inerti
 stiffness alone, however long it lasts. Half as much again against the axles, where all of the angle is the springs'."""
 
 SOURCE = ("roll_map",)
-LEVELS = (0.025, 0.975)
 
 
 @dataclass(frozen=True)
@@ -137,18 +136,22 @@ def from_draws(
     reference: float | None,
     ceiling: Identification = "identified",
 ) -> ParameterEstimate:
-    """Mean, spread, 95 % interval and status of weighted draws; no figures where neither prior nor log know anything.
+    """Mean, spread, intervals and status of weighted draws; no figures where neither prior nor log know anything.
 
     ceiling: the best status that is allowed.
     """
     value, std = moments(values, weight)
-    low, high = (float(q) for q in quantiles(values, weight, LEVELS))
+    levels = np.array([*INNER, OUTER])
+    ends = quantiles(values, weight, np.concatenate([0.5 - levels / 2, 0.5 + levels / 2]))
+    *inner, (low, high) = zip(*(half.tolist() for half in np.split(ends, 2)), strict=True)
     status = status_against(std, value, prior)
     order: list[Identification] = ["identified", "weak", "not_identifiable"]
     status = order[max(order.index(status), order.index(ceiling))]
     if status == "not_identifiable" and prior is None:
         return unknown(name, reasons[status], None, reference)
-    return ParameterEstimate(name, value, std, low, high, status, reasons[status], prior, reference, SOURCE)
+    return ParameterEstimate(
+        name, value, std, low, high, status, reasons[status], prior, reference, SOURCE, tuple(inner)
+    )  # fmt: skip
 
 
 def draw_coefficients(coefficients: Coefficients, rng: np.random.Generator, count: int) -> FloatArray:

@@ -9,6 +9,7 @@ and its mirror image, need no approximation that way.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -198,7 +199,7 @@ def sample_posterior(
     return Posterior(values, weight, float(1 / np.sum(weight**2)))
 
 
-def quantiles(values: FloatArray, weight: FloatArray, levels: tuple[float, ...]) -> FloatArray:
+def quantiles(values: FloatArray, weight: FloatArray, levels: Sequence[float] | FloatArray) -> FloatArray:
     """Weighted quantiles."""
     order = np.argsort(values)
     share = np.cumsum(weight[order])
