@@ -63,8 +63,6 @@ MISSING: dict[str, str] = {
 }
 """The core parameters, which the verdict always holds, and what each one needs."""
 
-LARGEST_ALONE = 0.15
-"""Relative spread beyond which an answer that was widened so is called weak."""
 
 BY_DEFLECTIONS = "roll_gradient_degpg"
 """What one estimator tells from the roll angle alone: where that is by deflections, their scale is its scale."""
@@ -218,7 +216,7 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: flo
     )
     return replace(
         entry, std=std, low=entry.value - half, high=entry.value + half, inner=(), reason=f"{words}; {entry.reason}",
-        status=entry.status if std <= LARGEST_ALONE * abs(entry.value) else "weak",
+        status="weak",
     )  # fmt: skip
 
 

@@ -162,6 +162,10 @@ def minimise(
     return History(box.low + unit * box.span, costs, box)
 
 
+class NothingFitsError(ValueError):
+    """No point of the box has a finite cost: the model runs away, or is not one, wherever it is tried."""
+
+
 def warm_start(
     cost: Cost,
     box: Box,
@@ -174,11 +178,11 @@ def warm_start(
 ) -> WarmStart:
     """Algorithm 1. features: for the surrogate. power: γ of "tempered" from the best point, e.g. `RollError.independent`.
 
-    Raises ValueError where no point tried has a finite cost, or "tempered" is not given its power.
+    Raises NothingFitsError where no point tried has a finite cost, ValueError where "tempered" is not given its power.
     """
     history = minimise(cost, box, start, settings, rng, features=features)
     if not np.isfinite(history.costs).any():
-        raise ValueError("no point tried has a finite cost")
+        raise NothingFitsError("no point tried has a finite cost")
     if settings.weighting != "tempered":
         density = history_density(history.points, history.costs, box, settings.weighting)
     else:

@@ -37,8 +37,14 @@ from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource, rank_roll
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Vehicle
+from pipelines.warm_start.warm_start import NothingFitsError
 
 DRAWS = 40_000
+NO_MODEL = (
+    "no stiffness, damping and height make a roll model that does not run away, of what is stated of the vehicle and of where "
+    "the accelerometer sits (far above the CG there is none)"
+)
+
 SNAPSHOTS = 40
 
 SETTINGS: tuple[Setting, ...] = (
@@ -131,10 +137,13 @@ class MarginalizedParticleFilter:
         if not np.isfinite(inputs.y).any():
             return self._nothing(before, vehicle, data, "no roll signal is there while the vehicle corners")
         rows = np.unique(np.linspace(0, data.size - 1, SNAPSHOTS + 1).round().astype(np.int64))[1:]
-        clouds = run_clouds(
-            inputs, given_of(before.draws), _variant(settings), round(_value(settings, "particles")),
-            round(_value(settings, "most_particles")), round(_value(settings, "clouds")), rows, rng,
-        )  # fmt: skip
+        try:
+            clouds = run_clouds(
+                inputs, given_of(before.draws), _variant(settings), round(_value(settings, "particles")),
+                round(_value(settings, "most_particles")), round(_value(settings, "clouds")), rows, rng,
+            )  # fmt: skip
+        except NothingFitsError:
+            return self._nothing(before, vehicle, data, NO_MODEL)
         return self._explain(prepared, data, clouds, roll, vehicle, before, rows, rng)
 
     def _explain(
