@@ -22,6 +22,9 @@ from parsers.signals import SIGNALS
 from parsers.timebase import LATEST_NS, usual_period_s
 from parsers.units import SI_TEXT
 
+MOST_MISSING = 3
+"""Channels of a mapping file that a log lacks which are named one by one."""
+
 MIN_SAMPLES = 2
 """A channel with fewer valid samples than this is no signal."""
 
@@ -268,8 +271,13 @@ def is_stated(binding: Binding) -> bool:
 
 def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Binding, ...]]:
     if options.map is not None and not options.map.strict:
-        for sentence in missing_channels(opened.reader.channels, options.map):
+        sentences = missing_channels(opened.reader.channels, options.map)
+        for sentence in sentences[:MOST_MISSING]:
             opened.log.note(sentence)
+        if len(sentences) > MOST_MISSING:
+            opened.log.note(
+                f"{options.map.path.name} maps {len(sentences) - MOST_MISSING} more channels that are not in this log: is it for another one?"
+            )
     try:
         proposals, left_out = propose_and_say(opened.reader.channels, options.map)
     except MappingError as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from parsers.checks.axle_scales import unlike_axles
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
 from parsers.checks.frozen import frozen
@@ -105,7 +106,8 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    still = frozen(work, present := make_grid(work, grid))
+    present = make_grid(work, grid)
+    still = [*frozen(work, present), *unlike_axles(work, present)]
     dead = {each.signal: each for each in still if each.applied}
     if dead:
         wild |= dead

@@ -1,4 +1,4 @@
-"""Is the vehicle one that anybody has measured? A height far beyond all of its body style is a wrong figure in the vehicle file."""
+"""Is the vehicle one that there is? A height far beyond all of its body style, or a front-driven car with its weight behind, is a wrong figure in the vehicle file."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.results import ParameterEstimate
+from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.priors import known_body, measured_vehicles
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -22,7 +23,52 @@ SURELY = 1.64
 """Standard deviations by which the answer must lie beyond."""
 
 
+FRONT_DRIVEN, REARWARD = 0.9, 0.56
+"""Share of the drive at the front from which on a car is front-driven, and the CG's place over the wheelbase behind which none of these
+has it when empty: tyres that pull need the weight, and a rear engine drives the rear axle."""
+
+ALONG = (
+    "cg_to_front_axle_m",
+    "corner_mass_fl_kg",
+    "corner_mass_fr_kg",
+    "corner_mass_rl_kg",
+    "corner_mass_rr_kg",
+)
+"""What the stated place of the empty vehicle's CG goes into as it stands."""
+
+
 def beyond_measured(
+    parameters: Mapping[str, ParameterEstimate], vehicle: Vehicle
+) -> dict[str, ParameterEstimate]:
+    """The answers without surety where the vehicle file has a CG that no such vehicle has: too far back, too low or too high."""
+    return _too_low_or_high(_too_far_back(parameters, vehicle), vehicle)
+
+
+def _too_far_back(
+    parameters: Mapping[str, ParameterEstimate], vehicle: Vehicle
+) -> dict[str, ParameterEstimate]:
+    """A front-driven car whose file has the CG in its rear half: it was measured from the rear axle, and springs tell but the load."""
+    found = dict(parameters)
+    place, length, front = (
+        vehicle.get(key) for key in ("cg_to_front_axle_m", "wheelbase_m", "drive_front_share")
+    )
+    if place is None or length is None or front is None or kind_of(vehicle) != "car":
+        return found
+    share = place.value / length.value
+    if front.value < FRONT_DRIVEN or share < REARWARD:
+        return found
+    words = (
+        f"the vehicle file has {share:.0%} of the empty weight of a front-driven car at the rear: was cg_to_front_axle_m measured "
+        "from the rear axle? "
+    )
+    return found | {
+        name: replace(found[name], status="weak", reason=words + found[name].reason)
+        for name in ALONG
+        if name in found and found[name].status == "identified"
+    }
+
+
+def _too_low_or_high(
     parameters: Mapping[str, ParameterEstimate], vehicle: Vehicle
 ) -> dict[str, ParameterEstimate]:
     """The answers; none of them is identified where the CG stands where it stands in no measured vehicle of the body style.

@@ -221,11 +221,11 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: flo
 
 
 def _as_sure_as_the_springs(
-    verdict: Mapping[str, ParameterEstimate], told: Sequence[Estimate], lead: str, found: Inference
+    verdict: Mapping[str, ParameterEstimate], told: Sequence[Estimate], lead: str, found: Inference, than: str
 ) -> dict[str, ParameterEstimate]:
     """A roll gradient by deflections, where the log has the springs otherwise: the rates may be right and the deflections' scale wrong.
 
-    lead: the estimator that it is of.
+    lead: the estimator that it is of. than: what the springs are otherwise than, in a word.
     """
     entry = verdict.get(BY_DEFLECTIONS)
     if entry is None or entry.value is None or entry.std is None or entry.status == "not_identifiable":
@@ -246,7 +246,7 @@ def _as_sure_as_the_springs(
     std = math.hypot(entry.std, found.springs_off * entry.value)
     half = QUANTILE * std
     reason = (
-        f"the log has spring rates, or the scale of the deflections, {found.springs_off:.0%} otherwise than stated, and what is "
+        f"the log has spring rates, or the scale of the deflections, {found.springs_off:.0%} otherwise than {than}, and what is "
         f"seen by deflections is no surer; {entry.reason}"
     )
     status = "weak" if entry.status == "identified" else entry.status
@@ -323,7 +323,8 @@ def verdict_of(
         }
         if BY_DEFLECTIONS in given:
             lead = given[BY_DEFLECTIONS][0].estimator
-            verdict |= _as_sure_as_the_springs(verdict, told, lead, found)
+            than = "stated" if vehicle.get("spring_rate_front_npm") is not None else "usual"
+            verdict |= _as_sure_as_the_springs(verdict, told, lead, found, than)
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)

@@ -61,7 +61,8 @@ def test_the_generator_depends_on_the_seed_and_the_name_alone():
 
 
 @pytest.mark.parametrize(
-    "error", [np.linalg.LinAlgError("singular"), FloatingPointError("x"), ZeroDivisionError("y")]
+    "error",
+    [np.linalg.LinAlgError("singular"), FloatingPointError("x"), ZeroDivisionError("y"), ValueError("infs")],
 )
 def test_a_method_whose_numerics_fail_says_so(error):
     failed = run_estimator(Method(error=error), drive_of("roll"), VEHICLE, {}, 0)

@@ -43,6 +43,35 @@ def test_what_no_measured_vehicle_is_like(body: str | None, height: float, std: 
     assert found["cg_height_m"].value == height
 
 
+@pytest.mark.parametrize(
+    ("body", "front", "place", "sure"),
+    [
+        ("Hatchback", 1.0, 1.60, False),
+        ("Hatchback", 1.0, 1.30, True),
+        ("Hatchback", 0.0, 1.60, True),
+        ("Hatchback", None, 1.60, True),
+        ("Van", 1.0, 1.60, True),
+    ],
+)
+def test_a_front_driven_car_with_its_weight_behind(
+    body: str, front: float | None, place: float, sure: bool
+) -> None:
+    """Its file has the CG's place from the rear axle: what that goes into is weak, and nothing else."""
+    told = {
+        name: ParameterEstimate(name, 1.0, 0.01, 0.98, 1.02, "identified", "told")
+        for name in ("cg_to_front_axle_m", "corner_mass_rl_kg", "mass_kg")
+    }
+    figures = {"cg_to_front_axle_m": place, "wheelbase_m": 2.6, "drive_front_share": front}
+    quantities = {
+        key: Quantity(value, 0.01, "vehicle file") for key, value in figures.items() if value is not None
+    }
+    found = beyond_measured(told, Vehicle(body=body, quantities=quantities))
+    for name in ("cg_to_front_axle_m", "corner_mass_rl_kg"):
+        assert found[name].status == ("identified" if sure else "weak")
+        assert ("from the rear axle" in found[name].reason) is not sure
+    assert found["mass_kg"].status == "identified"
+
+
 def test_intervals_are_nested() -> None:
     """To each side by its own reach: one that ends at nought holds the narrower ones."""
     skew = ParameterEstimate("x", 1.0, 2.0, 0.2, 6.0, "weak", "")

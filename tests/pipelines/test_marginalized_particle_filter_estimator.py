@@ -13,7 +13,7 @@ from pipelines.analyze import run_estimator
 from pipelines.estimators.base import FullSettings
 from pipelines.estimators.marginalized_particle_filter.estimator import SETTINGS, MarginalizedParticleFilter
 from pipelines.results import Estimate
-from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 QUICK = {"particles": 300.0, "most_particles": 3000.0, "clouds": 3.0}
 CAR = Car()
@@ -133,3 +133,13 @@ def test_without_a_mass_it_says_what_it_lacks(lively: Drive) -> None:
     estimate = run(lively, Vehicle())
     assert estimate.status == "skipped"
     assert "mass_kg" in estimate.reason
+
+
+def test_an_accelerometer_where_no_model_stands_is_no_traceback(lively: Drive) -> None:
+    high = vehicle()
+    high = replace(high, sensors={**high.sensors, "imu_above_ground_m": Quantity(3.0, 0.02, "vehicle file")})
+    for variant in ("published", "kernel"):
+        estimate = run(lively, high, variant)
+        assert estimate.status == "ran"
+        assert "does not run away" in estimate.reason
+        assert all(p.status == "not_identifiable" for p in estimate.parameters.values())

@@ -1,0 +1,75 @@
+"""Deflections of one axle that show another roll than the other's: one body leans on both.
+
+The wheels of both axles see the same lean but for what tyres give (an axle that holds more of it stands a tenth more askew) and for
+their tracks. Sensors at the springs of one axle, or a lever that one axle's scale does not know, show a quarter or more besides; which
+axle is right, the log does not say. A blind test's rear deflections of 0.7 moved roll arm, roll gradient and CG height by 9 to 14 %.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import Grid
+from parsers.drive import Decision, Signal
+from parsers.signals import WHEELS
+
+ALIKE = (0.8, 1.25)
+"""Roll by the rear deflections over that by the front ones that tracks and tyres explain."""
+ODD = (0.3, 3.0)
+"""Beyond these something else is wrong: a sign, a dead sensor, one that is another's."""
+BLOCKS, LEAST_CELLS = 10, 300
+FOLLOWS = 0.85
+"""Least correlation of each axle's roll with the lateral acceleration."""
+SURE = 3.0
+"""Standard deviations by which the ratio is beyond `ALIKE`."""
+LEAST_MPS2 = 0.3
+"""Spread of the lateral acceleration from which on the body rolls."""
+
+
+def unlike_axles(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
+    """All four deflections left out, where front and rear ones surely contradict each other; nothing where they go together."""
+    names = [f"suspension_deflection_{wheel}" for wheel in WHEELS]
+    columns = [grid.get(name) if name in signals else None for name in names]
+    accel = grid.get("accel_y") if "accel_y" in signals else None
+    there = [column for column in (*columns, accel) if column is not None]
+    if accel is None or len(there) != len(names) + 1:
+        return []
+    rows = np.all(np.isfinite(there), axis=0)
+    if np.count_nonzero(rows) < LEAST_CELLS:
+        return []
+    fl, fr, rl, rr, side = (column[rows] for column in there)
+    found = _ratio(fr - fl, rr - rl, side)
+    if found is None:
+        return []
+    ratio, std = found
+    low, high = ALIKE
+    if not ODD[0] < ratio < ODD[1] or low - SURE * std <= ratio <= high + SURE * std:
+        return []
+    evidence = f"{ratio:.2f} ± {std:.2f} of the front's, {low:g} to {high:g} by tracks and tyres; one axle's scale is wrong, or its sensors stand elsewhere than at the wheels"
+    text = "of the rear axle show another roll of the body than those of the front axle"
+    action = "left out: which of the two axles is right, the log does not say"
+    return [Decision(name, "range", f"deflections {text}", action, evidence, applied=True) for name in names]
+
+
+def _ratio(front: FloatArray, rear: FloatArray, side: FloatArray) -> tuple[float, float] | None:
+    """The rear's slope on the lateral acceleration over the front's, and its standard deviation from parts of the drive left out in turn."""
+    if float(np.std(side)) < LEAST_MPS2:
+        return None
+    for each in (front, rear):
+        if not np.std(each) > 0 or abs(float(np.corrcoef(each, side)[0, 1])) < FOLLOWS:
+            return None
+    parts = [
+        [float(np.mean((each - each.mean()) * (s - s.mean())) * len(s)) for each in (f, r)]
+        for f, r, s in zip(*(np.array_split(column, BLOCKS) for column in (front, rear, side)), strict=True)
+    ]
+    sums = np.array(parts)
+    whole = sums.sum(axis=0)
+    rest = whole - sums
+    if whole[0] == 0 or not (rest[:, 0] * whole[0] > 0).all():
+        return None
+    without = rest[:, 1] / rest[:, 0]
+    std = float(np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((without - without.mean()) ** 2)))
+    return float(whole[1] / whole[0]), std

@@ -1,0 +1,67 @@
+"""One body leans on both axles: deflections of which one axle's have another scale are found, others are left alone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from parsers.checks import check_all
+from parsers.checks.axle_scales import unlike_axles
+from parsers.checks.grid import make_grid
+from parsers.drive import Signal
+
+RATE_HZ = 50
+
+
+def drive(
+    rear: float, *, seconds: float = 120.0, tyres: float = 1.05, lean: float = 0.02, seed: int = 1
+) -> dict[str, Signal]:
+    """A body that leans in bends and heaves on a rough road. rear: scale of the rear sensors; lean: m of half a track's travel a g/10."""
+    rng = np.random.default_rng(seed)
+    n = round(seconds * RATE_HZ)
+    time_ns = (np.arange(n) * (1e9 / RATE_HZ)).astype(np.int64)
+    t = time_ns / 1e9
+    side = 2.0 * np.sin(0.35 * t) + 0.8 * np.sin(1.1 * t + 1)
+    columns = {"accel_y": side + 0.05 * rng.standard_normal(n)}
+    for wheel in ("fl", "fr", "rl", "rr"):
+        down = lean * 0.5 * side * (1 if wheel[1] == "r" else -1)
+        if wheel[0] == "r":
+            down = down * tyres
+        road = 0.006 * rng.standard_normal(n) + 0.004 * np.sin(7.3 * t + ord(wheel[0]))
+        columns[f"suspension_deflection_{wheel}"] = (down + road + 0.03) * (rear if wheel[0] == "r" else 1.0)
+    return {name: Signal(name, time_ns, values, name) for name, values in columns.items()}
+
+
+@pytest.mark.parametrize("rear", [0.4, 0.7, 1.45, 2.0])
+def test_one_axles_scale_is_found_and_all_are_left_out(rear: float) -> None:
+    signals = drive(rear)
+    found = unlike_axles(signals, make_grid(signals))
+    assert {each.signal for each in found} == signals.keys() - {"accel_y"}
+    assert all(each.applied for each in found)
+    assert float(found[0].evidence.split(" ")[0]) == pytest.approx(1.05 * rear, rel=0.02)
+    checked = check_all(signals, fix=True, units_stated={})
+    assert set(checked.signals) == {"accel_y"}
+    assert set(check_all(signals, fix=False, units_stated={}).signals) == set(signals)
+
+
+@pytest.mark.parametrize(
+    ("rear", "tyres"), [(1.0, 1.05), (1.0, 0.9), (1.0, 1.17), (0.9, 1.0), (-1.0, 1.0), (5.0, 1.0)]
+)
+def test_what_tracks_and_tyres_explain_and_what_is_something_else_is_left_alone(
+    rear: float, tyres: float
+) -> None:
+    signals = drive(rear, tyres=tyres)
+    assert not unlike_axles(signals, make_grid(signals))
+
+
+def test_a_drive_that_hardly_leans_tells_nothing() -> None:
+    straight = drive(0.7, lean=0.0005)
+    assert not unlike_axles(straight, make_grid(straight))
+    short = drive(0.7, seconds=20.0)
+    assert not unlike_axles(short, make_grid(short))
+    without = drive(0.7)
+    del without["accel_y"]
+    assert not unlike_axles(without, make_grid(without))
+    three = drive(0.7)
+    del three["suspension_deflection_rr"]
+    assert not unlike_axles(three, make_grid(three))
