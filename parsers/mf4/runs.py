@@ -27,7 +27,7 @@ MOST_BYTES = 2 * CHUNK
 
 @dataclass(frozen=True)
 class Runs:
-    """The runs of a stream. edges: places in the stream where they begin, and the end of the last, ascending."""
+    """The runs of a stream: their records without bytes, to be read in any order, and the memory that they are read into."""
 
     stream: DataStream
     batches: list[Batch]
