@@ -37,6 +37,9 @@ SURE = 2.5
 SCALES = 0.01
 """By what the scales of accelerometer, speed and gyro may differ: it looks like gravity's share, as a body leans with the load."""
 
+SLOW_MPS = (10.0, 16.0)
+"""Bends below these speeds are banked by little: in them a true accelerometer shows gravity's part, where fast roads' bank cancels the lean."""
+
 LEAST_MPS = 5.0
 LEAST_TILT = 0.012
 """rad, rms: below it gravity's share is no more than offsets and noise."""
@@ -95,8 +98,8 @@ def share_of(rest: FloatArray, gravity: FloatArray, load: FloatArray, others: Fl
     return Share(value, math.hypot(found.std, SCALES * abs(swing)), found.seconds)
 
 
-def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:
-    """Gravity's share in accel_y and accel_x where the log tells it, and the angle that it was seen by."""
+def shares(drive: Drive, vehicle: Vehicle, fastest: float = math.inf) -> dict[str, tuple[Share, Signal]]:
+    """Gravity's share in accel_y and accel_x where the log tells it, and the angle that it was seen by. fastest: m/s that are looked at."""
     tilts = {axis: tilt_of(drive.signals, axis, vehicle) for axis in ("roll", "pitch")}
     known = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
     if "yaw_rate" not in known or not any(tilts.values()) or not {"accel_x", "accel_y"} & known.keys():
@@ -106,7 +109,7 @@ def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:
     if speed is None or yaw is None:
         return {}
     turning, change = smooth(speed * yaw), grid.rate(smooth(speed))
-    moving = speed > LEAST_MPS
+    moving = (speed > LEAST_MPS) & (speed < fastest)
     # the sideslip lags behind the steering: its change v_y' has a part in step with the yaw rate's second derivative, which in
     # steady weaving is in step with the lean as well, and then the log does not tell gravity's share
     turn = grid.rate(smooth(yaw))
@@ -126,6 +129,20 @@ def shares(drive: Drive, vehicle: Vehicle) -> dict[str, tuple[Share, Signal]]:
     return found
 
 
+def _in_slow_bends(drive: Drive, vehicle: Vehicle, name: str, tilt: Signal) -> Share | None:
+    """Gravity's share in slow bends, where it is there in them; None where it is not, or the log does not tell.
+
+    The springs show the lean against the road, and an accelerometer that against the horizon.
+    """
+    if name != "accel_y" or not tilt.source.startswith("derived"):
+        return None
+    for fastest in SLOW_MPS:
+        found = shares(drive, vehicle, fastest).get(name)
+        if found is not None:
+            return found[0] if found[0].value > BETWEEN else None
+    return None
+
+
 def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set[str] = frozenset()) -> Drive:
     """The drive with gravity's part added to accelerations that surely lack it, and a decision for each in the record.
 
@@ -134,6 +151,15 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
     signals, said = dict(drive.signals), []
     for name, (share, tilt) in shares(drive, vehicle).items():
         if not share.missing or name in known:
+            continue
+        slow = _in_slow_bends(drive, vehicle, name, tilt)
+        if slow is not None:
+            said.append(
+                Decision(
+                    name, "choice", f"{name} has no part of gravity in it in fast bends, and has it in slow ones: the road banks into its bends",
+                    "left as it is", f"{share.value:.2f} ± {share.std:.2f} of it is there, {slow.value:.2f} ± {slow.std:.2f} in slow bends", applied=False,
+                )
+            )  # fmt: skip
             continue
         axis, sign = ("roll", 1.0) if name == "accel_y" else ("pitch", -1.0)
         old = signals[name]

@@ -97,3 +97,39 @@ def test_too_little_lean_or_too_short_a_drive_says_nothing() -> None:
     assert share_of(0.01 * lean, 0.01 * lean, lean, others) is None
     assert share_of(lean[:100], lean[:100], lean[:100], others[:100]) is None
     assert share_of(lean, lean, 0 * lean, others) is not None
+
+
+def _town_and_country(*, gravity: float, bank: float) -> Drive:
+    """Four minutes: slow bends on flat streets, then fast ones on a road that leans into them by `bank` times the body's roll."""
+    rng = np.random.default_rng(5)
+    t = np.arange(int(240 * HZ)) / HZ
+    fast = t > 120
+    speed = np.where(fast, 20.0, 8.0) + 0.5 * np.sin(0.9 * t)
+    yaw = np.where(fast, 0.22, 0.32) * (np.sin(0.3 * t) + 0.7 * np.sin(1.3 * t) * np.sin(0.11 * t))
+    lateral = speed * yaw
+    roll = np.radians(5) * lateral / 9.80665
+    against_horizon = roll * np.where(fast, 1 - bank, 1.0)
+    columns = {
+        "speed": speed + 0.02 * rng.standard_normal(len(t)),
+        "yaw_rate": yaw + 0.002 * rng.standard_normal(len(t)),
+        "accel_y": lateral + gravity * 9.80665 * np.sin(against_horizon) + 0.05 * rng.standard_normal(len(t)),
+    }
+    for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+        columns[f"suspension_deflection_{wheel}"] = 0.01 + side * 0.5 * TRACK * roll
+    stamps = (t * 1e9).astype(np.int64)
+    record = ImportRecord("csv", (Path("a.csv"),), "", "complete", len(t), {}, (), "t", None, 240.0, ())
+    return Drive({n: Signal(n, stamps, v, n) for n, v in columns.items()}, record)
+
+
+def test_a_road_that_banks_is_not_taken_for_gravity_that_is_missing() -> None:
+    banked = _town_and_country(gravity=1.0, bank=1.2)
+    assert shares(banked, CAR)["accel_y"][0].missing
+    found = with_gravity(banked, CAR)
+    assert found.signals["accel_y"] is banked.signals["accel_y"]
+    (decision,) = found.record.decisions
+    assert not decision.applied
+    assert "the road banks" in decision.found
+    # an accelerometer without gravity lacks it in slow bends too
+    level = _town_and_country(gravity=0.0, bank=0.0)
+    (decision,) = with_gravity(level, CAR).record.decisions
+    assert decision.applied
