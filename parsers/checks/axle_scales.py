@@ -25,8 +25,8 @@ FOLLOWS = 0.85
 """Least correlation of each axle's roll with the lateral acceleration."""
 SURE = 3.0
 """Standard deviations by which the ratio is beyond `ALIKE`."""
-LEAST_MPS2 = 0.3
-"""Spread of the lateral acceleration from which on the body rolls."""
+LEAST_MPS2, LEAST_M = 0.3, 0.002
+"""Spread of the lateral acceleration, and of the difference of the front wheels, from which on the body rolls."""
 
 
 def unlike_axles(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
@@ -56,7 +56,7 @@ def unlike_axles(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
 
 def _ratio(front: FloatArray, rear: FloatArray, side: FloatArray) -> tuple[float, float] | None:
     """The rear's slope on the lateral acceleration over the front's, and its standard deviation from parts of the drive left out in turn."""
-    if float(np.std(side)) < LEAST_MPS2:
+    if float(np.std(side)) < LEAST_MPS2 or float(np.std(front)) < LEAST_M:
         return None
     for each in (front, rear):
         if not np.std(each) > 0 or abs(float(np.corrcoef(each, side)[0, 1])) < FOLLOWS:

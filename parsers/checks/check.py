@@ -107,7 +107,9 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         wild[light.signal] = light
         del work[light.signal]
     present = make_grid(work, grid)
-    still = [*frozen(work, present), *unlike_axles(work, present)]
+    still = frozen(work, present)
+    if not any(each.applied for each in still):
+        still += unlike_axles(work, present)
     dead = {each.signal: each for each in still if each.applied}
     if dead:
         wild |= dead
