@@ -201,19 +201,20 @@ def _laplace(joint: Joint, gradient: FloatArray) -> float:
 def _with_conflicts(
     parameters: Mapping[str, ParameterEstimate], checks: Sequence[Check]
 ) -> dict[str, ParameterEstimate]:
-    """Conflicts named with every answer that they widen; beyond doubt, nothing is identified."""
+    """Conflicts named with every answer that they widen, behind its own reason; beyond doubt first of all, and nothing is identified."""
     against = [c.record.relation for c in checks if c.in_conflict]
     if not against:
         return dict(parameters)
-    words = f"relations disagree ({listed(against)}): the interval holds what either says; "
-    surely = [c.record.relation for c in checks if c.beyond_doubt]
+    words = f"; relations disagree ({listed(against)}): the interval holds what either says"
+    first, surely = "", [c.record.relation for c in checks if c.beyond_doubt]
     if surely:
         # no interval holds what a wrong file leaves open
-        words = f"the log and what was known contradict each other beyond doubt ({listed(surely)}): one of them is wrong; "
+        first = f"the log and what was known contradict each other beyond doubt ({listed(surely)}): one of them is wrong; "
+        words = ""
     named = {
         name: entry
         if entry.status == "not_identifiable" and not surely
-        else replace(entry, reason=words + entry.reason)
+        else replace(entry, reason=first + entry.reason + words)
         for name, entry in parameters.items()
     }
     return {
