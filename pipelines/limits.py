@@ -131,5 +131,6 @@ def what_limits(
     if not vehicle.quantities:
         limits.append("No vehicle file: mass, track and springs are unknown; give one with --vehicle.")
     elif not vehicle.load_stated:
-        limits.append("The vehicle file has no [load]: the drive's load is taken as unknown.")
+        unsaid = vehicle.load_unsaid
+        limits.append(f"{unsaid[:1].upper()}{unsaid[1:]}: the drive's load is taken as unknown.")
     return tuple(dict.fromkeys([*limits, *_data_limits(record), *skipped]))

@@ -14,6 +14,7 @@ import numpy as np
 
 from pipelines.joint.outputs import body_at, roll_axis_of, roll_stiffness_of
 from pipelines.joint.posterior import STEP, Joint, values_at
+from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray, NextMeasurement
 
 LEAST_GAIN = 0.9
@@ -80,6 +81,13 @@ def _height(v: Mapping[str, FloatArray]) -> list[FloatArray]:
     return [np.asarray(body_at(v, {}).whole_h)]
 
 
+def _level(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    return [
+        np.degrees(v["askew_roll"] - v["offset_y"] / GRAVITY),
+        np.degrees(v["askew_pitch"] + v["offset_x"] / GRAVITY),
+    ]
+
+
 CANDIDATES: tuple[Candidate, ...] = (
     Candidate("workshop", "weigh the loaded vehicle on wheel scales (0.3 %)", _scales, (6.0, 8.0, 5.0), False),
     Candidate("signal", "log drive and brake torque (2 %) with the longitudinal acceleration", _mass, (0.02,), True, "torques"),
@@ -102,7 +110,14 @@ CANDIDATES: tuple[Candidate, ...] = (
     ),
     Candidate("figure", "the empty vehicle weighed (5 kg, 5 mm)", _known("empty_mass", "empty_x"), (0.003, 0.002)),
     Candidate("figure", "the empty vehicle's lateral CG place (2 mm)", _known("empty_y"), (0.002,), False),
-    Candidate("figure", "the load's mass (5 kg) and height (5 cm) in [load]", _known("load", "load_h"), (5.0, 0.05), False),
+    Candidate(
+        "figure", "the load's mass (5 kg) and place (height, along, across: 5 cm) in [load]",
+        _known("load", "load_h", "load_x", "load_y"), (5.0, 0.05, 0.05, 0.05), False,
+    ),
+    Candidate(
+        "figure", "what the inertial unit shows on level ground (0.1 deg) in [sensors], imu_roll_deg and imu_pitch_deg", _level,
+        (0.1, 0.1), False,
+    ),
     Candidate("figure", "a measured roll inertia (2 %)", _known("roll_inertia"), (0.02,)),
     Candidate("figure", "damper rates from a test rig (3 %)", _known("bump_front", "rebound_front", "bump_rear", "rebound_rear"),
               (0.03, 0.03, 0.03, 0.03)),

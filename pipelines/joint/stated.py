@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from functools import partial
+
 import numpy as np
 
-from pipelines.evidence import Evidence, Values
+from pipelines.evidence import Evidence, Kind, Values
 from pipelines.joint.outputs import roll_stiffness_of
 from pipelines.joint.unknowns import AXLES
+from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -23,6 +27,44 @@ def _roll_stiffness(values: Values) -> FloatArray:
 
 
 def stated_relations(vehicle: Vehicle) -> tuple[Evidence, ...]:
+    """What the file states of several unknowns together."""
+    return (*_stated_roll_stiffness(vehicle), *_stated_level(vehicle))
+
+
+LEVEL: Mapping[str, tuple[Kind, str, str, float]] = {
+    "imu_roll_deg": ("roll", "askew_roll", "offset_y", -1.0),
+    "imu_pitch_deg": ("pitch", "askew_pitch", "offset_x", 1.0),
+}
+"""Key: kind, and the unknowns that make what an accelerometer shows on level ground: how askew it sits, and its offset by its sign."""
+
+
+def _level(askew: str, offset: str, sign: float, values: Values) -> FloatArray:
+    """Degrees: f_y = g askew - offset of a unit that leans to the right, f_x = -(g askew + offset) of one that looks down."""
+    shown = np.degrees(np.asarray(values[askew]) + sign * np.asarray(values[offset]) / GRAVITY)
+    return np.atleast_2d(shown) if np.ndim(shown) else np.array([float(shown)])
+
+
+def _stated_level(vehicle: Vehicle) -> tuple[Evidence, ...]:
+    """How far from level the inertial unit stood on level ground: its mounting and its accelerometer's offset in one figure."""
+    found = []
+    for key, (kind, askew, offset, sign) in LEVEL.items():
+        told = vehicle.sensors.get(key)
+        if told is not None:
+            spread = np.array([[max(told.std, LEAST_LEVEL_DEG) ** 2]])
+            found.append(
+                Evidence(
+                    kind, "vehicle file", f"stated {key}", "vehicle file", np.array([told.value]), spread,
+                    partial(_level, askew, offset, sign), (askew, offset),
+                )
+            )  # fmt: skip
+    return tuple(found)
+
+
+LEAST_LEVEL_DEG = 0.01
+"""No garage's floor is more level."""
+
+
+def _stated_roll_stiffness(vehicle: Vehicle) -> tuple[Evidence, ...]:
     """The roll stiffness where the file states it and not the springs and bars that make it up.
 
     With springs and bars stated as well it is most likely their sum, and would count them twice.

@@ -131,22 +131,26 @@ def _empty(book: Book) -> float:
 
 
 def _load(book: Book, kilos: float) -> None:
-    stated, height = book.vehicle.load.get("mass_kg"), book.vehicle.load.get("height_m")
+    stated = book.vehicle.load.get("mass_kg")
     length, track = book.rows["wheelbase"][0], book.rows["track_front"][0]
     h = book.rows["empty_h"][0]
     if stated is None:
         usual = usual_load(book.vehicle, kilos)
-        book.put("load", usual.mean, usual.std, "load, kg", "the vehicle file has no [load]")
+        book.put("load", usual.mean, usual.std, "load, kg", book.vehicle.load_unsaid)
     else:
         book.put("load", stated.value, stated.std, "load, kg", stated.source)
     where = "seats, boot, roof: anywhere in or on the vehicle"
     # people sit on the front half and before the rear axle, luggage lies above it or behind
-    book.put("load_x", 0.6 * length, 0.35 * length, "load behind the front axle, m", where)
-    book.put("load_y", 0.0, 0.16 * track, "load left of the middle, m", where)
-    if height is None:
-        book.put("load_h", 1.45 * h, 0.65 * h, "load above ground, m", where)
-    else:
-        book.put("load_h", height.value, height.std, "load above ground, m", height.source)
+    for name, key, title, open_ in (
+        ("load_x", "behind_front_axle_m", "load behind the front axle, m", (0.6 * length, 0.35 * length)),
+        ("load_y", "left_m", "load left of the middle, m", (0.0, 0.16 * track)),
+        ("load_h", "height_m", "load above ground, m", (1.45 * h, 0.65 * h)),
+    ):
+        told = book.vehicle.load.get(key)
+        if told is None:
+            book.put(name, *open_, title, where)
+        else:
+            book.put(name, told.value, told.std, title, told.source)
 
 
 SURELY = 0.005

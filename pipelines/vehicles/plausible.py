@@ -48,9 +48,13 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "rolling_resistance": (0.0, 0.3, "newtons a newton, not in %"),
     "load.mass_kg": (0.0, 200e3, "kg"),
     "load.height_m": (0.0, 8.0, _LENGTH),
+    "load.behind_front_axle_m": (-5.0, 20.0, _LENGTH),
+    "load.left_m": (-3.0, 3.0, _LENGTH),
     "sensors.imu_behind_front_axle_m": (-10.0, 30.0, _LENGTH),
     "sensors.imu_left_m": (-3.0, 3.0, _LENGTH),
     "sensors.imu_above_ground_m": (-1.0, 8.0, _LENGTH),
+    "sensors.imu_roll_deg": (-15.0, 15.0, "degrees"),
+    "sensors.imu_pitch_deg": (-15.0, 15.0, "degrees"),
 }
 _G = 9.81
 _MOST_SAG_M = 1.2

@@ -59,14 +59,23 @@ ANY_SIGN = frozenset(
 )
 SHARES = frozenset(["brake_front_share", "drive_front_share", "camber_compensation"])
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
-LOAD_KEYS = frozenset({"mass_kg", "height_m"})
-SENSOR_KEYS = frozenset({"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m"})
+LOAD_ANY_SIGN = frozenset({"behind_front_axle_m", "left_m"})
+LOAD_KEYS = frozenset({"mass_kg", "height_m"}) | LOAD_ANY_SIGN
+SENSOR_KEYS = frozenset(
+    {"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m", "imu_roll_deg", "imu_pitch_deg"}
+)
 TEXT_KEYS = frozenset({"id", "name", "body", "suspension_map", "self_levelling", "deflection_zero"})
 LEVELLING = ("none", "rear", "both")
 ZEROS = ("empty", "loaded")
 
-LEAST_STD = {"cg_lateral_offset_m": 0.005}
-"""m: what a bare figure of any sign is worth at least; 0.02 where not named."""
+LEAST_STD = {
+    "cg_lateral_offset_m": 0.005,
+    "imu_roll_deg": 0.2,
+    "imu_pitch_deg": 0.2,
+    "behind_front_axle_m": 0.1,
+    "left_m": 0.05,
+}
+"""In the key's unit: what a bare figure of any sign is worth at least; 0.02 m where not named."""
 
 RELATIVE_STD = {
     "mass_kg": 0.02,
@@ -120,8 +129,13 @@ class Vehicle:
 
     @property
     def load_stated(self) -> bool:
-        """Whether the file says anything about this drive's load."""
-        return bool(self.load)
+        """Whether the file says how heavy this drive's load is."""
+        return "mass_kg" in self.load
+
+    @property
+    def load_unsaid(self) -> str:
+        """In words, why this drive's load is not known."""
+        return "the vehicle file's [load] has no mass_kg" if self.load else "the vehicle file has no [load]"
 
 
 def _number(raw: object, key: str, table: str, path: Path) -> tuple[float, float | None]:
@@ -157,7 +171,7 @@ def _number(raw: object, key: str, table: str, path: Path) -> tuple[float, float
 
 def _check_sign(table: str, key: str, value: float, path: Path) -> None:
     place = f"[{table}] {key}"
-    if table == "load" and value >= 0:
+    if table == "load" and (value >= 0 or key in LOAD_ANY_SIGN):
         # an empty vehicle is a load of 0 kg
         return
     if key in SHARES and not 0 <= value <= 1:
@@ -187,7 +201,7 @@ def _quantities(raw: Mapping[str, Any], table: str, known: frozenset[str], path:
         stated = std is not None
         if std is None:
             std = abs(value) * RELATIVE_STD.get(key, DEFAULT_RELATIVE_STD)
-            if key in ANY_SIGN or table == "sensors":
+            if key in ANY_SIGN | LOAD_ANY_SIGN or table == "sensors":
                 std = max(std, LEAST_STD.get(key, 0.02))
         found[key] = Quantity(value, std, "vehicle file", stated)
     return found

@@ -132,7 +132,7 @@ def _load(book: _Book, vehicle: Vehicle, empty_height: FloatArray) -> tuple[Floa
         further = np.minimum(book.rng.exponential(usual.further, book.count), usual.most)
         mass = np.asarray(driver + further)
         text = f"a driver of {DRIVER[0]:g} ± {DRIVER[1]:g} kg and 0-{usual.most:.0f} kg more ({usual.further:.0f} kg in the mean)"
-        book.assumptions.append(Assumption("load mass", text, "the vehicle file has no [load]"))
+        book.assumptions.append(Assumption("load mass", text, vehicle.load_unsaid))
     height = vehicle.load.get("height_m")
     if height is not None:
         return mass, np.maximum(book.known("load height", height, "m"), 0.1)
