@@ -1,7 +1,7 @@
 """How honest is the verdict on simulators that no estimator was built from? A table by parameter, author and sensors.
 
 python benchmarks/foreign_study.py [--drives 40] [--first 0] [--style NAME] [--sensors NAME] [--file NAME] [--drive NAME]
-                                   [--exact] [--jobs 1] [--strangers] [--save]
+                                   [--exact] [--jobs 1] [--strangers] [--out FILE.jsonl] [--save]
 
 Every drive goes through the importer and `pipelines.analyze.analyze` as a user's would. Styles, sensors and vehicle
 files are dealt out in turn unless one is named; the published witnesses are left out, since they speak for no parameter here.
@@ -10,6 +10,7 @@ files are dealt out in turn unless one is named; the published witnesses are lef
 from __future__ import annotations
 
 import argparse
+import json
 import sys
 import tempfile
 import warnings
@@ -29,7 +30,7 @@ from foreign_logs import FILES, SENSORS, STYLES, Case, Log, make_log  # noqa: E4
 from foreign_recorders import STRANGE_FILES, STRANGE_SENSORS, STRANGERS, make_stranger  # noqa: E402
 
 from pipelines.analyze import Request, analyze  # noqa: E402
-from pipelines.results import DriveResults  # noqa: E402
+from pipelines.results import INNER, OUTER, DriveResults  # noqa: E402
 
 ESTIMATORS = "roll_map,load_balance,brake_roll_batch,axle_load_gls,base_excitation_batch,load_transfer_batch,roll_plane,pitch_plane"
 JUDGED = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "roll_arm_m", "roll_stiffness_nmprad",
@@ -46,7 +47,8 @@ class Answer:
     value: float
     truth: float
     std: float
-    inside: bool
+    held: tuple[bool, ...]
+    """Whether the 50, 80 and 95 % intervals hold the truth."""
 
     @property
     def z(self) -> float:
@@ -109,7 +111,9 @@ def outcome_of(case: Case, log: Log, results: DriveResults) -> Outcome:
         truth = log.truth.get(name)
         if truth is None or p.value is None or not p.std or p.low is None or p.high is None:
             continue
-        found.append(Answer(case, name, p.status, p.value, truth, p.std, p.low <= truth <= p.high))
+        intervals = [p.interval(level) for level in (*INNER, OUTER)]
+        held = tuple(i is not None and i[0] <= truth <= i[1] for i in intervals)
+        found.append(Answer(case, name, p.status, p.value, truth, p.std, held))
     broken = tuple(e.estimator for e in results.estimates if e.status == "failed")
     return Outcome(case, tuple(found), broken, warned(results))
 
@@ -123,7 +127,7 @@ def line(label: str, group: list[Answer]) -> str:
     )
     return (
         f"| {label} | {len(group)} | {error.mean():+.1f} | {np.median(np.abs(error)):.1f} | {spread:.1f} "
-        f"| {np.mean([a.inside for a in group]):.2f} | {z.mean():+.2f} | {np.sqrt(np.mean(z * z)):.2f} "
+        f"| {' / '.join(f'{share:.2f}' for share in np.mean([a.held for a in group], axis=0))} | {z.mean():+.2f} | {np.sqrt(np.mean(z * z)):.2f} "
         f"| {worst.z:+.1f} ({worst.case.style}, {worst.case.sensors}, {worst.case.file}, {worst.case.drive}, {worst.case.seed}) |"
     )
 
@@ -132,7 +136,7 @@ LOST = ("contradict each other", "does not follow", "check its channel")
 """Words with which estimators give a signal up."""
 
 HEAD = (
-    "| {} | answers | bias % | median error % | median std % | 95 % holds | mean z | rms z | worst z |\n"
+    "| {} | answers | bias % | median error % | median std % | 50 / 80 / 95 % hold | mean z | rms z | worst z |\n"
     "|---|---|---|---|---|---|---|---|---|"
 )
 
@@ -143,6 +147,16 @@ def table(title: str, answers: list[Answer], key: Callable[[Answer], str]) -> st
     for answer in answers:
         groups[key(answer)].append(answer)
     return "\n".join([HEAD.format(title), *(line(k, groups[k]) for k in sorted(groups))])
+
+
+def rows(outcomes: list[Outcome]) -> list[dict[str, object]]:
+    """Every answer in short, as `benchmarks/tails_study.py` reads them."""
+    return [
+        {"author": a.case.style, "name": a.name, "status": a.status, "z": a.z, "held": a.held}
+        for o in outcomes
+        for a in o.answers
+        if a.name in JUDGED
+    ]
 
 
 def report(outcomes: list[Outcome]) -> str:
@@ -165,7 +179,7 @@ def report(outcomes: list[Outcome]) -> str:
         ("Estimators that broke down", broken),
         ("Drives on which something was called wrong or unusual", said),
     ]
-    parts += [f"{title}: {len(rows)}\n" + "".join(f"\n- {r}" for r in rows) for title, rows in lists]
+    parts += [f"{title}: {len(each)}\n" + "".join(f"\n- {r}" for r in each) for title, each in lists]
     return "\n\n".join(parts) + "\n"
 
 
@@ -215,6 +229,9 @@ def main() -> None:
     parser.add_argument(
         "--strangers", action="store_true", help="the second lot of authors, recorders and files"
     )
+    parser.add_argument(
+        "--out", type=Path, help="every answer's error in standard deviations, a JSON line each"
+    )
     parser.add_argument("--save", action="store_true")
     a = parser.parse_args()
     if a.jobs > 1:
@@ -226,6 +243,8 @@ def main() -> None:
         outcomes
     )
     print(text)
+    if a.out:
+        a.out.write_text("".join(json.dumps(row) + "\n" for row in rows(outcomes)), encoding="utf-8")
     if a.save:
         name, title = ("strangers", ", strangers' recorders and files") if a.strangers else ("study", "")
         (ROOT / f"benchmarks/results/foreign_{name}.md").write_text(

@@ -12,6 +12,7 @@ from pipelines.evidence import Evidence, Kind
 from pipelines.joint.conflict import Check, held
 from pipelines.joint.information import Spread, bits
 from pipelines.joint.posterior import Joint
+from pipelines.joint.tails import density
 from pipelines.results import (
     FloatArray,
     Identification,
@@ -277,11 +278,8 @@ def learned_of(
     low, high = min(low, answer.value - 4 * answer.std), max(high, answer.value + 4 * answer.std)
     inside = np.linspace(answer.value - 4 * answer.std, answer.value + 4 * answer.std, GRID // 2)
     grid = np.unique(np.concatenate([np.linspace(low, high, GRID - len(inside)), inside]))
-    z = (grid - answer.value) / max(answer.std, 1e-12)
-    density = np.exp(-0.5 * z * z) / (max(answer.std, 1e-12) * math.sqrt(2 * math.pi))
-    if answer.draws is not None:
-        density = _smooth(answer.draws, grid)
-    return Learned(
-        name, prior_record(prior), gained, shares, following, grid,
-        _smooth(few, grid), np.asarray(density),
-    )  # fmt: skip
+    if answer.draws is None:
+        after = density((grid - answer.value) / max(answer.std, 1e-12)) / max(answer.std, 1e-12)
+    else:
+        after = _smooth(answer.draws, grid)
+    return Learned(name, prior_record(prior), gained, shares, following, grid, _smooth(few, grid), after)  # fmt: skip

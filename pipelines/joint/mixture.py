@@ -8,10 +8,10 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from scipy.special import ndtr
 
 from pipelines.joint.answers import Told
 from pipelines.joint.doubts import HEARD, Weighed
+from pipelines.joint.tails import share_below, stretched
 from pipelines.results import INNER, OUTER, FloatArray
 
 HALVINGS = 48
@@ -81,13 +81,13 @@ def _quantiles(
 ) -> FloatArray:
     """(q,) quantiles of copies of the answer's distribution, each moved and stretched about its mean.
 
-    weights, shifts, wider: (d,). shares: (q,), how much lies below each.
+    weights, shifts, wider: (d,). shares: (q,), how much lies below each. The answer's tails are those of `tails`.
     """
     if answer.draws is None:
         reach = 6 * answer.std
-        rising = partial(_normal_share, answer.value, answer.std)
+        rising = partial(_share_below, answer.value, answer.std)
     else:
-        ordered = np.sort(answer.draws)
+        ordered = stretched(np.sort(answer.draws), answer.value)
         reach = float(max(ordered[-1] - answer.value, answer.value - ordered[0]))
         rising = partial(np.interp, xp=ordered, fp=(np.arange(len(ordered)) + 0.5) / len(ordered))
     low = np.full(len(shares), answer.value + float(np.min(shifts - reach * wider)))
@@ -100,5 +100,5 @@ def _quantiles(
     return np.asarray(0.5 * (low + high))
 
 
-def _normal_share(mean: float, std: float, x: FloatArray) -> FloatArray:
-    return np.asarray(ndtr((x - mean) / max(std, 1e-300)))
+def _share_below(mean: float, std: float, x: FloatArray) -> FloatArray:
+    return share_below((x - mean) / max(std, 1e-300))

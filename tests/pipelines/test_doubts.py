@@ -7,11 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.stats import t as student
 
 from pipelines.joint.answers import Told
 from pipelines.joint.doubts import BETWEEN, OFTEN_WRONG, WIDER, doubts_of, said
 from pipelines.joint.mixture import doubted
 from pipelines.joint.posterior import find_mode
+from pipelines.joint.tails import FREEDOM
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import INNER, FloatArray
 from pipelines.vehicles.vehicle import Vehicle
@@ -23,6 +25,17 @@ MASS = KNOWN.index("empty_mass")
 
 def _normal(x: FloatArray, mean: float, std: float) -> FloatArray:
     return np.asarray(np.exp(-0.5 * ((x - mean) / std) ** 2) / std)
+
+
+def _moments(x: FloatArray, density: FloatArray) -> tuple[float, float]:
+    mean = float(x @ density / density.sum())
+    return mean, math.sqrt(float((x - mean) ** 2 @ density / density.sum()))
+
+
+def _heavy(x: FloatArray, mean: float, std: float) -> FloatArray:
+    """Share below x of Student's distribution with the 95 % interval of a normal one."""
+    outer = student.ppf(0.975, FREEDOM) / 1.959964
+    return np.asarray(student.cdf(outer * (x - mean) / std, FREEDOM))
 
 
 def _only(title: str) -> Vehicle:
@@ -58,7 +71,11 @@ def test_the_mean_and_spread_are_those_of_the_mixture(seen: float) -> None:
     mean = float(x @ both / both.sum())
     assert found.value == pytest.approx(mean, abs=0.02)
     assert found.std == pytest.approx(math.sqrt(float((x - mean) ** 2 @ both / both.sum())), rel=2e-3)
-    rises = np.cumsum(both) / both.sum()
+    # the interval is that of the same mixture with Student's tails
+    rises = sum(
+        weight * _heavy(x, *_moments(x, part))
+        for weight, part in ((1 - share, told * likelihood), (share, wrong * likelihood))
+    )
     for bound, quantile in ((found.low, 0.025), (found.high, 0.975)):
         assert bound == pytest.approx(float(np.interp(quantile, rises, x)), abs=0.02 * found.std)
     for interval, level in zip(found.inner, INNER, strict=True):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from pipelines.estimators.roll_map.answers import Coefficients
-from pipelines.estimators.roll_map.tyre_share import RIGID, drawn_tyres
+from pipelines.estimators.roll_map.tyre_share import RIGID, STIFFENS, by_stated_stiffness, drawn_tyres
+from pipelines.results import Prior
 
 
 def drawn(gain: float | None, std: float = 0.02, slow: float = 0.0, rigid: float = RIGID):
@@ -51,3 +52,32 @@ def test_on_roads_that_lean_a_gyro_tells_less() -> None:
 
 def test_a_gain_that_no_tyres_have_tells_nothing() -> None:
     assert np.mean(drawn(2.5)[0] == 1.0) == pytest.approx(RIGID, abs=0.01)
+
+
+def _by_springs(stated: tuple[float, float], arm_std: float = 0.12):
+    """Draws of the gain 1 + K / K_tyre, of which K is a moment arm times what the angle tells, before and after stated springs."""
+    rng = np.random.default_rng(2)
+    stiffness = 100e3 * (1 + arm_std * rng.standard_normal(40_000))
+    gain = 1 + stiffness / 400e3
+    coefficients = Coefficients(("a",), np.array([100.0]), np.eye(1), np.array([80.0]), np.array([60.0]))
+    likely = by_stated_stiffness(stiffness, Prior(*stated, "vehicle file"))
+    none = np.zeros(len(gain))
+    return gain, drawn_tyres(gain, none, coefficients, 0.0, rigid=0.0, rng=rng, likely=likely)[0]
+
+
+def test_stated_springs_tell_the_tyres_share() -> None:
+    before, after = _by_springs((110e3, 2e3))
+    std = np.hypot(2e3, STIFFENS * 110e3)
+    # two normal figures of the stiffness, 100 ± 12 and 110 ± 5.9 kN m/rad, and a tenth of a chance of a file that is wrong
+    both = 1 / (1 / 12e3**2 + 1 / std**2)
+    assert np.median(after) == pytest.approx(1 + both * (100e3 / 12e3**2 + 110e3 / std**2) / 400e3, abs=0.003)
+    assert after.std() < 0.65 * before.std()
+    assert np.quantile(after, (0.16, 0.84)) == pytest.approx(
+        np.median(after) + np.array([-1, 1]) * both**0.5 / 400e3, abs=0.004
+    )
+
+
+def test_springs_that_contradict_every_draw_are_taken_for_wrong() -> None:
+    before, after = _by_springs((190e3, 4e3), arm_std=0.06)
+    assert np.median(after) == pytest.approx(np.median(before), abs=0.02)
+    assert after.std() > 0.8 * before.std()

@@ -7,12 +7,13 @@ rims, and in many a simulator.
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients
-from pipelines.results import FloatArray
+from pipelines.results import FloatArray, Prior
 
 BANKED, BANKED_STD = 0.05, 0.12
 """Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it: none in town
@@ -27,6 +28,12 @@ RIGID = 0.1
 
 RIGID_TOO = {True: 0.0, False: 0.05}
 """The same beside a vehicle's draws, which hold some already, by whether the vehicle file states the tyres' rate."""
+
+FILE_WRONG, OFF = 0.1, 0.35
+"""Chance that stated springs and bars are not the vehicle's, and by what share of them they then are off."""
+
+STIFFENS = 0.05
+"""How far a load, curved springs and friction take the roll stiffness of a drive from the stated one."""
 
 FEWEST = 100.0
 """Effective draws below which a gyro's gain is one that none of the tyres has, and tells nothing of them."""
@@ -48,6 +55,19 @@ def off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coefficie
     return replace(coefficients, mean=mean, covariance=covariance)
 
 
+def by_stated_stiffness(stiffness: FloatArray, stated: Prior) -> FloatArray:
+    """Likelihood (n,) of draws by the suspension's roll stiffness that they give, against the stated one, which may be wrong.
+
+    What an angle tells of the stiffness hangs on the mass and the arm of each draw; springs and bars are known better than the arm,
+    and the tyres' share of the roll is the springs' stiffness over that of the tyres.
+    """
+    std = math.hypot(stated.std, STIFFENS * stated.value)
+    wide = math.hypot(std, OFF * stated.value)
+    away = stiffness - stated.value
+    right, wrong = (np.exp(-0.5 * (away / each) ** 2) / each for each in (std, wide))
+    return np.asarray((1 - FILE_WRONG) * right + FILE_WRONG * wrong)
+
+
 def drawn_tyres(
     gain: FloatArray,
     loss: FloatArray,
@@ -56,23 +76,28 @@ def drawn_tyres(
     *,
     rigid: float,
     rng: np.random.Generator,
+    likely: FloatArray | None = None,
 ) -> tuple[FloatArray, FloatArray]:
     """Draws (n,) of the gain and of what tyres take off c, as known beforehand, to those after the gyro; some of them rigid.
 
-    rigid: the share that becomes so.
+    rigid: the share that becomes so. likely: (n,) of each draw beside the gyro, None where all are alike.
     """
     none = rng.random(len(gain)) < rigid
     gain, loss = np.where(none, 1.0, gain), np.where(none, 0.0, loss)
-    if "rate_gain" not in coefficients.names:
+    weight = np.ones(len(gain)) if likely is None else likely
+    # a gain below `IMPOSSIBLE` is no tyres' doing, so nothing of them
+    if "rate_gain" in coefficients.names and (
+        coefficients.mean[i := coefficients.names.index("rate_gain")] >= IMPOSSIBLE
+    ):
+        seen = off_banked_roads(coefficients, slow_share)
+        by_gyro = weight * np.exp(-0.5 * (gain - seen.mean[i]) ** 2 / seen.covariance[i, i])
+        weight = by_gyro if _enough(by_gyro) else weight
+    if weight.min() == weight.max() or not _enough(weight):
         return gain, loss
-    seen = off_banked_roads(coefficients, slow_share)
-    i = seen.names.index("rate_gain")
-    if coefficients.mean[i] < IMPOSSIBLE:
-        # no tyres' doing, so nothing of them
-        return gain, loss
-    weight = np.exp(-0.5 * (gain - seen.mean[i]) ** 2 / seen.covariance[i, i])
-    total = float(weight.sum())
-    if total <= 0 or total**2 < FEWEST * float(np.sum(weight**2)):
-        return gain, loss
-    rows = rng.choice(len(gain), len(gain), p=weight / total)
+    rows = rng.choice(len(gain), len(gain), p=weight / weight.sum())
     return gain[rows], loss[rows]
+
+
+def _enough(weight: FloatArray) -> bool:
+    total = float(weight.sum())
+    return total > 0 and total**2 >= FEWEST * float(np.sum(weight**2))

@@ -28,7 +28,7 @@ from pipelines.estimators.roll_map.priors import (
     draw_vehicle,
     stiffness_prior,
 )
-from pipelines.estimators.roll_map.tyre_share import RIGID, RIGID_TOO, drawn_tyres
+from pipelines.estimators.roll_map.tyre_share import RIGID, RIGID_TOO, by_stated_stiffness, drawn_tyres
 from pipelines.results import Assumption, FloatArray, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.vehicle import Vehicle
@@ -112,9 +112,11 @@ def _sensor_draws(
         _, gain, loss = expected_rest(few, a, b, against_axles=against_axles)
         if not against_axles:
             return few.imu, np.ones_like(gain), loss
+        told = before.rates[0] if few.tyre_roll is not None else None
+        likely = None if told is None else by_stated_stiffness(a * few.sprung * few.arm, told)
         gain, loss = drawn_tyres(
-            gain, loss, coefficients, data.slow_share, rigid=RIGID_TOO[few.tyre_roll is not None], rng=rng
-        )
+            gain, loss, coefficients, data.slow_share, rigid=RIGID_TOO[few.tyre_roll is not None], rng=rng, likely=likely,
+        )  # fmt: skip
         return few.imu, 1 / gain, loss
     stated = vehicle.sensors.get("imu_above_ground_m")
     mean, std = IMU_HEIGHT if stated is None else (stated.value, stated.std)

@@ -1,0 +1,45 @@
+"""How far an answer may be off, beyond a normal distribution's tails.
+
+An answer's spread is mostly that of what no drive shows (links, springs' curvature, friction, where a load lies), and how far
+vehicles depart from what is usual there is known as a spread over many of them: most depart by less, a few by much more. So each
+answer is distributed as Student's, with the 95 % interval that a normal one of its spread has: half of the answers lie nearer.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from scipy.special import gamma, gammaincinv, ndtri, stdtr, stdtrit
+
+from pipelines.results import OUTER, FloatArray
+
+FREEDOM = 5.0
+"""Degrees of freedom: see "Tails" in docs/calibration.md for the errors over simulators of many authors that it was taken from."""
+
+_NARROWER = float(stdtrit(FREEDOM, 0.5 + OUTER / 2) / ndtri(0.5 + OUTER / 2))
+_HIGHEST = gamma(0.5 * (FREEDOM + 1)) / (gamma(0.5 * FREEDOM) * math.sqrt(FREEDOM * math.pi)) * _NARROWER
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+
+
+def share_below(z: FloatArray) -> FloatArray:
+    """What lies below z (any shape), standard deviations of the answer about its mean."""
+    return np.asarray(stdtr(FREEDOM, _NARROWER * z))
+
+
+def density(z: FloatArray) -> FloatArray:
+    """Probability density at z (any shape), a standard deviation."""
+    return np.asarray(_HIGHEST * (1 + (_NARROWER * z) ** 2 / FREEDOM) ** (-0.5 * (FREEDOM + 1)))
+
+
+def stretched(ordered: FloatArray, middle: float) -> FloatArray:
+    """Draws (n,) in rising order with these tails about the middle, in rising order again; what is skew stays so.
+
+    Student's distribution is a normal one whose spread is itself drawn, its inverse square from a gamma distribution. Neighbours
+    get spreads from all over it, by the golden section.
+    """
+    place = (np.arange(len(ordered)) * _GOLDEN + 0.5) % 1.0
+    rank = np.argsort(np.argsort(place))
+    inverse = gammaincinv(0.5 * FREEDOM, (rank + 0.5) / len(ordered)) / (0.5 * FREEDOM)
+    moved = (ordered - middle) / (np.sqrt(inverse) * _NARROWER)
+    return np.sort(middle + moved - float(np.mean(moved)) + float(np.mean(ordered)) - middle)

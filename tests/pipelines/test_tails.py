@@ -1,0 +1,40 @@
+"""Student's tails on an answer: known quantiles, and draws that keep their 95 % interval and skewness."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.stats import t as student
+
+from pipelines.joint.tails import FREEDOM, density, share_below, stretched
+
+OUTER_Z = 1.959964
+SCALE = OUTER_Z / student.ppf(0.975, FREEDOM)
+
+
+def test_the_outer_interval_is_a_normal_ones_and_the_inner_are_narrower() -> None:
+    z = np.linspace(-6, 6, 49)
+    assert share_below(z) == pytest.approx(student.cdf(z / SCALE, FREEDOM))
+    assert density(z) == pytest.approx(student.pdf(z / SCALE, FREEDOM) / SCALE)
+    reach = np.array([0.554, 1.125, OUTER_Z])
+    assert share_below(reach) - share_below(-reach) == pytest.approx([0.5, 0.8, 0.95], abs=5e-4)
+
+
+@pytest.mark.parametrize("count", [400, 4000, 40_000])
+def test_normal_draws_become_students(count: int) -> None:
+    draws = np.sort(np.random.default_rng(3).normal(5.0, 2.0, count))
+    moved = stretched(draws, 5.0)
+    assert np.all(np.diff(moved) >= 0)
+    assert float(moved.mean()) == pytest.approx(float(draws.mean()), abs=1e-9)
+    shares = np.array([0.025, 0.1, 0.25, 0.5, 0.75, 0.9, 0.975])
+    exact = 5.0 + 2.0 * SCALE * student.ppf(shares, FREEDOM)
+    assert np.quantile(moved, shares) == pytest.approx(exact, abs=0.03 + 6.0 / math.sqrt(count))
+
+
+def test_what_is_skew_stays_so() -> None:
+    draws = np.sort(np.random.default_rng(4).gamma(2.0, 1.0, 20_000))
+    moved = stretched(draws, float(draws.mean()))
+    below, above = np.quantile(moved, (0.05, 0.95)) - draws.mean()
+    assert above > 1.3 * -below
