@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import zipfile
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
@@ -15,10 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.vehicle_data import measured
+from benchmarks.vehicle_data import levelled, measured
 from benchmarks.wrong_figures import drawn_wrong, with_wrong
 from parsers.drive import Drive
 from parsers.errors import SettingsError
+from pipelines.models.roll import GRAVITY
 from pipelines.simulation.loads import Load
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import Choice, simulate_log
@@ -26,6 +28,7 @@ from pipelines.simulation.logs.loads import PLACES
 from pipelines.simulation.manoeuvres.base import Options
 from pipelines.simulation.plant.random_vehicle import random_vehicle
 from pipelines.simulation.plant.vehicle import PlantVehicle
+from pipelines.simulation.sensors.truth import rotation
 from pipelines.simulation.sensors.units import SensorGroup, SensorLog
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
 
@@ -111,6 +114,7 @@ class Kept:
     body: str
     reason: str
     old: bool
+    level: dict[str, float]
 
     def vehicle(self, mass_std: float | None = None, data: str = "sheet") -> Vehicle:
         """Its vehicle file. data: how well it knows the vehicle (`benchmarks.vehicle_data`).
@@ -118,9 +122,12 @@ class Kept:
         mass_std: the empty mass drawn anew with this relative spread instead of the data sheet's.
         """
         file = with_wrong(parse_vehicle(self.sheet, Path("vehicle.toml")), self.plan.wrong, self.plan.seed)
-        if data == "measured":
+        if data in ("measured", "levelled"):
             rng = np.random.default_rng([self.plan.seed, 23])
             file = measured(file, plan_vehicle(self.plan), rng, self.plan.sheet_errors)
+        if data == "levelled":
+            rng = np.random.default_rng([self.plan.seed, 24])
+            file = levelled(file, self.level, rng, self.plan.sheet_errors)
         if mass_std is None:
             return file
         draw = float(np.clip(np.random.default_rng([self.plan.seed, 22]).standard_normal(), -2.5, 2.5))
@@ -238,7 +245,25 @@ def _drive(plan: Plan) -> tuple[SensorLog | None, dict[str, object]]:
     sheet = made.sheet
     if not plan.told:
         sheet = "\n".join(line for line in sheet.splitlines() if not line.startswith("pitch_center_height"))
-    return made.log, about | {"reason": "", "sheet": sheet, "truth": dict(made.run.truth)}
+    return made.log, about | {
+        "reason": "", "sheet": sheet, "truth": dict(made.run.truth), "level": level_reading(made.log),
+    }  # fmt: skip
+
+
+def level_reading(log: SensorLog) -> dict[str, float]:
+    """What the drive's inertial unit shows on level ground, in degrees: its mounting and its accelerometer's offset and scale."""
+    mount = next((m for unit, m in log.mounts.items() if unit in ("imu", "ins")), None)
+    if mount is None or not {"accel_x", "accel_y"} <= log.drawn.keys():
+        return {}
+    upward = rotation(*mount.misalignment_rad).T @ np.array([0.0, 0.0, GRAVITY])
+    forward, left = (
+        float(upward[row] * (1 + log.drawn[name].scale_error) + log.drawn[name].offset)
+        for row, name in enumerate(("accel_x", "accel_y"))
+    )
+    return {
+        "imu_roll_deg": math.degrees(math.asin(left / GRAVITY)),
+        "imu_pitch_deg": -math.degrees(math.asin(forward / GRAVITY)),
+    }
 
 
 def _write(path: Path, log: SensorLog | None, about: dict[str, object]) -> None:
@@ -270,7 +295,7 @@ def _read(path: Path, plan: Plan, today: str) -> Kept:
     drive = drive_of(SensorLog(tuple(groups), {}, {})) if groups else None
     return Kept(
         plan, drive, about["sheet"], about["truth"], about["sizes"], about["body"], about["reason"],
-        about["code"] != today,
+        about["code"] != today, about.get("level", {}),
     )  # fmt: skip
 
 

@@ -326,7 +326,9 @@ def main() -> None:
         run_all(jobs, a.jobs, out, a.each)
     records = read_records(out)
     title = f"Medians with the sensor set `{a.medians}`" if a.medians else "Calibration over random drives"
-    title += "" if a.data == "sheet" else ", vehicle measured"
+    title += {"sheet": "", "measured": ", vehicle measured", "levelled": ", vehicle measured, unit levelled"}[
+        a.data
+    ]
     title += "" if a.mass_std is None else f", empty mass known to {100 * a.mass_std:g} %"
     text = summary(records, title, bool(a.medians))
     print(text)

@@ -14,6 +14,9 @@ measured   a vehicle that was weighed at its corners, tilted for its CG's height
 - the same rigs' camber a degree of roll: 0.05;
 - a scale for wheel, hub and half of the links: 1.5 %; tape and laser: 2 mm.
 
+levelled   measured, and what the inertial unit shows with the empty vehicle on a level floor to 0.1 degrees (a bubble level of
+surveyors, or the floor's own slope measured both ways).
+
 Pads, drag, rolling resistance, inertias and dampers are no better known than before.
 """
 
@@ -29,7 +32,7 @@ from pipelines.simulation.logs.vehicle import sheet_values
 from pipelines.simulation.plant.vehicle import PlantVehicle
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
-QUALITIES = ("sheet", "measured")
+QUALITIES = ("sheet", "measured", "levelled")
 RIG = "vehicle file (measured)"
 FARTHEST = 2.5
 """Standard deviations beyond which a figure is never off: rigs are checked too."""
@@ -48,6 +51,21 @@ ABSOLUTE_M: Mapping[str, float] = {
     "camber_compensation": 0.05,
 }  # fmt: skip
 """Standard deviation in the figure's own unit (m; a share)."""
+
+
+LEVEL_DEG = 0.1
+"""Standard deviation of a unit's reading on a level floor."""
+
+
+def levelled(
+    file: Vehicle, shown: Mapping[str, float], rng: np.random.Generator, errors: float = 1.0
+) -> Vehicle:
+    """The vehicle file with what its inertial unit shows on level ground: the key in degrees, off by its spread times `errors`."""
+    found = dict(file.sensors)
+    for key, value in shown.items():
+        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
+        found[key] = Quantity(value + errors * LEVEL_DEG * draw, LEVEL_DEG, RIG)
+    return replace(file, sensors=found)
 
 
 def upright(plant: PlantVehicle) -> float:

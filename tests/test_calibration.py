@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +16,7 @@ from benchmarks.calibration_drives import (
     PAYLOAD,
     Plan,
     kept_drive,
+    level_reading,
     median_plan,
     plan_loads,
     plan_vehicle,
@@ -29,10 +32,16 @@ from benchmarks.calibration_tables import (
     narrower,
     save_reliability,
 )
+from benchmarks.vehicle_data import levelled
 from benchmarks.wrong_figures import drawn_wrong, with_wrong
 from pipelines.joint.doubts import OFTEN_WRONG, WIDER
 from pipelines.joint.file_check import STATED
+from pipelines.simulation.sensors.errors import Drawn
+from pipelines.simulation.sensors.truth import Mount
+from pipelines.simulation.sensors.units import SensorLog
 from pipelines.vehicles.vehicle import Quantity, Vehicle
+
+NONE = Drawn(0.0, 0.0, 0.0)
 
 TRUTH = {"cg_height_m": 0.65, "mass_kg": 1800.0, "cg_lateral_offset_m": 0.01}
 SIZES = {"cg_lateral_offset_m": 1.6}
@@ -202,3 +211,15 @@ def test_a_wrong_figure_is_off_by_as_much_as_is_doubted_and_the_drive_stays_the_
     assert with_wrong(Vehicle(), "stated mass", 1).quantities == {}
     plain = Plan(1, "weave", "ins", "none", 0.0, 2.0)
     assert plain.key == Plan(1, "weave", "ins", "none", 0.0, 2.0, wrong="stated mass").key
+
+
+def test_a_units_reading_on_level_ground_is_its_mounting_and_offset() -> None:
+    mount = Mount(1.4, 0.0, 0.5, misalignment_rad=(math.radians(1.0), math.radians(-0.5), 0.3))
+    straight = level_reading(SensorLog((), {"accel_x": NONE, "accel_y": NONE}, {"imu": mount}))
+    assert straight == pytest.approx({"imu_roll_deg": 1.0, "imu_pitch_deg": -0.5}, abs=1e-3)
+    off = {"accel_x": NONE, "accel_y": replace(NONE, offset=0.1)}
+    leaning = level_reading(SensorLog((), off, {"imu": mount}))
+    assert leaning["imu_roll_deg"] == pytest.approx(1.0 + math.degrees(0.1 / 9.81), abs=1e-3)
+    told = levelled(Vehicle(), leaning, np.random.default_rng(0), errors=0.0)
+    assert told.sensors["imu_roll_deg"].value == leaning["imu_roll_deg"]
+    assert level_reading(SensorLog((), {}, {})) == {}
