@@ -112,7 +112,7 @@ def outcome_of(case: Case, log: Log, results: DriveResults) -> Outcome:
         if truth is None or p.value is None or not p.std or p.low is None or p.high is None:
             continue
         intervals = [p.interval(level) for level in (*INNER, OUTER)]
-        held = tuple(i is not None and i[0] <= truth <= i[1] for i in intervals)
+        held = tuple(i is not None and bool(i[0] <= truth <= i[1]) for i in intervals)
         found.append(Answer(case, name, p.status, p.value, truth, p.std, held))
     broken = tuple(e.estimator for e in results.estimates if e.status == "failed")
     return Outcome(case, tuple(found), broken, warned(results))
@@ -152,7 +152,7 @@ def table(title: str, answers: list[Answer], key: Callable[[Answer], str]) -> st
 def rows(outcomes: list[Outcome]) -> list[dict[str, object]]:
     """Every answer in short, as `benchmarks/tails_study.py` reads them."""
     return [
-        {"author": a.case.style, "name": a.name, "status": a.status, "z": a.z, "held": a.held}
+        {"author": a.case.style, "name": a.name, "status": a.status, "z": float(a.z), "held": a.held}
         for o in outcomes
         for a in o.answers
         if a.name in JUDGED
