@@ -26,7 +26,7 @@ from tests.pipelines.joint_parts import linear, vehicle
 
 FILE = vehicle(tire_vertical_rate_npm=(230e3, 10e3))
 KNOWN = before_the_log(FILE)
-QUICK = Motion(against_axles=True, slow_share=0.0, friction=0.0)
+QUICK = Motion(against_axles=True, banked_share=0.0, friction=0.0)
 LOAD = linear({"load": 1.0}, 200.0, 10.0)
 
 
@@ -129,7 +129,7 @@ def test_without_a_gyro_nothing_tells() -> None:
 
 def test_a_gain_by_roads_that_lean_says_little() -> None:
     """The same gain of flat ground and of bends alone: roads bank into their bends, and nobody knows by how much."""
-    slow = Motion(against_axles=True, slow_share=1.0, friction=0.0)
+    slow = Motion(against_axles=True, banked_share=1.0, friction=0.0)
     flat, bends = _chance(_seen(0.85)), _chance(_seen(0.85, motion=slow))
     assert flat > 0.95
     assert bends < 0.6

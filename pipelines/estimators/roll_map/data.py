@@ -9,6 +9,7 @@ import numpy as np
 
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map.spectrum import Band, Shifter, motion_band, sharpened
+from pipelines.prepare.bends import road_share
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import BoolArray, Prepared
 from pipelines.prepare.roll_angle import RollSource
@@ -65,6 +66,12 @@ class RollData:
     def size(self) -> int:
         """Rows in use."""
         return len(self.rows)
+
+    @cached_property
+    def banked_share(self) -> float:
+        """How much of the input's power a road's bends may have made, which may lean: slow, and no turn that only pads have."""
+        yaw = self.yaw if self.has_yaw else None
+        return min(max(self.slow_share, 0.0), 1.0) * road_share(yaw, self.accel, self.step_s, self.starts)
 
     @cached_property
     def taken(self) -> tuple[IntArray, IntArray, IntArray]:

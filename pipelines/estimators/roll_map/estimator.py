@@ -260,7 +260,7 @@ class RollMap:
             used_fraction=data.size / max(data.drive_rows, 1),
             evidence=evidence_of(
                 usable(before, coefficients, data.against_axles)[0],
-                Motion(data.against_axles, data.slow_share, friction_damping(data, fit.values)),
+                Motion(data.against_axles, data.banked_share, friction_damping(data, fit.values)),
                 vehicle,
                 self.name,
             ),

@@ -55,12 +55,12 @@ SCALES = tuple(f"scale_{wheel}" for wheel in CORNERS)
 class Motion:
     """How the drive moved the body.
 
-    slow_share: of the lateral acceleration's power, what is as slow as the bends of a road. friction: s/rad, what dry friction
+    banked_share: of the lateral acceleration's power, what bends of a road may have made. friction: s/rad, what dry friction
     of 1 N m in roll adds to the damping at this drive's own speeds (`motion.friction_damping`).
     """
 
     against_axles: bool
-    slow_share: float
+    banked_share: float
     friction: float
 
 
@@ -148,7 +148,7 @@ def evidence_of(
     coefficients = _some(coefficients, [i for i in range(len(coefficients.mean)) if i not in slow])
     parts = [("horizon", "roll motion against the horizon", coefficients)]
     if motion.against_axles:
-        coefficients = off_banked_roads(coefficients, motion.slow_share)
+        coefficients = off_banked_roads(coefficients, motion.banked_share)
         rest = list(range(1, len(coefficients.mean)))
         parts = [
             ("spring deflections", "steady roll against the axles", _some(coefficients, [0])),

@@ -39,7 +39,7 @@ FEWEST = 100.0
 """Effective draws below which a gyro's gain is one that none of the tyres has, and tells nothing of them."""
 
 
-def off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coefficients:
+def off_banked_roads(coefficients: Coefficients, banked_share: float) -> Coefficients:
     """The gyro's gain as on flat ground.
 
     A road that leans into its bends turns the body against the horizon the other way than its springs do. What was steered
@@ -47,7 +47,7 @@ def off_banked_roads(coefficients: Coefficients, slow_share: float) -> Coefficie
     """
     if "rate_gain" not in coefficients.names:
         return coefficients
-    i, slow = coefficients.names.index("rate_gain"), min(max(slow_share, 0.0), 1.0)
+    i, slow = coefficients.names.index("rate_gain"), min(max(banked_share, 0.0), 1.0)
     mean, covariance = coefficients.mean.copy(), coefficients.covariance.copy()
     leaning = LEANING_STD if mean[i] < IMPOSSIBLE else BANKED_STD
     mean[i] /= 1 - BANKED * slow
@@ -72,7 +72,7 @@ def drawn_tyres(
     gain: FloatArray,
     loss: FloatArray,
     coefficients: Coefficients,
-    slow_share: float,
+    banked_share: float,
     *,
     rigid: float,
     rng: np.random.Generator,
@@ -89,7 +89,7 @@ def drawn_tyres(
     if "rate_gain" in coefficients.names and (
         coefficients.mean[i := coefficients.names.index("rate_gain")] >= IMPOSSIBLE
     ):
-        seen = off_banked_roads(coefficients, slow_share)
+        seen = off_banked_roads(coefficients, banked_share)
         by_gyro = weight * np.exp(-0.5 * (gain - seen.mean[i]) ** 2 / seen.covariance[i, i])
         weight = by_gyro if _enough(by_gyro) else weight
     if weight.min() == weight.max() or not _enough(weight):
