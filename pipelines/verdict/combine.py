@@ -67,6 +67,10 @@ MISSING: dict[str, str] = {
 BY_DEFLECTIONS = "roll_gradient_degpg"
 """What one estimator tells from the roll angle alone: where that is by deflections, their scale is its scale."""
 
+AGAINST = 2.0
+"""By what factor an answer is less sure whose motion contradicts the rest as another estimator reduced it, which does not tell the
+parameter: bump stops and the like are in both, and by how much is not known."""
+
 ASIDE = ("roll_center_height_m", "pitch_arm_m", "pitch_inertia_kgm2", "drag_area_m2")
 """Parameters of the joint posterior that few ask for: in the verdict where the drive told them or an estimator gave them."""
 
@@ -271,8 +275,8 @@ def _widened(name: str, answers: Sequence[_Given], found: Inference) -> float:
     if counted is None:
         return factor
     # the counted relation's own spread is what had to grow: this one's, of the same motion, is no surer
-    std = next((g.std for g in answers if g.estimator == counted), 0.0)
-    return max(factor, found.doubtful[counted] * std / lead.std)
+    std = next((g.std for g in answers if g.estimator == counted), None)
+    return max(factor, AGAINST if std is None else found.doubtful[counted] * std / lead.std)
 
 
 def combine(estimates: Sequence[Estimate], vehicle: Vehicle) -> dict[str, ParameterEstimate]:

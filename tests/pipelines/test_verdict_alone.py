@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pipelines.results import Estimate, ParameterEstimate
-from pipelines.verdict.combine import verdict_of
+from pipelines.verdict.combine import AGAINST, verdict_of
 from tests.pipelines.joint_parts import linear, vehicle
 
 NAME = "roll_gradient_degpg"
@@ -59,3 +59,14 @@ def test_it_is_no_surer_than_the_relation_that_was_counted_in_its_place() -> Non
 def test_a_parameter_without_relations_stays_as_told() -> None:
     alone = Estimate("one", "ran", "", _estimate("one", 200.0, 10.0, 4.0).parameters)
     assert verdict_of((alone,), vehicle()).parameters[NAME].std == 0.1
+
+
+def test_where_the_counted_relation_does_not_tell_the_parameter_the_answer_is_half_as_sure() -> None:
+    """The same motion as another estimator reduced it contradicts the rest, and that one has no gradient."""
+    told, other = _estimate("one", 260.0, 10.0, 4.0), _estimate("other", 200.0, 10.0)
+    other = replace(other, evidence=(replace(other.evidence[0], carrier="something else"),))
+    found = verdict_of((_estimate("counted", 260.0, 9.0), told, other), vehicle())
+    entry = found.parameters[NAME]
+    assert (entry.value, entry.status) == (4.0, "weak")
+    assert entry.std == pytest.approx(AGAINST * 0.1)
+    assert "contradicts the rest" in entry.reason
