@@ -16,6 +16,9 @@ from pipelines.joint.file_check import file_check
 from pipelines.joint.file_ways import file_ways
 from pipelines.joint.levelled import TEXT as LEVELLED
 from pipelines.joint.levelled import as_levelled
+from pipelines.joint.on_stops import NAME as STOPS
+from pipelines.joint.on_stops import TEXT as STOPS_TEXT
+from pipelines.joint.on_stops import stop_ways
 from pipelines.joint.posterior import Joint, extended, find_mode
 from pipelines.joint.rigid_tyres import CHANCE, rigid, rigid_odds
 from pipelines.joint.rigid_tyres import NAME as RIGID
@@ -174,9 +177,15 @@ def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float
 
 
 def _of_the_file(joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle) -> Iterator[_Way]:
-    """Figures of the file that may be wrong."""
+    """Springs that are none any more under the load, and figures of the file that may be wrong."""
+    for axle, odds, found, free in stop_ways(joint, whole, known, vehicle):
+        yield _Way(STOPS.format(axle), odds, found, free, whole, partial(_on_stops, axle))
     for title, odds, found, free in file_ways(joint, whole, known, vehicle):
         yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title)
+
+
+def _on_stops(axle: str, _: Joint) -> str:
+    return STOPS_TEXT.format(axle)
 
 
 def _not_its(title: str, _: Joint) -> str:

@@ -1,0 +1,68 @@
+"""Do an axle's springs still work as springs? A load that sets the body on its bump stops, or on helper leaves, makes them others.
+
+What such a wheel carries at rest is then no longer its deflection times the rate, it is stiffer inwards than outwards, and the left
+one, which a load at one side presses harder, is not as stiff as the right one. No balance by deflections knows where stops begin. So
+where a drive contradicts itself the relations are joined again with all of it open at one axle (each wheel's rate and force at rest,
+how the rate rises), and the two fits are compared as those of rigid tyres are.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from pipelines.evidence import Evidence
+from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.rigid_tyres import log_odds
+from pipelines.joint.unknowns import AXLES, Known, levelled_n
+from pipelines.vehicles.kinds import kind_of
+from pipelines.vehicles.vehicle import Vehicle
+
+CHANCE = {"car": 0.01, "carrier": 0.05, "heavy": 0.05}
+"""Chance beforehand that a drive was made so, at the rear: overloaded cars, helper leaves of vans and pickups. At the front a tenth."""
+
+RATE = 0.6
+"""Spread of a wheel's rate over the spring's, about 1: stops are three to six times as hard, and carry only inwards."""
+
+WIDER = {"stop": 8.0, "square": 10.0, "cube": 10.0}
+"""By what factor the rate's rise is less known than that of a free spring."""
+
+NAME = "{} springs that rest on stops or helpers"
+TEXT = "{} springs that rest on stops or helpers under the load: the drive fits no free ones, and was joined with their rates open"
+
+
+def on_stops(known: Known, axle: str, vehicle: Vehicle) -> Known:
+    """The unknowns with one axle's springs open."""
+    kilos = float(known.mean[known.index("empty_mass")])
+    std = known.std.copy()
+    for side in "lr":
+        wheel = f"{axle[0]}{side}"
+        std[known.index(f"scale_{wheel}")] = RATE
+        row = known.index(f"zero_{wheel}")
+        std[row] = max(std[row], levelled_n(vehicle, kilos))
+    for part, factor in WIDER.items():
+        std[known.index(f"{part}_{axle}")] *= factor
+    return replace(known, std=std)
+
+
+def stop_ways(
+    free: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
+) -> Iterator[tuple[str, float, Joint, Known]]:
+    """For each axle: its name, ln odds with the log that its springs rest on stops, the posterior with that, and its unknowns.
+
+    Nothing where no relation has the deflections of both wheels.
+    """
+    for axle in AXLES:
+        wheels = {f"scale_{axle[0]}{side}" for side in "lr"}
+        if not any(wheels <= {*e.unknowns} for e in evidence if e.source != "vehicle file"):
+            continue
+        open_ = on_stops(known, axle, vehicle)
+        size = len(known.names)
+        start = free.u.copy()
+        start[:size] *= known.std / np.where(open_.std > 0, open_.std, 1.0)
+        found = find_mode(evidence, open_, [np.zeros(len(free.u)), start])
+        chance = CHANCE[kind_of(vehicle)] * (1.0 if axle == "rear" else 0.1)
+        yield axle, log_odds(free, found) + math.log(chance / (1 - chance)), found, open_
