@@ -82,9 +82,8 @@ logs = sorted(p for f in ("can", "csv", "mcap", "mf4", "ros", "vbo") for p in Pa
 told = []
 for log in logs:
     load_drive([log], load_options([log], None, None, True, ProgressLine()))
-    if "numpy.ma" in sys.modules:
+    if "numpy.ma" in sys.modules and not told:
         told.append(str(log))
-        break
 print(len(logs), told)
 """
     run = [sys.executable, "-c", code]

@@ -8,11 +8,12 @@ answer is distributed as Student's, with the 95 % interval that a normal one of 
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.special import gamma, gammaincinv, ndtri, stdtr, stdtrit
 
-from pipelines.results import OUTER, FloatArray
+from pipelines.results import INNER, OUTER, FloatArray, ParameterEstimate
 
 FREEDOM = 5.0
 """Degrees of freedom: see "Tails" in docs/calibration.md for the errors over simulators of many authors that it was taken from."""
@@ -43,3 +44,15 @@ def stretched(ordered: FloatArray, middle: float) -> FloatArray:
     inverse = gammaincinv(0.5 * FREEDOM, (rank + 0.5) / len(ordered)) / (0.5 * FREEDOM)
     moved = (ordered - middle) / (np.sqrt(inverse) * _NARROWER)
     return np.sort(middle + moved - float(np.mean(moved)) + float(np.mean(ordered)) - middle)
+
+
+def told_with_tails(entry: ParameterEstimate) -> ParameterEstimate:
+    """What one estimator told for itself, with the inner intervals that these tails leave of its own; the 95 % interval stays."""
+    inner = []
+    for level in INNER:
+        interval = entry.interval(level)
+        if interval is None or entry.value is None:
+            return entry
+        share = float(stdtrit(FREEDOM, 0.5 + level / 2) / _NARROWER / ndtri(0.5 + level / 2))
+        inner.append(tuple(entry.value + share * (end - entry.value) for end in interval))
+    return replace(entry, inner=tuple((low, high) for low, high in inner))

@@ -20,6 +20,7 @@ from pipelines.joint.inference import Inference, infer
 from pipelines.joint.information import prior_spreads
 from pipelines.joint.kept import KeptRelations
 from pipelines.joint.stated import stated_relations
+from pipelines.joint.tails import told_with_tails
 from pipelines.joint.unknowns import before_the_log
 from pipelines.parameters import PARAMETERS
 from pipelines.results import (
@@ -329,6 +330,12 @@ def verdict_of(
             lead = given[BY_DEFLECTIONS][0].estimator
             than = "stated" if vehicle.get("spring_rate_front_npm") is not None else "usual"
             verdict |= _as_sure_as_the_springs(verdict, told, lead, found, than)
+    held = set() if found is None else set(found.parameters)
+    verdict |= {
+        name: told_with_tails(entry)
+        for name, entry in verdict.items()
+        if name not in held and entry.status != "not_identifiable"
+    }
     for name in MISSING:
         if name not in verdict:
             verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)

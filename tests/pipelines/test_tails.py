@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.stats import t as student
 
-from pipelines.joint.tails import FREEDOM, density, share_below, stretched
+from pipelines.joint.tails import FREEDOM, density, share_below, stretched, told_with_tails
+from pipelines.results import ParameterEstimate
 
 OUTER_Z = 1.959964
 SCALE = OUTER_Z / student.ppf(0.975, FREEDOM)
@@ -38,3 +40,20 @@ def test_what_is_skew_stays_so() -> None:
     moved = stretched(draws, float(draws.mean()))
     below, above = np.quantile(moved, (0.05, 0.95)) - draws.mean()
     assert above > 1.3 * -below
+
+
+def test_one_estimators_answer_keeps_its_95_percent_interval_and_draws_in_the_others() -> None:
+    entry = ParameterEstimate("roll_gradient_degpg", 4.0, 0.1, 3.8, 4.2, "identified", "seen")
+    told = told_with_tails(entry)
+    assert (told.interval(0.95), told.std) == ((3.8, 4.2), 0.1)
+    for level, reach in ((0.5, 0.554), (0.8, 1.125)):
+        assert told.interval(level) == pytest.approx(
+            (4 - reach * 0.2 / OUTER_Z, 4 + reach * 0.2 / OUTER_Z), abs=1e-4
+        )
+    # intervals of its own draws, skew ones: each end by the same share
+    skew = replace(entry, inner=((3.98, 4.08), (3.9, 4.15)))
+    (low, high), _ = told_with_tails(skew).inner
+    assert (4 - low) / (high - 4) == pytest.approx(0.02 / 0.08)
+    assert high - low == pytest.approx(0.1 * 0.554 / 0.67449, abs=1e-4)
+    nothing = ParameterEstimate("mass_kg", None, None, None, None, "not_identifiable", "no")
+    assert told_with_tails(nothing) is nothing
