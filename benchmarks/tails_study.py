@@ -39,16 +39,17 @@ DRAWS = 400
 def errors(path: Path) -> dict[str, list[float]]:
     """z of the identified answers by group: an author's, or a drive's of the plant."""
     found: dict[str, list[float]] = defaultdict(list)
-    for number, line in enumerate(path.read_text(encoding="utf-8").splitlines()):
-        row = json.loads(line)
-        if "z" in row:
-            if row["status"] == "identified" and row["name"] in NAMES:
-                found[row["author"]].append(row["z"])
-            continue
+    rows = [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+    # of a drive of the plant that was run twice, the last
+    drives = {row["text"]: row for row in rows if "text" in row}
+    for row in rows:
+        if "z" in row and row["status"] == "identified" and row["name"] in NAMES:
+            found[row["author"]].append(row["z"])
+    for text, row in drives.items():
         for name, (value, std, _, _, status, *_) in row["answers"].get("verdict", {}).items():
             truth = row["truth"].get(name)
             if name in NAMES and status == "identified" and truth is not None:
-                found[f"plant {number}"].append((value - truth) / std)
+                found[text].append((value - truth) / std)
     return dict(found)
 
 
