@@ -11,13 +11,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
-from pipelines.evidence import Evidence
+from pipelines.evidence import Evidence, Values
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.rigid_tyres import log_odds
+from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS
 from pipelines.joint.unknowns import AXLES, Known, levelled_n
+from pipelines.results import FloatArray
 from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -48,21 +51,34 @@ def on_stops(known: Known, axle: str, vehicle: Vehicle) -> Known:
     return replace(known, std=std)
 
 
+def _as_travel(relation: Evidence, wheels: frozenset[str]) -> Evidence:
+    """A relation that sees the wheels' travel and not what it takes: stops are no other scale there."""
+    if relation.carrier != GYRO_BESIDE_SPRINGS or not wheels & {*relation.unknowns}:
+        return relation
+
+    def predict(values: Values) -> FloatArray:
+        right = {name: np.ones_like(np.asarray(values[name], dtype=float)) for name in wheels}
+        return relation.predict(cast("Values", {**values, **right}))
+
+    return replace(relation, predict=predict)
+
+
 def stop_ways(
     free: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
-) -> Iterator[tuple[str, float, Joint, Known]]:
-    """For each axle: its name, ln odds with the log that its springs rest on stops, the posterior with that, and its unknowns.
+) -> Iterator[tuple[str, float, Joint, Known, tuple[Evidence, ...]]]:
+    """For each axle: its name, ln odds with the log that its springs rest on stops, the posterior with that, its unknowns and relations.
 
     Nothing where no relation has the deflections of both wheels.
     """
     for axle in AXLES:
-        wheels = {f"scale_{axle[0]}{side}" for side in "lr"}
+        wheels = frozenset(f"scale_{axle[0]}{side}" for side in "lr")
         if not any(wheels <= {*e.unknowns} for e in evidence if e.source != "vehicle file"):
             continue
         open_ = on_stops(known, axle, vehicle)
         size = len(known.names)
         start = free.u.copy()
         start[:size] *= known.std / np.where(open_.std > 0, open_.std, 1.0)
-        found = find_mode(evidence, open_, [np.zeros(len(free.u)), start])
+        seen = tuple(_as_travel(e, wheels) for e in evidence)
+        found = find_mode(seen, open_, [np.zeros(len(free.u)), start])
         chance = CHANCE[kind_of(vehicle)] * (1.0 if axle == "rear" else 0.1)
-        yield axle, log_odds(free, found) + math.log(chance / (1 - chance)), found, open_
+        yield axle, log_odds(free, found) + math.log(chance / (1 - chance)), found, open_, seen

@@ -60,7 +60,7 @@ def test_the_odds_are_for_the_axle_whose_rates_are_not_its_springs(
     factors: tuple[float, ...], likely: str | None
 ) -> None:
     evidence = (_seen(factors),)
-    odds = {axle: ln for axle, ln, _, _ in stop_ways(find_mode(evidence, KNOWN), evidence, KNOWN, CAR)}
+    odds = {axle: ln for axle, ln, *_ in stop_ways(find_mode(evidence, KNOWN), evidence, KNOWN, CAR)}
     assert set(odds) == {"front", "rear"}
     for axle, ln in odds.items():
         assert (ln > 3) is (axle == likely), odds
@@ -72,7 +72,7 @@ def test_the_odds_are_a_ratio_of_integrals() -> None:
     only = replace(seen, observed=seen.observed[2:3], covariance=seen.covariance[2:3, 2:3], predict=lambda v: _rates(v)[2:3],
                    unknowns=("scale_rl", "scale_rr", "spring_rear"))  # fmt: skip
     soft = find_mode((only,), KNOWN)
-    odds = {axle: ln for axle, ln, _, _ in stop_ways(soft, (only,), KNOWN, CAR)}
+    odds = {axle: ln for axle, ln, *_ in stop_ways(soft, (only,), KNOWN, CAR)}
     rate = RATES["rl"]
     noise = 0.03 * 1.3
     spread = float(KNOWN.std[KNOWN.index("spring_rear")]) / rate
