@@ -140,9 +140,9 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     plain, left = _weighed(_ways(joint, whole, known))
     if left:
         # what looks like tyres or sensors may be the file
-        plain, left = _weighed([*(way for _, way in left), *_of_the_file(joint, whole, known, vehicle)])
+        plain, left = _weighed([*(way for _, way in left), *_springs_or_file(joint, whole, known, vehicle)])
     elif min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED:
-        plain, left = _beside_unknown(*_weighed([*_of_the_file(joint, whole, known, vehicle)]))
+        plain, left = _beside_unknown(*_weighed([*_springs_or_file(joint, whole, known, vehicle)]))
     if left and left[0][0] > SURE:
         left, found = left[:1], [left[0][1].text(left[0][1].joint), *found]
     else:
@@ -176,7 +176,9 @@ def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float
     return UNKNOWN, [(chance * (1 - UNKNOWN) / rest, way) for chance, way in left]
 
 
-def _of_the_file(joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle) -> Iterator[_Way]:
+def _springs_or_file(
+    joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
+) -> Iterator[_Way]:
     """Springs that are none any more under the load, and figures of the file that may be wrong."""
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))

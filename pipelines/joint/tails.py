@@ -43,7 +43,7 @@ def stretched(ordered: FloatArray, middle: float) -> FloatArray:
     rank = np.argsort(np.argsort(place))
     inverse = gammaincinv(0.5 * FREEDOM, (rank + 0.5) / len(ordered)) / (0.5 * FREEDOM)
     moved = (ordered - middle) / (np.sqrt(inverse) * _NARROWER)
-    return np.sort(middle + moved - float(np.mean(moved)) + float(np.mean(ordered)) - middle)
+    return np.sort(moved - float(np.mean(moved)) + float(np.mean(ordered)))
 
 
 def told_with_tails(entry: ParameterEstimate) -> ParameterEstimate:
