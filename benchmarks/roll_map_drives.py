@@ -8,7 +8,7 @@ from roll_map_plant import RATE, Axle, Car, G, integrate
 from scipy.signal import lfilter
 
 from pipelines.results import FloatArray
-from pipelines.vehicles.priors import measured_inertias, measured_vehicles
+from pipelines.vehicles.measured import measured_inertias, measured_vehicles
 
 
 def random_car(rng: np.random.Generator) -> Car:

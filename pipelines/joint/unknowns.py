@@ -119,7 +119,7 @@ def _empty(book: Book) -> float:
     source = "cars are built nearly even" if lateral is None else lateral.source
     book.put("empty_y", *even, "lateral place of the empty vehicle's CG, m", source)
     stated = vehicle.get("cg_height_m")
-    prior = measured_cg_height(vehicle.body, None if mass is None else mass.value)
+    prior = measured_cg_height(vehicle.body, None if mass is None else mass.value, vehicle.powertrain)
     if stated is not None:
         book.put("empty_h", stated.value, stated.std, "cg_height_m (empty)", stated.source)
     elif prior is not None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from pipelines.vehicles.priors import known_body
+from pipelines.vehicles.measured import known_body
 from pipelines.vehicles.vehicle import Vehicle
 
 Kind = Literal["car", "carrier", "heavy"]

@@ -7,17 +7,14 @@ extrapolated from passenger cars.
 
 from __future__ import annotations
 
-import difflib
-import io
 import math
-from dataclasses import dataclass
 from functools import cache
-from importlib import resources
 
 import numpy as np
-import polars as pl
+import numpy.typing as npt
 
 from pipelines.results import FloatArray, Prior, Standing
+from pipelines.vehicles.measured import COMBUSTION, Measured, known_body, measured_inertias, measured_vehicles
 
 RANGE_MARGIN = 1.15
 BEYOND = 0.6
@@ -26,91 +23,6 @@ BEYOND = 0.6
 
 MIN_GROUP = 10
 """Body styles with fewer measured vehicles than this take the regression over all of them."""
-
-_BODIES: dict[str, str] = {
-    "sedan": "Sedan", "saloon": "Sedan", "limousine": "Sedan", "notchback": "Sedan", "fastback": "Sedan",
-    "suv": "SUV", "crossover": "SUV", "cuv": "SUV", "sportutility": "SUV", "offroad": "SUV",
-    "pickup": "Pickup", "pickuptruck": "Pickup", "lighttruck": "Pickup", "ute": "Pickup",
-    "hatchback": "Hatchback", "hatch": "Hatchback", "compact": "Hatchback", "citycar": "Hatchback",
-    "minivan": "Minivan", "mpv": "Minivan", "peoplecarrier": "Minivan",
-    "wagon": "Wagon", "stationwagon": "Wagon", "estate": "Wagon", "kombi": "Wagon", "touring": "Wagon",
-    "coupe": "Coupe", "coupé": "Coupe", "sportscar": "Coupe", "sports": "Coupe",
-    "convertible": "Convertible", "cabriolet": "Convertible", "roadster": "Convertible", "cabrio": "Convertible",
-    "van": "Van", "cargovan": "Van", "panelvan": "Van", "transporter": "Van",
-}  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Measured:
-    """The table of CG heights, one entry a vehicle: body, label (n,) text; mass, height, track (n,) in kg and m."""
-
-    body: tuple[str, ...]
-    label: tuple[str, ...]
-    mass: FloatArray
-    height: FloatArray
-    track: FloatArray
-
-
-@dataclass(frozen=True)
-class Inertias:
-    """The table of inertias: mass (n,) kg, track (n,) m, roll and pitch (n,) kg·m²."""
-
-    mass: FloatArray
-    track: FloatArray
-    roll: FloatArray
-    pitch: FloatArray
-
-
-def _table(name: str) -> pl.DataFrame:
-    data = resources.files("pipelines.vehicles.data").joinpath(name).read_bytes()
-    return pl.read_csv(io.BytesIO(data), infer_schema_length=None)
-
-
-def _column(frame: pl.DataFrame, name: str) -> FloatArray:
-    return np.asarray(frame.get_column(name).cast(pl.Float64).to_numpy(), dtype=np.float64)
-
-
-@cache
-def measured_vehicles() -> Measured:
-    """The 1 270 measured CG heights."""
-    frame = _table("measured_cg_heights.csv")
-    label = frame.select(
-        pl.concat_str([pl.col(c).cast(pl.String) for c in ("make", "model", "model_year")], separator=" ")
-    )
-    return Measured(
-        tuple(frame.get_column("body").to_list()),
-        tuple(label.to_series().to_list()),
-        _column(frame, "mass_kg"),
-        _column(frame, "cg_height_m"),
-        _column(frame, "average_track_m"),
-    )
-
-
-@cache
-def measured_inertias() -> Inertias:
-    """The 204 measured inertias; the track follows from SSF = T / (2 h)."""
-    frame = _table("measured_inertias.csv")
-    track = 2 * _column(frame, "cg_height_m") * _column(frame, "static_stability_factor")
-    return Inertias(
-        _column(frame, "mass_kg"),
-        track,
-        _column(frame, "roll_inertia_kgm2"),
-        _column(frame, "pitch_inertia_kgm2"),
-    )
-
-
-def near_body(body: str) -> str | None:
-    """The body style that a text nearly spells ("Hatchbak" -> "Hatchback"), None where it is known or like none."""
-    plain = "".join(c for c in body.casefold() if c.isalpha())
-    near = [] if plain in _BODIES else difflib.get_close_matches(plain, _BODIES, n=1, cutoff=0.8)
-    return _BODIES[near[0]] if near else None
-
-
-def known_body(body: str | None) -> str | None:
-    """The measured body style that a vehicle file's `body` means, or None."""
-    if body is None:
-        return None
-    return _BODIES.get("".join(c for c in body.casefold() if c.isalpha()))
 
 
 def _predict(design: FloatArray, target: FloatArray, at: FloatArray) -> tuple[float, float]:
@@ -129,26 +41,13 @@ def _in_range(mass_kg: float, measured: FloatArray) -> bool:
     return bool(measured.min() / RANGE_MARGIN <= mass_kg <= measured.max() * RANGE_MARGIN)
 
 
-def measured_cg_height(body: str | None, mass_kg: float | None) -> Prior | None:
-    """CG height above ground of an empty vehicle by body style and mass; None where the tables say nothing.
-
-    Without a known body style: all measured vehicles by mass. With neither, or for a mass outside the measured
-    range (815-3 598 kg, with 15 % margin): None.
-    """
-    table = measured_vehicles()
-    style = known_body(body)
-    chosen = np.ones(len(table.height), dtype=bool)
-    who = f"{len(table.height)} measured vehicles"
-    if style is not None:
-        same = np.array([b == style for b in table.body])
-        if same.sum() >= MIN_GROUP:
-            chosen, who = same, f"{int(same.sum())} measured vehicles of body style {style}"
-    elif mass_kg is None or body is not None:
-        # a body style that nobody measured (bus, lorry, robot) is not a passenger car of the same mass
-        return None
+def _line(
+    chosen: npt.NDArray[np.bool_], mass_kg: float | None, table: Measured
+) -> tuple[float, float] | None:
+    """Mean and spread of the CG height of one more vehicle like the chosen (n,); None where none of them is about as heavy."""
     mass, height = table.mass[chosen], table.height[chosen]
     if mass_kg is None:
-        return Prior(float(height.mean()), float(height.std(ddof=1)), who)
+        return float(height.mean()), float(height.std(ddof=1))
     if not _in_range(mass_kg, table.mass):
         return None
     centre = mass.mean()
@@ -156,7 +55,63 @@ def measured_cg_height(body: str | None, mass_kg: float | None) -> Prior | None:
     value, std = _predict(design, height, np.array([1.0, mass_kg - centre]))
     # a line through passenger cars says little of a vehicle heavier or lighter than all of them
     beyond = max(mass_kg / float(mass.max()), float(mass.min()) / mass_kg, 1.0) - 1
-    return Prior(value, math.hypot(std, BEYOND * beyond * value), f"{who}, at {mass_kg:.0f} kg")
+    return value, math.hypot(std, BEYOND * beyond * value)
+
+
+def _alike(style: str | None, combustion: bool, table: Measured) -> tuple[npt.NDArray[np.bool_], str]:
+    """Which measured vehicles (n,) a prior is taken from, and they in words. combustion: those alone."""
+    chosen, words = np.ones(len(table.height), dtype=bool), "measured vehicles"
+    if combustion:
+        chosen, words = np.array([p == COMBUSTION for p in table.powertrain]), "measured combustion vehicles"
+    if style is not None:
+        same = chosen & np.array([b == style for b in table.body])
+        if same.sum() >= MIN_GROUP:
+            chosen, words = same, f"{words} of body style {style}"
+    return chosen, f"{int(chosen.sum())} {words}"
+
+
+@cache
+def _electrified(powertrain: str) -> tuple[float, float, int]:
+    """Share by which the CG of such vehicles stands above that of combustion vehicles as heavy and of their style, its spread for one more,
+    and of how many."""
+    table = measured_vehicles()
+    found = []
+    for i in (i for i, p in enumerate(table.powertrain) if p == powertrain):
+        line = _line(_alike(table.body[i], True, table)[0], float(table.mass[i]), table)
+        if line is not None:
+            found.append(float(table.height[i]) / line[0] - 1)
+    mean, std = _predict(np.ones((len(found), 1)), np.array(found), np.ones(1))
+    return mean, std, len(found)
+
+
+def measured_cg_height(
+    body: str | None, mass_kg: float | None, powertrain: str | None = None
+) -> Prior | None:
+    """CG height above ground of an empty vehicle by body style, mass and powertrain; None where the tables say nothing.
+
+    Without a known body style: all measured vehicles by mass. With neither, or for a mass outside the measured
+    range (815-3 598 kg, with 15 % margin): None. powertrain: one of `POWERTRAINS`; None: it may be any. A battery below the floor
+    lowers the CG by up to a quarter, which the few measured ones tell by how far they stand off the combustion vehicles.
+    """
+    style = known_body(body)
+    if style is None and (mass_kg is None or body is not None):
+        # a body style that nobody measured (bus, lorry, robot) is not a passenger car of the same mass
+        return None
+    table = measured_vehicles()
+    chosen, who = _alike(style, powertrain is not None, table)
+    line = _line(chosen, mass_kg, table)
+    if line is None:
+        return None
+    value, std = line
+    at = "" if mass_kg is None else f", at {mass_kg:.0f} kg"
+    if powertrain in (None, COMBUSTION):
+        return Prior(value, std, f"{who}{at}")
+    departure, spread, count = _electrified(powertrain)
+    lowered = (1 + departure) * value
+    # the spread holds the scatter of vehicles of one style and mass already
+    alike = style is not None and mass_kg is not None
+    wide = max(spread * value, std) if alike else math.hypot(spread * value, std)
+    return Prior(lowered, wide, f"{count} measured {powertrain} vehicles beside {who}{at}")
 
 
 def _inertia(target: FloatArray, mass_kg: float | None, track_m: float | None, name: str) -> Prior | None:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from parsers.errors import VehicleError
 from pipelines.parameters import PARAMETERS
+from pipelines.vehicles.measured import POWERTRAINS, known_body, near_body
 from pipelines.vehicles.plausible import check_plausible
 
 if TYPE_CHECKING:
@@ -64,7 +65,9 @@ LOAD_KEYS = frozenset({"mass_kg", "height_m"}) | LOAD_ANY_SIGN
 SENSOR_KEYS = frozenset(
     {"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m", "imu_roll_deg", "imu_pitch_deg"}
 )
-TEXT_KEYS = frozenset({"id", "name", "body", "suspension_map", "self_levelling", "deflection_zero"})
+TEXT_KEYS = frozenset(
+    {"id", "name", "body", "suspension_map", "powertrain", "self_levelling", "deflection_zero"}
+)
 LEVELLING = ("none", "rear", "both")
 ZEROS = ("empty", "loaded")
 
@@ -104,7 +107,7 @@ class Vehicle:
     """A vehicle file. `quantities` are those of the empty vehicle; `load` and `sensors` by their own keys. id: which vehicle
     of a fleet it is (a VIN, a fleet number).
 
-    self_levelling: which axle's springs keep the body's height under any load, one of LEVELLING; None where the file is silent.
+    powertrain: one of POWERTRAINS; None where the file is silent. self_levelling: which axle's springs keep the body's height under any load, one of LEVELLING; None where the file is silent.
     deflection_zero: the vehicle on which suspension deflections are nought, one of ZEROS; None where the file is silent (empty, unless
     the log looks otherwise). reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
     its suspension; suspension_map_path: its file as the vehicle file names it, taken from the vehicle file's folder.
@@ -120,6 +123,7 @@ class Vehicle:
     suspension_map: SuspensionMap | None = None
     suspension_map_path: Path | None = None
     id: str | None = None
+    powertrain: str | None = None
     self_levelling: str | None = None
     deflection_zero: str | None = None
 
@@ -239,7 +243,11 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     if "id" in texts and not texts["id"].strip():
         raise VehicleError("found no text, expected a name", path=path, place="[vehicle] id")
     _check_body(texts.get("body"), path)
-    for key, choices in (("self_levelling", LEVELLING), ("deflection_zero", ZEROS)):
+    for key, choices in (
+        ("powertrain", POWERTRAINS),
+        ("self_levelling", LEVELLING),
+        ("deflection_zero", ZEROS),
+    ):
         if key in texts and texts[key] not in choices:
             expected = ", ".join(map(repr, choices))
             raise VehicleError(
@@ -255,6 +263,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         path=path,
         suspension_map_path=_beside(texts.get("suspension_map"), path),
         id=texts["id"].strip() if "id" in texts else None,
+        powertrain=texts.get("powertrain"),
         self_levelling=texts.get("self_levelling"),
         deflection_zero=texts.get("deflection_zero"),
     )
@@ -267,8 +276,6 @@ def _check_body(body: str | None, path: Path) -> None:
     """Raise VehicleError for a slip of the pen, which would cost the prior without a word; other styles are none."""
     if body is None:
         return
-    from pipelines.vehicles.priors import known_body, near_body
-
     if known_body(body) is None and (near := near_body(body)) is not None:
         hint = f"did you mean {near!r}?"
         raise VehicleError(f"unknown body style {body!r}", path=path, place="[vehicle] body", hint=hint)

@@ -9,7 +9,7 @@ import numpy as np
 
 from pipelines.results import ParameterEstimate
 from pipelines.vehicles.kinds import kind_of
-from pipelines.vehicles.priors import known_body, measured_vehicles
+from pipelines.vehicles.measured import known_body, measured_vehicles
 from pipelines.vehicles.vehicle import Vehicle
 
 LOW, HIGH = 0.92, 1.35

@@ -106,7 +106,7 @@ def _prior(name: str, vehicle: Vehicle) -> Prior | None:
     mass = vehicle.get("mass_kg")
     mass_kg = None if mass is None else mass.value
     if name == "cg_height_m":
-        return measured_cg_height(vehicle.body, mass_kg)
+        return measured_cg_height(vehicle.body, mass_kg, vehicle.powertrain)
     if name == "roll_inertia_kgm2":
         return measured_roll_inertia(mass_kg)
     return None

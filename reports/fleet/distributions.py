@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.results import FloatArray
-from pipelines.vehicles.priors import measured_vehicles
+from pipelines.vehicles.measured import measured_vehicles
 from reports.blocks import Plot
 from reports.figures.style import BLUE, INK, PALE, new_figure, styled, to_svg
 from reports.fleet.records import FleetView

@@ -5,14 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.vehicles.priors import (
-    known_body,
-    measured_cg_height,
-    measured_inertias,
-    measured_roll_inertia,
-    measured_vehicles,
-    standing,
-)
+from pipelines.vehicles.measured import POWERTRAINS, known_body, measured_inertias, measured_vehicles
+from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia, standing
 
 
 def test_tables_are_whole() -> None:
@@ -80,3 +74,38 @@ def test_standing() -> None:
     assert 30 < where.percentile < 70
     assert len(where.nearest) == 5
     assert standing(None, None).percentile is None
+
+
+@pytest.mark.parametrize("powertrain", POWERTRAINS)
+def test_height_prior_by_powertrain_covers_the_measured(powertrain: str) -> None:
+    table = measured_vehicles()
+    away = []
+    rows = zip(table.body, table.mass, table.height, table.powertrain, strict=True)
+    for body, mass, height, kind in rows:
+        if kind == powertrain:
+            prior = measured_cg_height(body, mass, powertrain)
+            assert prior is not None
+            away.append((height - prior.value) / prior.std)
+    assert len(away) > 10
+    assert abs(np.mean(away)) < 0.3
+    assert 0.6 < np.sqrt(np.mean(np.square(away))) < 1.2
+    assert np.mean(np.abs(away) < 1.96) >= 0.9
+
+
+def test_a_battery_below_the_floor_lowers_the_prior() -> None:
+    silent, burning, battery = (measured_cg_height("SUV", 2400, p) for p in (None, "combustion", "battery"))
+    assert silent is not None
+    assert burning is not None
+    assert battery is not None
+    # the two measured ones stand at 0.55 and 0.58 m, the silent prior at 0.71 +- 0.03
+    assert battery.value < silent.value - 2 * silent.std
+    assert battery.std > 2 * burning.std
+    assert burning.std < silent.std
+    assert "battery vehicles" in battery.source
+
+
+def test_no_prior_for_a_bus_whatever_drives_it() -> None:
+    assert measured_cg_height("bus", 9000, "battery") is None
+    unknown = measured_cg_height(None, 1800, "battery")
+    assert unknown is not None
+    assert unknown.std > 0.07

@@ -161,7 +161,7 @@ def height_prior(vehicle: Vehicle) -> Prior | None:
     if stated is not None:
         return Prior(stated.value, stated.std, f"{stated.source} (empty vehicle)")
     mass = vehicle.get("mass_kg")
-    return measured_cg_height(vehicle.body, None if mass is None else mass.value)
+    return measured_cg_height(vehicle.body, None if mass is None else mass.value, vehicle.powertrain)
 
 
 def unknown(name: str, reason: str, vehicle: Vehicle) -> ParameterEstimate:

@@ -105,7 +105,7 @@ def _arm(vehicle: Vehicle) -> tuple[float, float]:
     if stated is not None:
         height, std = stated.value, math.hypot(stated.std, 0.03 * stated.value)
     else:
-        known = measured_cg_height(vehicle.body, mass.value if mass is not None else None)
+        known = measured_cg_height(vehicle.body, mass.value if mass is not None else None, vehicle.powertrain)
         height, std = (known.value, known.std) if known is not None else ANY_HEIGHT_M
         std = math.hypot(std, 0.04 * height)
     axes = [q for a in ("front", "rear") if (q := vehicle.get(f"roll_center_height_{a}_m")) is not None]

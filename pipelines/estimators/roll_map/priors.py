@@ -108,7 +108,7 @@ def _empty_height(book: _Book, vehicle: Vehicle, mass: float) -> tuple[FloatArra
     stated = vehicle.get("cg_height_m")
     if stated is not None:
         return book.known("cg_height_m (empty)", stated, "m"), stated.source
-    prior = measured_cg_height(vehicle.body, mass)
+    prior = measured_cg_height(vehicle.body, mass, vehicle.powertrain)
     if prior is not None:
         book.assumptions.append(
             Assumption("cg_height_m (empty)", f"{prior.value:.4g} ± {prior.std:.3g} m", prior.source)

@@ -84,7 +84,7 @@ def before_the_log(vehicle: Vehicle, rng: np.random.Generator, count: int) -> Ve
     else:
         stated = vehicle.get("cg_height_m")
         height = (
-            measured_cg_height(vehicle.body, None)
+            measured_cg_height(vehicle.body, None, vehicle.powertrain)
             if stated is None
             else Prior(stated.value, stated.std, stated.source)
         )

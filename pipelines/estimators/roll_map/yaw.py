@@ -41,7 +41,7 @@ def _rolled(vehicle: Vehicle) -> float:
     known = front is not None and rear is not None
     slope = (rear.value - front.value if front is not None and rear is not None else REAR_HIGHER) / length
     axis = (1 - share) * front.value + share * rear.value if known and front and rear else ROLL_AXIS[0]
-    stated, usual = vehicle.get("cg_height_m"), measured_cg_height(vehicle.body, None)
+    stated, usual = vehicle.get("cg_height_m"), measured_cg_height(vehicle.body, None, vehicle.powertrain)
     height = stated.value if stated is not None else usual.value if usual is not None else USUAL_HEIGHT
     return share * (1 - share) * length * length * (PRODUCT + slope) / max(height - axis, LEAST_ARM)
 

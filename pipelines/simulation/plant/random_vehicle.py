@@ -17,7 +17,7 @@ import numpy as np
 from pipelines.simulation.plant.body import PlantVehicle
 from pipelines.simulation.plant.linear import roll_gradient_degpg
 from pipelines.simulation.records import GRAVITY
-from pipelines.vehicles.priors import measured_vehicles
+from pipelines.vehicles.measured import measured_vehicles
 
 Range = tuple[float, float]
 
