@@ -57,6 +57,13 @@ def opened(known: Known, names: Sequence[str], spread: tuple[float, float]) -> K
     return replace(known, std=std)
 
 
+def joined_again(joint: Joint, evidence: Sequence[Evidence], known: Known, free: Known) -> Joint:
+    """The posterior with some unknowns more open (`free`), searched from what is usual and from where it was with them as `known`."""
+    start = joint.u.copy()
+    start[: len(known.names)] *= known.std / np.where(free.std > 0, free.std, 1.0)
+    return find_mode(evidence, free, [np.zeros(len(joint.u)), start])
+
+
 def file_ways(
     joint: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
 ) -> Iterator[tuple[str, float, Joint, Known]]:
@@ -69,10 +76,7 @@ def file_ways(
         ):
             continue
         free = opened(known, names, OPEN[title])
-        size = len(known.names)
-        start = joint.u.copy()
-        start[:size] *= known.std / np.where(free.std > 0, free.std, 1.0)
-        found = find_mode(evidence, free, [np.zeros(len(joint.u)), start])
+        found = joined_again(joint, evidence, known, free)
         if max(abs(found.u[known.index(n)]) for n in names) > FARTHEST:
             continue
         chance = OFTEN_WRONG.get(title, WRONG_FILE)

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipelines.joint.outputs import body_at, roll_axis_of, roll_stiffness_of
 from pipelines.joint.posterior import STEP, Joint, values_at
-from pipelines.models.roll import GRAVITY
+from pipelines.joint.stated import LEVEL, shown_on_level_ground
 from pipelines.results import FloatArray, NextMeasurement
 
 LEAST_GAIN = 0.9
@@ -82,10 +82,7 @@ def _height(v: Mapping[str, FloatArray]) -> list[FloatArray]:
 
 
 def _level(v: Mapping[str, FloatArray]) -> list[FloatArray]:
-    return [
-        np.degrees(v["askew_roll"] - v["offset_y"] / GRAVITY),
-        np.degrees(v["askew_pitch"] + v["offset_x"] / GRAVITY),
-    ]
+    return [shown_on_level_ground(key, v) for key in LEVEL]
 
 
 CANDIDATES: tuple[Candidate, ...] = (

@@ -16,7 +16,8 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.file_ways import joined_again
+from pipelines.joint.posterior import Joint
 from pipelines.joint.rigid_tyres import log_odds
 from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS
 from pipelines.joint.unknowns import AXLES, Known, levelled_n
@@ -75,10 +76,7 @@ def stop_ways(
         if not any(wheels <= {*e.unknowns} for e in evidence if e.source != "vehicle file"):
             continue
         open_ = on_stops(known, axle, vehicle)
-        size = len(known.names)
-        start = free.u.copy()
-        start[:size] *= known.std / np.where(open_.std > 0, open_.std, 1.0)
         seen = tuple(_as_travel(e, wheels) for e in evidence)
-        found = find_mode(seen, open_, [np.zeros(len(free.u)), start])
+        found = joined_again(free, seen, known, open_)
         chance = CHANCE[kind_of(vehicle)] * (1.0 if axle == "rear" else 0.1)
         yield axle, log_odds(free, found) + math.log(chance / (1 - chance)), found, open_, seen

@@ -38,23 +38,29 @@ LEVEL: Mapping[str, tuple[Kind, str, str, float]] = {
 """Key: kind, and the unknowns that make what an accelerometer shows on level ground: how askew it sits, and its offset by its sign."""
 
 
-def _level(askew: str, offset: str, sign: float, values: Values) -> FloatArray:
-    """Degrees: f_y = g askew - offset of a unit that leans to the right, f_x = -(g askew + offset) of one that looks down."""
-    shown = np.degrees(np.asarray(values[askew]) + sign * np.asarray(values[offset]) / GRAVITY)
+def shown_on_level_ground(key: str, values: Values) -> FloatArray:
+    """Degrees that a key of `LEVEL` is, () or (n,): f_y = g askew - offset of a unit that leans to the right, f_x = -(g askew + offset)
+    of one that looks down."""
+    _, askew, offset, sign = LEVEL[key]
+    return np.asarray(np.degrees(np.asarray(values[askew]) + sign * np.asarray(values[offset]) / GRAVITY))
+
+
+def _level(key: str, values: Values) -> FloatArray:
+    shown = shown_on_level_ground(key, values)
     return np.atleast_2d(shown) if np.ndim(shown) else np.array([float(shown)])
 
 
 def _stated_level(vehicle: Vehicle) -> tuple[Evidence, ...]:
     """How far from level the inertial unit stood on level ground: its mounting and its accelerometer's offset in one figure."""
     found = []
-    for key, (kind, askew, offset, sign) in LEVEL.items():
+    for key, (kind, askew, offset, _) in LEVEL.items():
         told = vehicle.sensors.get(key)
         if told is not None:
             spread = np.array([[max(told.std, LEAST_LEVEL_DEG) ** 2]])
             found.append(
                 Evidence(
                     kind, "vehicle file", f"stated {key}", "vehicle file", np.array([told.value]), spread,
-                    partial(_level, askew, offset, sign), (askew, offset),
+                    partial(_level, key), (askew, offset),
                 )
             )  # fmt: skip
     return tuple(found)
