@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from parsers.drive import ImportRecord
 from parsers.timebase import MAX_GAPS
 from pipelines.joint.conflict import BEYOND_DOUBT
+from pipelines.prepare.gravity import GRAVITY_ADDED
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
 from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Vehicle
@@ -51,6 +52,15 @@ def _zero_open(record: ImportRecord) -> list[str]:
         f"{d.found[:1].upper()}{d.found[1:]}. {d.action[:1].upper()}{d.action[1:]}."
         for d in record.decisions
         if d.kind == "zero"
+    ]
+
+
+def _changed(record: ImportRecord) -> list[str]:
+    """That samples are used otherwise than they were logged, beyond units and signs: all that rests on them hangs on it."""
+    return [
+        f"{d.found[:1].upper()}{d.found[1:]} ({d.evidence}): {d.action}; --no-fix uses it as it was logged."
+        for d in record.decisions
+        if d.kind == "choice" and d.applied and d.action.startswith(GRAVITY_ADDED)
     ]
 
 
@@ -121,6 +131,7 @@ def what_limits(
     limits += [
         *_load_changed(record),
         *_zero_open(record),
+        *_changed(record),
         *_contradiction(joint),
         *_two_stiffnesses(vehicle),
     ]

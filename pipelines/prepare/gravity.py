@@ -14,13 +14,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from parsers.checks.grid import make_grid
+from parsers.checks.grid import Grid, make_grid
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision, Drive, Signal
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import block_slopes
 from pipelines.prepare.decided import decided
+from pipelines.prepare.gravity_by_gyro import share_by_gyro
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
@@ -40,12 +41,26 @@ SCALES = 0.01
 SLOW_MPS = (10.0, 16.0)
 """Bends below these speeds are banked by little: in them a true accelerometer shows gravity's part, where fast roads' bank cancels the lean."""
 
+UNSURE = 0.2
+"""Standard deviation of a share by the gyro from which on it does not tell."""
+
 LEAST_MPS = 5.0
 LEAST_TILT = 0.012
 """rad, rms: below it gravity's share is no more than offsets and noise."""
 
 TYPICAL_WHEELBASE = 2.7
-NAMES = ("accel_y", "accel_x", "yaw_rate", "roll", "pitch", "speed", "gps_speed_2d", *DEFLECTIONS)
+GRAVITY_ADDED = "gravity's part added"
+NAMES = (
+    "accel_y",
+    "accel_x",
+    "yaw_rate",
+    "roll_rate",
+    "roll",
+    "pitch",
+    "speed",
+    "gps_speed_2d",
+    *DEFLECTIONS,
+)
 
 
 @dataclass(frozen=True)
@@ -98,48 +113,83 @@ def share_of(rest: FloatArray, gravity: FloatArray, load: FloatArray, others: Fl
     return Share(value, math.hypot(found.std, SCALES * abs(swing)), found.seconds)
 
 
-def shares(drive: Drive, vehicle: Vehicle, fastest: float = math.inf) -> dict[str, tuple[Share, Signal]]:
-    """Gravity's share in accel_y and accel_x where the log tells it, and the angle that it was seen by. fastest: m/s that are looked at."""
-    tilts = {axis: tilt_of(drive.signals, axis, vehicle) for axis in ("roll", "pitch")}
+@dataclass(frozen=True)
+class _Rests:
+    """What accelerations hold beyond the motion in the plane: grid; name -> (axis, sign, rest, load, others) as `share_of` takes them."""
+
+    grid: Grid
+    of: Mapping[str, tuple[str, float, FloatArray, FloatArray, FloatArray]]
+
+
+def _rests(drive: Drive, tilts: Mapping[str, Signal | None], fastest: float) -> _Rests | None:
+    """None where the drive has no yaw rate, speed or acceleration. fastest: m/s that are looked at."""
     known = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
-    if "yaw_rate" not in known or not any(tilts.values()) or not {"accel_x", "accel_y"} & known.keys():
-        return {}
+    if "yaw_rate" not in known or not {"accel_x", "accel_y"} & known.keys():
+        return None
     grid = make_grid(known | {axis: tilt for axis, tilt in tilts.items() if tilt is not None})
     speed, yaw = vehicle_speed(grid), grid.get("yaw_rate")
     if speed is None or yaw is None:
-        return {}
+        return None
     turning, change = smooth(speed * yaw), grid.rate(smooth(speed))
     moving = (speed > LEAST_MPS) & (speed < fastest)
     # the sideslip lags behind the steering: its change v_y' has a part in step with the yaw rate's second derivative, which in
     # steady weaving is in step with the lean as well, and then the log does not tell gravity's share
     turn = grid.rate(smooth(yaw))
     sums = {
-        "accel_y": ("roll", turning, 1.0, np.column_stack([grid.rate(turning), turn, grid.rate(turn)])),
-        "accel_x": ("pitch", change, -1.0, np.column_stack([smooth(yaw) ** 2, grid.rate(change)])),
+        "accel_y": ("roll", 1.0, turning, np.column_stack([grid.rate(turning), turn, grid.rate(turn)])),
+        "accel_x": ("pitch", -1.0, change, np.column_stack([smooth(yaw) ** 2, grid.rate(change)])),
     }
     found = {}
-    for name, (axis, load, sign, others) in sums.items():
-        felt, angle, tilt = grid.get(name), grid.get(axis), tilts[axis]
-        if felt is None or angle is None or tilt is None:
+    for name, (axis, sign, load, others) in sums.items():
+        felt = grid.get(name)
+        if felt is not None:
+            rest = np.where(moving, smooth(felt) - load, np.nan)
+            found[name] = (axis, sign, rest, load, others)
+    return _Rests(grid, found)
+
+
+def shares(drive: Drive, vehicle: Vehicle, fastest: float = math.inf) -> dict[str, tuple[Share, Signal]]:
+    """Gravity's share in accel_y and accel_x where the log tells it, and the angle that it was seen by. fastest: m/s that are looked at."""
+    tilts = {axis: tilt_of(drive.signals, axis, vehicle) for axis in ("roll", "pitch")}
+    rests = _rests(drive, tilts, fastest) if any(tilts.values()) else None
+    found = {}
+    for name, (axis, sign, rest, load, others) in ({} if rests is None else rests.of).items():
+        angle, tilt = rests.grid.get(axis) if rests else None, tilts[axis]
+        if angle is None or tilt is None:
             continue
-        rest = np.where(moving, smooth(felt) - load, np.nan)
         share = share_of(rest, sign * GRAVITY * np.sin(smooth(angle)), load, others)
         if share is not None:
             found[name] = (share, tilt)
     return found
 
 
-def _in_slow_bends(drive: Drive, vehicle: Vehicle, name: str, tilt: Signal) -> Share | None:
-    """Gravity's share in slow bends, where it is there in them; None where it is not, or the log does not tell.
+def turned_share(drive: Drive) -> Share | None:
+    """Gravity's share in accel_y by a gyro's roll rate, which turns with the road as well (`gravity_by_gyro`); None where it does not tell."""
+    rests = _rests(drive, {}, math.inf)
+    if rests is None or "accel_y" not in rests.of:
+        return None
+    _, _, rest, load, others = rests.of["accel_y"]
+    found = share_by_gyro(rests.grid, rest, load, others)
+    if found is None:
+        return None
+    share = Share(found.values[0], math.hypot(found.std, SCALES * abs(found.values[1])), found.seconds)
+    return share if share.std < UNSURE else None
+
+
+def _banked(drive: Drive, vehicle: Vehicle, tilt: Signal) -> tuple[Share, str] | None:
+    """Gravity's share where it is there, and where that was seen: by a gyro, else in slow bends. None where it is not, or the log does not tell.
 
     The springs show the lean against the road, and an accelerometer that against the horizon.
     """
-    if name != "accel_y" or not tilt.source.startswith("derived"):
+    if not tilt.source.startswith("derived"):
         return None
+    turned = turned_share(drive)
+    if turned is not None:
+        return None if turned.missing else (turned, "by the gyro's roll rate, which turns with the road")
     for fastest in SLOW_MPS:
-        found = shares(drive, vehicle, fastest).get(name)
+        found = shares(drive, vehicle, fastest).get("accel_y")
         if found is not None:
-            return found[0] if found[0].value > BETWEEN else None
+            return (found[0], "in slow bends") if found[0].value > BETWEEN else None
     return None
 
 
@@ -152,12 +202,13 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
     for name, (share, tilt) in shares(drive, vehicle).items():
         if not share.missing or name in known:
             continue
-        slow = _in_slow_bends(drive, vehicle, name, tilt)
-        if slow is not None:
+        banked = _banked(drive, vehicle, tilt) if name == "accel_y" else None
+        if banked is not None:
+            other, where = banked
             said.append(
                 Decision(
-                    name, "choice", f"{name} has no part of gravity in it in fast bends, and has it in slow ones: the road banks into its bends",
-                    "left as it is", f"{share.value:.2f} ± {share.std:.2f} of it is there, {slow.value:.2f} ± {slow.std:.2f} in slow bends", applied=False,
+                    name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends",
+                    "left as it is", f"{share.value:.2f} ± {share.std:.2f} of it is there, {other.value:.2f} ± {other.std:.2f} {where}", applied=False,
                 )
             )  # fmt: skip
             continue
@@ -170,7 +221,7 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
         said.append(
             Decision(
                 name, "choice", f"{name} has no part of gravity in it as the body leans: it is no accelerometer's reading",
-                f"gravity's part added, by {by}" if fix else "left as it is (--no-fix)",
+                f"{GRAVITY_ADDED}, by {by}" if fix else "left as it is (--no-fix)",
                 f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=fix,
             )
         )  # fmt: skip

@@ -82,6 +82,7 @@ LEAST_STD = {
 
 RELATIVE_STD = {
     "mass_kg": 0.02,
+    "cg_to_front_axle_m": 0.03,
     "wheelbase_m": 0.003,
     "track_front_m": 0.005,
     "track_rear_m": 0.005,

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from parsers.drive import Drive, ImportRecord, Signal
-from pipelines.prepare.gravity import share_of, shares, with_gravity
+from pipelines.limits import what_limits
+from pipelines.prepare.gravity import share_of, shares, turned_share, with_gravity
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 HZ = 50.0
@@ -133,3 +134,65 @@ def test_a_road_that_banks_is_not_taken_for_gravity_that_is_missing() -> None:
     level = _town_and_country(gravity=0.0, bank=0.0)
     (decision,) = with_gravity(level, CAR).record.decisions
     assert decision.applied
+
+
+def _superelevated(*, gravity: float, hills: bool = False) -> Drive:
+    """Four minutes of fast bends alone that lean into themselves as the body leans out; a gyro turns with both, drifts and is off."""
+    rng = np.random.default_rng(6)
+    t = np.arange(int(240 * HZ)) / HZ
+    speed = 20.0 + 0.5 * np.sin(0.9 * t)
+    yaw = 0.22 * (np.sin(0.3 * t) + 0.7 * np.sin(1.3 * t) * np.sin(0.11 * t))
+    lateral = speed * yaw
+    roll = np.radians(5) * lateral / 9.80665
+    up = 0.05 * np.sin(0.05 * t) if hills else np.zeros(len(t))
+    horizon = 0.05 * roll
+    # a body that yaws on a hill rolls against the horizon without turning about its own axis
+    rate = np.gradient(horizon) * HZ + yaw * up
+    columns = {
+        "speed": speed + 0.02 * rng.standard_normal(len(t)),
+        "yaw_rate": yaw + 0.002 * rng.standard_normal(len(t)),
+        "roll_rate": rate + 0.004 + 0.004 * rng.standard_normal(len(t)),
+        "accel_x": np.gradient(speed) * HZ + 9.80665 * np.sin(up) + 0.05 + 0.05 * rng.standard_normal(len(t)),
+        "accel_y": lateral + gravity * 9.80665 * np.sin(horizon) + 0.05 * rng.standard_normal(len(t)),
+    }
+    # quick steering leans the body on its springs against the horizon too
+    quick = 0.02 * np.sin(2.2 * t) * (np.sin(0.2 * t) > 0)
+    columns["roll_rate"] = columns["roll_rate"] + np.gradient(quick) * HZ
+    columns["accel_y"] = columns["accel_y"] + gravity * 9.80665 * np.sin(quick)
+    for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+        columns[f"suspension_deflection_{wheel}"] = 0.01 + side * 0.5 * TRACK * (roll + quick)
+    stamps = (t * 1e9).astype(np.int64)
+    record = ImportRecord("csv", (Path("a.csv"),), "", "complete", len(t), {}, (), "t", None, 240.0, ())
+    return Drive({n: Signal(n, stamps, v, n) for n, v in columns.items()}, record)
+
+
+@pytest.mark.parametrize("hills", [False, True])
+def test_a_gyro_tells_gravity_on_roads_without_slow_bends(hills: bool) -> None:
+    there, gone = (turned_share(_superelevated(gravity=g, hills=hills)) for g in (1.0, 0.0))
+    assert there is not None
+    assert gone is not None
+    assert abs(there.value - 1) < 4 * there.std + 0.05
+    assert abs(gone.value) < 4 * gone.std + 0.05
+    assert gone.missing
+    assert not there.missing
+
+
+def test_a_banked_road_without_slow_bends_is_left_alone_where_a_gyro_turns() -> None:
+    banked = _superelevated(gravity=1.0)
+    assert shares(banked, CAR)["accel_y"][0].missing
+    found = with_gravity(banked, CAR)
+    assert found.signals["accel_y"] is banked.signals["accel_y"]
+    (decision,) = (d for d in found.record.decisions if d.signal == "accel_y")
+    assert not decision.applied
+    assert "gyro" in decision.evidence
+    blind = replace(banked, signals={n: s for n, s in banked.signals.items() if n != "roll_rate"})
+    assert any(d.applied for d in with_gravity(blind, CAR).record.decisions)
+
+
+def test_that_gravity_was_added_stands_on_the_first_screen() -> None:
+    found = with_gravity(_superelevated(gravity=0.0), CAR)
+    (decision,) = (d for d in found.record.decisions if d.signal == "accel_y")
+    assert decision.applied
+    (first, *_) = what_limits(found.record, [], {}, CAR)[:1]
+    assert first.startswith("Accel_y has no part of gravity")
+    assert "--no-fix" in first
