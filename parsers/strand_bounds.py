@@ -13,11 +13,11 @@ from parsers.checks.spikes import (
     CODE_LEAST,
     CODE_RANGE,
     LONG_STEP_S,
-    MOST_STRAY,
     USUAL_FACTOR,
     USUAL_SHARE,
     Bounds,
     code_from,
+    most_stray,
     out_of_range,
     step_limits,
 )
@@ -103,7 +103,7 @@ def bounds_of_strands(
     for strand in strands:
         name = strand.name
         held = ranges.get(name)
-        if held is not None and held.total and held.beyond > MOST_STRAY * held.total:
+        if held is not None and held.total and held.beyond > most_stray(strand.name) * held.total:
             found[name] = StrandBounds(None, out_of_range(name, held.beyond / held.total, held.largest))
             continue
         found[name] = StrandBounds(Bounds(*spans[name]))

@@ -13,7 +13,9 @@ from parsers.checks.grid import make_grid
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.sizes import pressure_faults, size_faults
+from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
+from parsers.checks.travel import wrong_travel
 from parsers.checks.unit_faults import unit_faults
 from parsers.drive import Decision, Signal
 
@@ -96,12 +98,15 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     units += more
     factors = sized | factors
     units += pressure_faults(grid.scaled(factors), stated, units)
+    units += speed_scale(grid.scaled(factors), {each.signal for each in units if each.kind == "unit"})
     work = _scaled(work, factors)
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
     work, spikes, wild, limits = _cleaned(work, spans)
     if wild:
-        # what they seemed to say of the others' units is worth nothing
+        # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
+        own = {each.signal: each.found for each in units if not each.applied}
+        wild = {n: replace(d, evidence=f"{d.evidence}; {own[n]}") if n in own else d for n, d in wild.items()}
         return _beside(wild, *decide({n: s for n, s in signals.items() if n not in wild}, stated))
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
@@ -109,7 +114,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     present = make_grid(work, grid)
     still = frozen(work, present)
     if not any(each.applied for each in still):
-        still += unlike_axles(work, present)
+        still += unlike_axles(work, present) or wrong_travel(work, present)
     dead = {each.signal: each for each in still if each.applied}
     if dead:
         wild |= dead

@@ -19,6 +19,9 @@ _RADIUS_M = (0.292, 0.41)
 _LEAST_PRESSURE_PA = 5e4
 _LEAST_PA_PER_MPS2 = 2.5e5
 """Half of what the strongest hydraulic brakes of road vehicles take for 1 m/s². Air brakes take 1 to 2 bar."""
+_MOST_PA_PER_MPS2 = 4.5e6
+"""Twice what the weakest hydraulic brakes of laden vans take for 1 m/s². Brakes that an electric motor relieves do not go with the loss of speed."""
+_GOES_ALONG = 0.7
 _SURE = 0.95
 
 
@@ -96,10 +99,13 @@ def pressure_faults(grid: Grid, stated: Mapping[str, bool], units: Collection[De
         return []
     evidence = f"correlation {found.correlation:.2f} with the loss of speed"
     if stated.get("brake_pressure", True):
-        if not 0 < found.ratio < _LEAST_PA_PER_MPS2 or not _sure_speed(grid, stated, units):
+        well = 0 < found.ratio < _LEAST_PA_PER_MPS2
+        badly = found.ratio > _MOST_PA_PER_MPS2 and found.correlation > _GOES_ALONG
+        if not (well or badly) or not _sure_speed(grid, stated, units):
             return []
         per = found.ratio / 1e5
-        text = f"brake_pressure slows the vehicle by 1 m/s² for every {per:.2g} bar: as MPa called bar would, or air brakes"
+        text = f"brake_pressure slows the vehicle by 1 m/s² for every {per:.2g} bar: as "
+        text += "MPa called bar would, or air brakes" if well else "bar called MPa would"
         evidence += "; hydraulic brakes take 5 to 20 bar"
     elif 0 < largest < _LEAST_PRESSURE_PA:
         text = f"brake_pressure may be in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"

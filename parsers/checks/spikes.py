@@ -30,6 +30,8 @@ _CODE_SAMPLES = 10
 CODE_LEAST = 50.0
 MOST_STRAY = 0.2
 """Where more than this share of a signal is impossible, its unit or scale is wrong, and samples are not stray."""
+STRAY_AT_WORK = 0.02
+"""The same of a brake pressure, which is nought most of the time: braking alone shows its unit."""
 # quantity or signal -> (jump that is always allowed, change per second), SI; generous bounds of road vehicles
 _LIMITS: dict[str, tuple[float, float]] = {
     "steering_wheel_angle": (0.7, 25.0),
@@ -167,7 +169,7 @@ def bounds_of(signal: Signal, span: Span) -> Bounds | None:
     time_ns, values = signal.time_ns, signal.values
     if float(values.min()) < span[0] or float(values.max()) > span[1]:
         beyond = _beyond(span, values)
-        if beyond.mean() > MOST_STRAY:
+        if beyond.mean() > most_stray(signal.name):
             return None
         time_ns, values = time_ns[~beyond], values[~beyond]
     code = _code_from(signal.name, time_ns, values)
@@ -175,6 +177,11 @@ def bounds_of(signal: Signal, span: Span) -> Bounds | None:
         below = values < code
         time_ns, values = time_ns[below], values[below]
     return Bounds(*span, code, _usual(signal.name, values))
+
+
+def most_stray(name: str) -> float:
+    """Share of a signal that may be impossible with the rest of it being right."""
+    return STRAY_AT_WORK if SIGNALS[name].quantity == "pressure" else MOST_STRAY
 
 
 def _beyond(span: Span, values: FloatArray) -> BoolArray:
@@ -268,7 +275,7 @@ def out_of_range(name: str, share: float, largest: float) -> Decision:
     return Decision(
         signal=name,
         kind="range",
-        found=f"most of {name} is beyond what a road vehicle can do: its unit or scale may be wrong",
+        found=f"{'most' if share > 0.5 else 'much'} of {name} is beyond what a road vehicle can do: its unit or scale may be wrong",
         action="left out; say the unit in a mapping file",
         evidence=f"{share:.0%} of the samples, up to {show(name, largest)}",
         applied=True,

@@ -30,6 +30,8 @@ _MISTAKES: dict[str, tuple[tuple[float, str, str], ...]] = {
         (3.6, "m/s", "km/h"),
         (0.44704, "mph", "m/s"),
         (1852 / 3600, "knots", "m/s"),
+        (1 / 3.6 / 0.44704, "km/h", "mph"),
+        (3.6 * 0.44704, "mph", "km/h"),
     ),
 }
 _SI_TAKEN = ("m/s²", "rad/s", "rad", "m/s")

@@ -10,6 +10,8 @@ from check_drives import check, drive, found, only, scaled
 from test_checks_springs import DEFLECTIONS, sprung
 
 from parsers.checks import check_signals
+from parsers.checks.grid import make_grid
+from parsers.checks.sizes import pressure_faults
 from parsers.drive import Signal
 
 WHEELS = ("wheel_speed_rl", "wheel_speed_rr")
@@ -68,11 +70,35 @@ def test_a_brake_pressure_of_no_stated_unit_is_said() -> None:
     assert not one.applied
 
 
-@pytest.mark.parametrize(("pascal", "said"), [(1e6, False), (5e5, False), (1e5, True)])
-def test_a_stated_pressure_that_brakes_ten_times_too_well_is_said(pascal: float, said: bool) -> None:
+@pytest.mark.parametrize(("pascal", "said"), [(3e6, ""), (1e6, ""), (5e5, ""), (1e5, "MPa called bar")])
+def test_a_stated_pressure_that_brakes_ten_times_too_well_is_said(pascal: float, said: str) -> None:
     _, decisions = check_signals(_braked(pascal), fix=True, units_stated={})
-    found = [each for each in decisions if each.signal == "brake_pressure"]
-    assert [("MPa called bar" in each.found, each.applied) for each in found] == [(True, False)] * said
+    found = [each for each in decisions if each.signal == "brake_pressure" and each.kind == "unit"]
+    assert [(said in each.found, each.applied) for each in found] == [(True, False)] * bool(said)
+
+
+def test_a_pressure_that_is_impossible_whenever_it_brakes_is_left_out() -> None:
+    signals = _braked(1e7)
+    braking = signals["brake_pressure"]
+    rest = np.concatenate([braking.values * 3, np.zeros(len(braking.values))])
+    time_ns = braking.time_ns[0] + np.arange(len(rest)) * int(np.diff(braking.time_ns)[0])
+    signals["brake_pressure"] = replace(braking, time_ns=time_ns, values=rest)
+    kept, decisions = check_signals(signals, fix=True, units_stated={})
+    share = float(np.mean(rest > 3.5e7))
+    assert 0.02 < share < 0.2
+    assert "brake_pressure" not in kept
+    (one,) = (each for each in decisions if each.signal == "brake_pressure")
+    assert "its unit or scale may be wrong" in one.found
+
+
+def test_a_pressure_that_brakes_ten_times_too_badly_is_said() -> None:
+    (one,) = pressure_faults(make_grid(_braked(6e6)), {}, [])
+    assert "bar called MPa" in one.found
+    assert not one.applied
+    kept, decisions = check_signals(_braked(6e6), fix=True, units_stated={})
+    (left_out,) = (each for each in decisions if each.signal == "brake_pressure")
+    assert "brake_pressure" not in kept
+    assert "bar called MPa" in left_out.evidence
 
 
 def _braked(pascal: float) -> dict[str, Signal]:

@@ -278,7 +278,7 @@ def test_a_channel_that_stands_still_and_one_out_of_range(tapes, tmp_path) -> No
     rows["/odom"][1]["steering_wheel_angle"][::3] = 1e5
     found = both(tapes(Tape(rows)), tmp_path)[0].record.decisions
     assert {each.found.split(" stands")[0] for each in found if each.action == "left out"} == {"roll_rate"}
-    assert any("most of steering_wheel_angle is beyond" in each.found and each.applied for each in found)
+    assert any("much of steering_wheel_angle is beyond" in each.found and each.applied for each in found)
     assert not any("steering_wheel_angle_rad" in table for table in tables(tmp_path / "long").values())
 
 

@@ -1,0 +1,61 @@
+"""Deflections whose size a gyro contradicts are left out, with the unit that would explain it; those that tyres explain are not."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from parsers.checks.check import check_all
+from parsers.checks.grid import make_grid
+from parsers.checks.travel import wrong_travel
+from parsers.drive import Signal
+
+HZ = 50.0
+
+
+def _signals(
+    scale: float, *, tyres: float = 0.2, track: float = 1.6, noise: float = 0.0005
+) -> dict[str, Signal]:
+    """A minute and a half of weaving; the springs roll by 1 - tyres of the body's roll, shown times scale."""
+    rng = np.random.default_rng(2)
+    t = np.arange(int(90 * HZ)) / HZ
+    roll = 0.05 * np.sin(1.7 * t) * np.sin(0.12 * t)
+    columns = {
+        "roll_rate": np.gradient(roll) * HZ + 0.005 + 0.003 * rng.standard_normal(len(t)),
+        "accel_y": 9.81 * roll / 0.1 + 0.05 * rng.standard_normal(len(t)),
+    }
+    for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+        travel = side * 0.5 * track * (1 - tyres) * roll
+        columns[f"suspension_deflection_{wheel}"] = scale * (
+            0.01 + travel + noise * rng.standard_normal(len(t))
+        )
+    stamps = (t * 1e9).astype(np.int64)
+    return {name: Signal(name, stamps, values, name) for name, values in columns.items()}
+
+
+@pytest.mark.parametrize(
+    ("scale", "words"),
+    [(2.54, "cm called inches"), (10.0, "mm called cm"), (0.1, "cm called mm"), (1 / 2.54, "inches called cm"), (3.5, "3.")],
+)  # fmt: skip
+def test_a_wrong_unit_is_found_and_named(scale: float, words: str) -> None:
+    signals = _signals(scale)
+    found = wrong_travel(signals, make_grid(signals))
+    assert [each.signal for each in found] == [name for name in signals if name.startswith("suspension")]
+    assert all(each.applied and words in each.found for each in found)
+    kept = check_all(signals, fix=True, units_stated={}).signals
+    assert not any(name.startswith("suspension") for name in kept)
+    assert "roll_rate" in kept
+
+
+@pytest.mark.parametrize(("tyres", "track"), [(0.0, 2.1), (0.35, 1.3), (0.2, 1.55)])
+def test_what_tyres_and_tracks_explain_is_left_alone(tyres: float, track: float) -> None:
+    signals = _signals(1.0, tyres=tyres, track=track)
+    assert not wrong_travel(signals, make_grid(signals))
+
+
+def test_without_a_gyro_or_motion_nothing_is_said() -> None:
+    signals = _signals(10.0)
+    without = {name: signal for name, signal in signals.items() if name != "roll_rate"}
+    assert not wrong_travel(without, make_grid(without))
+    noisy = _signals(10.0, noise=0.5)
+    assert not wrong_travel(noisy, make_grid(noisy))
