@@ -8,10 +8,12 @@ from pathlib import Path
 
 from parsers.channels import Chunk
 from parsers.csv_dialect import TextTable
+from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.table_clock import NO_TIME, TableClock, clock_rule, write_counts
 from parsers.table_cut import cut_cell
-from parsers.table_ranges import RangeRows, read_table
+from parsers.table_headers import second_header
+from parsers.table_ranges import RangeRows, read_again, read_table
 from parsers.table_rasters import Raster
 from parsers.table_repeats import LEAST_SHARE, RepeatedStamps, repeat_share
 from parsers.table_rows import RowPlan
@@ -64,6 +66,7 @@ class TablePass:
         for part in read_table(
             file.path, file.encoding, file.table.body, file.size, plan, block_bytes=file.block_bytes
         ):
+            part, ended = self._own_rows(part, plan)
             part = self._whole(part, rows)
             rows += part.rows
             self._count(part)
@@ -77,8 +80,33 @@ class TablePass:
                     yield Chunk(self.group, time_ns, dict(zip(names, numbers, strict=True)))
             if part.left_out:
                 clock.leave_out()
+            if ended:
+                break
         if repeats is not None and (rest := repeats.finish()) is not None:
             yield Chunk(self.group, rest[0], dict(zip(names, rest[1], strict=True)))
+
+    def _own_rows(self, part: RangeRows, plan: RowPlan) -> tuple[RangeRows, bool]:
+        """A part of the file up to a header with other columns, which is written down; and whether there is one."""
+        if part.place is None or not (part.counts.text_cells or part.counts.no_time or part.counts.too_many):
+            return part, False
+        file = self.file
+        header = [name.header for name in file.table.names]
+        try:
+            found = second_header(
+                file.path, part.place.start, part.place.stop, file.table.rules, file.encoding.codec, header
+            )
+        except OSError as error:
+            raise LogError(f"cannot be read ({error.strerror})", path=file.path) from error
+        if found is None:
+            return part, False
+        at, cells = found
+        shown = ", ".join(cells[:4]) + (", …" if len(cells) > 4 else "")
+        self.log.worsen(
+            "malformed",
+            f"a second header with other columns ({shown!r}) stands {at} bytes into the file: the table ends there, and the "
+            f"{file.size - at} bytes from there on are left out; split the file there",
+        )
+        return read_again(file.path, plan, part.place, at), True
 
     def _clock(self) -> TableClock:
         plan = self.raster.plan

@@ -6,7 +6,7 @@ A line belongs to the range in which it begins. A range is read in pieces that s
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -33,7 +33,7 @@ class ByteRange:
 class RangeRows:
     """What a range held. done: bytes of the file up to its end. left_out: lines were left out behind its last row.
     ends_open: it ends with the file's last line, which has no line feed; last_short, last_kept: this one had too few
-    columns; it is the last row."""
+    columns; it is the last row. place: its bytes of the file, where it was read from there."""
 
     blocks: list[RowBlock]
     counts: RowCounts
@@ -42,6 +42,7 @@ class RangeRows:
     ends_open: bool
     last_short: bool
     last_kept: bool
+    place: ByteRange | None = None
 
     @property
     def rows(self) -> int:
@@ -117,7 +118,12 @@ def _read_range(path: Path, plan: RowPlan, buffers: list[bytearray], place: Byte
     except OSError as error:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error
     buffers.append(reader.buffer)
-    return _finished(collector, min(reader.base, place.stop), ends_open)
+    return replace(_finished(collector, min(reader.base, place.stop), ends_open), place=place)
+
+
+def read_again(path: Path, plan: RowPlan, place: ByteRange, stop: int) -> RangeRows:
+    """A range's rows up to byte `stop`, where a line begins. Raises LogError where the file cannot be read."""
+    return _read_range(path, plan, [], replace(place, stop=stop))
 
 
 class _RangeReader:
