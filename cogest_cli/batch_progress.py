@@ -71,7 +71,7 @@ class BatchState:
         said = [f"{self.ended}/{self.total}", f"{self.failed} failed" if self.failed else ""]
         if self.phase:
             return [*filter(None, said if self.total else said[1:]), self.phase]
-        if self.ended:
+        if 0 < self.ended < self.total:
             now = self.clock()
             seconds = self.left.seconds(now)
             said += [

@@ -167,6 +167,7 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
     notes += _without_samples(parts)
     if outcome.unchecked:
         notes.append("not checked against physics: " + "; ".join(outcome.unchecked))
+    notes += _odd_time(parts, (outcome.end_ns - start_ns) / NS)
     return ImportRecord(
         format=", ".join(dict.fromkeys(part.opened.importer.title for part in parts)),
         paths=tuple(paths),
@@ -185,6 +186,28 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
         duplicates=sum(part.duplicates for part in parts),
         clock_jumps=sum(part.jumps for part in parts),
     )
+
+
+SHORT_S, MANY = 1.0, 500
+"""A log of so many rows within less than SHORT_S has a clock of another unit: nobody records a vehicle at that rate."""
+
+DISORDER = 0.2
+"""Share of rows whose stamps go back or repeat from which on the clock is rather another channel."""
+
+
+def _odd_time(parts: Sequence[PartFacts], seconds: float) -> list[str]:
+    """What is said of a time that is hardly the log's."""
+    tables = [part for part in parts if not part.opened.log.can_frames]
+    rows = sum(part.opened.log.messages for part in tables)
+    said = []
+    if rows >= MANY and seconds < SHORT_S:
+        said.append(f"all {rows} rows lie within {seconds:.3g} s: is the unit of the time right?")
+    astray = sum(part.out_of_order + part.duplicates for part in tables)
+    if astray > DISORDER * max(rows, 1) and rows >= MANY:
+        said.append(
+            f"the stamps of {astray / rows:.0%} of the rows go back or repeat: is that channel the time?"
+        )
+    return said
 
 
 def find_all(paths: Sequence[Path]) -> None:

@@ -10,6 +10,7 @@ from parsers.timebase import MAX_GAPS
 from pipelines.joint.conflict import BEYOND_DOUBT
 from pipelines.prepare.gravity import GRAVITY_ADDED
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
+from pipelines.vehicles.measured import known_body
 from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -141,7 +142,11 @@ def what_limits(
         limits.append(f"CG height {height.status.replace('_', ' ')}: {height.reason}")
     if not vehicle.quantities:
         limits.append("No vehicle file: mass, track and springs are unknown; give one with --vehicle.")
-    elif not vehicle.load_stated:
+    elif vehicle.body is not None and known_body(vehicle.body) is None and vehicle.get("cg_height_m") is None:
+        limits.append(
+            f"No measured vehicle is called {vehicle.body!r}: its CG height before the drive is wide open."
+        )
+    if vehicle.quantities and not vehicle.load_stated:
         unsaid = vehicle.load_unsaid
         limits.append(f"{unsaid[:1].upper()}{unsaid[1:]}: the drive's load is taken as unknown.")
     return tuple(dict.fromkeys([*limits, *_data_limits(record), *skipped]))

@@ -100,6 +100,8 @@ class Tally:
                 "truncated",
                 f"the last line (line {self.lines}) breaks off: the log is truncated, all before it is whole",
             )
+        elif not ended and self.lines:
+            log.note("the last line has no line end; if the log was cut there, its last frame may be cut too")
         for code, reason in enumerate(REASONS):
             log.reject(reason, int(counts[code]))
         damaged = int(counts[:MALFORMED_END].sum())

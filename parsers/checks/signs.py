@@ -254,12 +254,13 @@ def other_signs(grid: Grid) -> SignResult:
     forward, speed = grid.get("accel_x"), vehicle_speed(grid)
     if forward is not None:
         change = None if speed is None else grid.rate(smooth(np.abs(speed)))
-        found = None
-        if change is not None and excited(change, 0.5):
+        found, moved = None, change is not None and excited(change, 0.5)
+        if change is not None and moved:
             moving = np.abs(speed) > 1.0 if speed is not None else None
             found = compare(smooth(forward), change, moving)
         if found is None or abs(found.correlation) < _LEAST:
-            unchecked.append("sign of accel_x: the speed changes too little")
+            why = "it does not go with the change of speed" if moved else "the speed changes too little"
+            unchecked.append(f"sign of accel_x: {why}")
         elif found.sign < 0:
             inverted.add("accel_x")
             decisions.append(_simple("accel_x", "the change of speed", found))

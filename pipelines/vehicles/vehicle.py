@@ -340,4 +340,7 @@ def read_vehicle(path: Path, *, with_map: bool = True) -> Vehicle:
     vehicle = parse_vehicle(text, path)
     if vehicle.suspension_map_path is None or not with_map:
         return vehicle
-    return with_suspension_map(vehicle, vehicle.suspension_map_path)
+    try:
+        return with_suspension_map(vehicle, vehicle.suspension_map_path)
+    except VehicleError as error:
+        raise VehicleError(str(error), path=path, place="[vehicle] suspension_map") from error

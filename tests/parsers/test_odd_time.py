@@ -1,0 +1,37 @@
+"""A time that is hardly the log's is said: another unit, or another channel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from parsers.load import load_drive
+from parsers.mapping.map_file import read_map
+from parsers.read_log import LoadOptions
+
+
+def _log(tmp_path: Path, time: np.ndarray) -> Path:
+    rng = np.random.default_rng(1)
+    rows = np.column_stack([time, 10 + 5 * np.sin(np.arange(len(time)) / 50), rng.standard_normal(len(time))])
+    path = tmp_path / "log.csv"
+    np.savetxt(path, rows, delimiter=",", header="time_s,speed_mps,accel_y_mps2", comments="", fmt="%.4f")
+    return path
+
+
+def _notes(path: Path, text: str) -> str:
+    place = path.with_name("map.toml")
+    place.write_text(text)
+    return " ".join(load_drive([path], LoadOptions(map=read_map(place))).record.notes)
+
+
+def test_seconds_taken_for_milliseconds_are_said(tmp_path: Path) -> None:
+    path = _log(tmp_path, np.arange(2000) / 100)
+    assert "is the unit of the time right?" in _notes(path, '[time]\nchannel = "time_s"\nunit = "ms"\n')
+    assert "time right?" not in _notes(path, '[time]\nchannel = "time_s"\nunit = "s"\n')
+
+
+def test_a_channel_that_goes_back_and_forth_is_hardly_the_time(tmp_path: Path) -> None:
+    path = _log(tmp_path, np.arange(2000) / 100)
+    assert "is that channel the time?" in _notes(path, '[time]\nchannel = "speed_mps"\nunit = "s"\n')
+    assert "is that channel" not in _notes(path, '[time]\nchannel = "time_s"\n')
