@@ -17,12 +17,13 @@ own height and linkages lower."""
 CAMBER = {False: (0.65, 0.25), True: (0.8, 0.18)}
 """How upright links hold the wheels, mean of both axles, where the vehicle file is silent; with a live rear axle, whose wheels stay upright."""
 
-PITCH_CENTER = (0.12, 0.08)
-"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %."""
+PITCH_CENTER = {False: (0.12, 0.08), True: (0.17, 0.1)}
+"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %; more with a rigid rear axle, whose brakes
+turn against leaf springs or links."""
 
-RIGID_DRIVEN = (0.22, 0.14)
-"""m above ground, where the file has no pitch_center_height_drive_m, of a driven rigid axle: from none, as simple models have it, to leaf
-springs and links that carry most of the load transfer."""
+RIGID_DRIVEN = (0.3, 0.2)
+"""m above ground, where the file has no pitch_center_height_drive_m, of a driven rigid axle: its torque turns against leaf springs or links
+of half a metre, which carry 0.4 to 0.7 m; simple models have none."""
 
 
 def drive_jacking(book: Book) -> tuple[float, float]:
@@ -112,7 +113,7 @@ def _pitch_links(book: Book) -> None:
     """Pitch centres in braking and in driving."""
     vehicle = book.vehicle
     stated = vehicle.get("pitch_center_height_m")
-    mean, std = PITCH_CENTER if stated is None else (stated.value, stated.std)
+    mean, std = PITCH_CENTER[rigid_axle(vehicle, "rear")] if stated is None else (stated.value, stated.std)
     source = "the vehicle file is silent: usual for road vehicles" if stated is None else stated.source
     book.put(
         "pitch_center_brake", mean, std, "pitch_center_height_m (links' part in braking: anti-dive)", source
