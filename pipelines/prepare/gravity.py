@@ -225,4 +225,14 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
                 f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=fix,
             )
         )  # fmt: skip
+    turned = turned_share(drive) if tilt_of(drive.signals, "roll", vehicle) is None else None
+    if turned is not None and turned.missing and "accel_y" not in known:
+        # what a gyro shows of the lean is not that of a steady bend
+        said.append(
+            Decision(
+                "accel_y", "choice", "accel_y has no part of gravity in it as the body leans: it is no accelerometer's reading",
+                "left as it is: neither a roll angle nor suspension deflections tell the lean",
+                f"{turned.value:.2f} ± {turned.std:.2f} of it is there by the gyro's roll rate, over {turned.seconds:.0f} s", applied=False,
+            )
+        )  # fmt: skip
     return decided(drive, said, signals)

@@ -196,3 +196,12 @@ def test_that_gravity_was_added_stands_on_the_first_screen() -> None:
     (first, *_) = what_limits(found.record, [], {}, CAR)[:1]
     assert first.startswith("Accel_y has no part of gravity")
     assert "--no-fix" in first
+
+
+def test_without_a_lean_it_is_only_said() -> None:
+    made, whole = _superelevated(gravity=0.0), _superelevated(gravity=1.0)
+    for drive, said in ((made, True), (whole, False)):
+        kept = {n: s for n, s in drive.signals.items() if not n.startswith("suspension")}
+        found = with_gravity(replace(drive, signals=kept), CAR)
+        assert found.signals["accel_y"] is drive.signals["accel_y"]
+        assert [d.applied for d in found.record.decisions if "gravity" in d.found] == [False] * said
