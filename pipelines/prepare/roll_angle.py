@@ -22,6 +22,7 @@ Reference = Literal["horizon", "axles"]
 BLEND_HZ = 0.05
 """Below this frequency gravity says where down is, above it the gyro."""
 
+AGAINST_AXLES = "body against axles"
 TYPICAL_TRACK = (1.55, 0.08)
 """m, mean and standard deviation over cars, where the vehicle file gives no track."""
 
@@ -62,7 +63,7 @@ def from_deflections(columns: Mapping[str, FloatArray], vehicle: Vehicle) -> Rol
         words.append(f"{axle}: {text}")
     if not angles:
         return None
-    how = f"derived: suspension deflections ({', '.join(words)}), body against axles"
+    how = f"derived: suspension deflections ({', '.join(words)}), {AGAINST_AXLES}"
     return RollSource("deflections", np.mean(angles, axis=0), "axles", how, float(np.mean(relative)))
 
 

@@ -15,6 +15,7 @@ from pipelines.estimators.roll_map.posterior import quantiles, sample_posterior
 from pipelines.estimators.roll_map.priors import VehicleDraws
 from pipelines.models.roll import DEGREES, GRAVITY, roll_gradient_degpg
 from pipelines.prepare.prepared import Prepared
+from pipelines.prepare.roll_angle import AGAINST_AXLES
 from pipelines.results import FloatArray, Prior, Scatter, Trace, Track
 
 MOST_POINTS = 3000
@@ -162,6 +163,12 @@ def roll_scatter(
     half = 1.96 * np.sqrt((gradient_std * gradient * line) ** 2 + offset_std**2)
     thin_x, thin_y = _thinned(x, y)
     slope = f", {gradient:.2f} deg/g," if told else " (its slope is not identifiable)"
+    tyres = AGAINST_AXLES in made
+    beside = (
+        " What the body rolls on its tyres is not in it, and is in the roll gradient of the table."
+        if tyres
+        else ""
+    )
     return Scatter(
         "roll_against_lateral_acceleration",
         "Roll against lateral acceleration",
@@ -174,5 +181,5 @@ def roll_scatter(
         middle - half,
         middle + half,
         f"Line: the steady part of the fit{slope} with its 95 % band. Points leave the line where the body "
-        f"moves fast (damping and inertia). Roll angle: {made}.",
+        f"moves fast (damping and inertia). Roll angle: {made}.{beside}",
     )
