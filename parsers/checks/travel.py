@@ -6,12 +6,14 @@ is off by less than a factor is weighed with the vehicle file, where there is on
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
 
+from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, compare
-from parsers.checks.springs import DEFLECTIONS, springs_tilt
+from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision, Signal
 
 TRACK_M = 1.55
@@ -24,6 +26,8 @@ TYRES = 0.85
 """The usual ratio: what a vehicle rolls on its tyres, the springs do not show."""
 
 FOLLOWS = 0.85
+ALIKE = 1.5
+"""How far apart the two axles' ratios may be: tracks and tyres make a quarter."""
 LEAST_RATE = 0.02
 """rad/s, rms of the gyro's roll rate: below it noise decides."""
 
@@ -40,20 +44,37 @@ def wrong_travel(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     """All four deflections left out, where a gyro surely contradicts their size; nothing where it does not, or there is none."""
     if "roll_rate" not in signals or any(name not in signals for name in DEFLECTIONS):
         return []
-    gyro, rolling = grid.get("roll_rate"), springs_tilt(grid, "roll")
-    if gyro is None or rolling is None:
+    gyro = grid.get("roll_rate")
+    if gyro is None:
         return []
     finite = gyro[np.isfinite(gyro)]
     if not len(finite) or float(np.std(finite)) < LEAST_RATE:
         return []
-    found = compare(grid.rate(rolling) / (2 * TRACK_M), gyro)
-    if found is None or abs(found.correlation) < FOLLOWS or LEAST <= found.ratio <= MOST:
+    found = [compare(grid.rate(rolling) / TRACK_M, gyro) for rolling in _axles(grid)]
+    front, rear = found if len(found) == 2 else (None, None)
+    if front is None or rear is None or min(abs(f.correlation) for f in (front, rear)) < FOLLOWS:
         return []
-    times = found.ratio / TYRES
+    # axles that contradict each other have another fault than a unit: a wheel's sign, a dead sensor
+    if front.sign != rear.sign or max(front.ratio, rear.ratio) > ALIKE * min(front.ratio, rear.ratio):
+        return []
+    ratio = math.sqrt(front.ratio * rear.ratio)
+    if LEAST <= ratio <= MOST:
+        return []
+    times = ratio / TYRES
     hint = next((words for factor, words in HINTS if factor / NEAR < times < factor * NEAR), "")
     text = f"deflections show {times:.2g} times the travel that roll_rate says the springs make"
     if hint:
         text += f", as {hint}"
-    evidence = f"their roll rate is {found.ratio:.2g} of the gyro's (correlation {found.correlation:.2f} over {found.seconds:.0f} s), 0.65 to 1 by tyres"
+    evidence = f"their roll rate is {ratio:.2g} of the gyro's (correlation {abs(front.correlation):.2f} over {front.seconds:.0f} s), 0.65 to 1 by tyres"
     action = "left out; say the unit, or a factor, in a mapping file"
     return [Decision(name, "range", text, action, evidence, applied=True) for name in DEFLECTIONS]
+
+
+def _axles(grid: Grid) -> list[FloatArray]:
+    """Right less left deflection of each axle that has both."""
+    found = []
+    for axle in "fr":
+        left, right = (grid.get(f"suspension_deflection_{axle}{side}") for side in "lr")
+        if left is not None and right is not None:
+            found.append(right - left)
+    return found

@@ -59,3 +59,10 @@ def test_without_a_gyro_or_motion_nothing_is_said() -> None:
     assert not wrong_travel(without, make_grid(without))
     noisy = _signals(10.0, noise=0.5)
     assert not wrong_travel(noisy, make_grid(noisy))
+
+
+def test_a_wheel_of_the_wrong_sign_is_no_unit() -> None:
+    signals = _signals(1.0)
+    wrong = signals["suspension_deflection_fl"]
+    signals["suspension_deflection_fl"] = Signal(wrong.name, wrong.time_ns, -wrong.values, wrong.name)
+    assert not wrong_travel(signals, make_grid(signals))
