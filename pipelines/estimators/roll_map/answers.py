@@ -14,6 +14,7 @@ from pipelines.estimators.roll_map.posterior import (
     moments,
     pure_likelihood,
     quantiles,
+    with_discrepancy,
 )
 from pipelines.models.roll import damping_ratio, roll_gradient_degpg, undamped_frequency_hz
 from pipelines.parameters import PARAMETERS
@@ -79,9 +80,15 @@ def coefficients_of(
     own[:3] = np.hypot(own[:3], share * x[0] / max(fit.quickness, 0.1) ** np.arange(3))
     own[0] = np.hypot(own[0], fit.doubt * x[0])
     scaled = np.where(np.array(names) == "rate_gain", -x, x) * scale_std
+    prior_mean, prior_std = np.array([WEAK_PRIOR[name] for name in names]).T
+    gain = np.array(names) == "rate_gain"
+    if gain.any():
+        # its weak prior is about as wide as what it is unsure by; those of the others are far wider
+        error = np.where(gain, np.hypot(own, scaled), 0.0)[:, None]
+        x, spread = with_discrepancy(x, spread, prior_mean, prior_std, error)
+    own, scaled = np.where(gain, 0.0, own), np.where(gain, 0.0, scaled)
     total = spread + np.diag(own**2) + np.outer(scaled, scaled)
-    weak = [WEAK_PRIOR[name] for name in names]
-    return Coefficients(names, x, total, np.array([m for m, _ in weak]), np.array([s for _, s in weak]))
+    return Coefficients(names, x, total, prior_mean, prior_std)
 
 
 def likelihood_of(coefficients: Coefficients, *, against_axles: bool) -> RollLikelihood:

@@ -32,7 +32,7 @@ from pipelines.joint.unknowns import CORNERS
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
-LEAST = 0.01
+LEAST = 0.1
 """Information, in units of the fit's own weak priors, below which a direction is not handed on."""
 
 RUBS = Unknown("roll_rubs", 0.5, 0.4)

@@ -69,6 +69,24 @@ def pure_likelihood(
     return np.asarray(matrix), np.asarray(linear)
 
 
+def with_discrepancy(
+    mean: FloatArray, covariance: FloatArray, prior_mean: FloatArray, prior_std: FloatArray, root: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Mean (k,) and covariance (k, k) of a Gaussian posterior whose data have an error of covariance root root' more, (k, m).
+
+    The error is the data's: added to the posterior it would count for the prior as well, and a prior about as wide, taken out again
+    (`pure_likelihood`), would leave data that say anything.
+    """
+    information, linear = pure_likelihood(mean, covariance, prior_mean, prior_std)
+    reached = information @ root
+    gain = np.linalg.solve(np.eye(root.shape[1]) + root.T @ reached, reached.T)
+    # what stays of a direction that the data tell: information less that of the error in series with it
+    information, linear = information - reached @ gain, linear - gain.T @ (root.T @ linear)
+    weak = 1 / prior_std**2
+    after = np.linalg.inv(information + np.diag(weak))
+    return np.asarray(after @ (linear + weak * prior_mean)), 0.5 * (after + after.T)
+
+
 def _tyre_share(
     d: VehicleDraws, suspension: FloatArray | None, road: FloatArray | None
 ) -> tuple[FloatArray, FloatArray]:

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients
+from pipelines.estimators.roll_map.posterior import with_discrepancy
 from pipelines.results import FloatArray, Prior
 
 BANKED, BANKED_STD = 0.05, 0.12
@@ -48,11 +49,30 @@ def off_banked_roads(coefficients: Coefficients, banked_share: float) -> Coeffic
     if "rate_gain" not in coefficients.names:
         return coefficients
     i, slow = coefficients.names.index("rate_gain"), min(max(banked_share, 0.0), 1.0)
-    mean, covariance = coefficients.mean.copy(), coefficients.covariance.copy()
-    leaning = LEANING_STD if mean[i] < IMPOSSIBLE else BANKED_STD
-    mean[i] /= 1 - BANKED * slow
-    covariance[i, i] += (leaning * slow * mean[i]) ** 2
-    return replace(coefficients, mean=mean, covariance=covariance)
+    leaning = LEANING_STD if coefficients.mean[i] < IMPOSSIBLE else BANKED_STD
+    c, flat = coefficients, np.ones(len(coefficients.mean))
+    flat[i] = 1 - BANKED * slow
+    # on flat ground the gain is larger, and so is the weak prior that the fit had of it
+    ground = replace(
+        c, mean=c.mean / flat, covariance=c.covariance / np.outer(flat, flat), prior_mean=c.prior_mean / flat, prior_std=c.prior_std / flat,
+    )  # fmt: skip
+    error = np.zeros((len(flat), 1))
+    error[i] = leaning * slow * ground.mean[i]
+    mean, covariance = with_discrepancy(
+        ground.mean, ground.covariance, ground.prior_mean, ground.prior_std, error
+    )
+    return replace(ground, mean=mean, covariance=covariance)
+
+
+def gain_alone(coefficients: Coefficients) -> tuple[float, float]:
+    """The gyro's gain and its variance by the data alone, without the fit's weak prior; infinite where they tell nothing."""
+    i = coefficients.names.index("rate_gain")
+    weak = 1 / coefficients.prior_std[i] ** 2
+    whole = 1 / coefficients.covariance[i, i]
+    if whole <= weak:
+        return float(coefficients.prior_mean[i]), math.inf
+    mean = (coefficients.mean[i] * whole - coefficients.prior_mean[i] * weak) / (whole - weak)
+    return float(mean), float(1 / (whole - weak))
 
 
 def by_stated_stiffness(stiffness: FloatArray, stated: Prior) -> FloatArray:
@@ -87,10 +107,10 @@ def drawn_tyres(
     weight = np.ones(len(gain)) if likely is None else likely
     # a gain below `IMPOSSIBLE` is no tyres' doing, so nothing of them
     if "rate_gain" in coefficients.names and (
-        coefficients.mean[i := coefficients.names.index("rate_gain")] >= IMPOSSIBLE
+        coefficients.mean[coefficients.names.index("rate_gain")] >= IMPOSSIBLE
     ):
-        seen = off_banked_roads(coefficients, banked_share)
-        by_gyro = weight * np.exp(-0.5 * (gain - seen.mean[i]) ** 2 / seen.covariance[i, i])
+        seen, variance = gain_alone(off_banked_roads(coefficients, banked_share))
+        by_gyro = weight * np.exp(-0.5 * (gain - seen) ** 2 / variance)
         weight = by_gyro if _enough(by_gyro) else weight
     if weight.min() == weight.max() or not _enough(weight):
         return gain, loss
