@@ -17,9 +17,9 @@ from pipelines.results import FloatArray, Prior, Standing
 from pipelines.vehicles.measured import COMBUSTION, Measured, known_body, measured_inertias, measured_vehicles
 
 RANGE_MARGIN = 1.15
+"""How far beyond the lightest and heaviest measured vehicle a prior is still given (a loaded vehicle is heavier)."""
 BEYOND = 0.6
 """Relative spread of a height for each 100 % by which a mass lies outside those of the measured vehicles of its style."""
-"""How far beyond the lightest and heaviest measured vehicle a prior is still given (a loaded vehicle is heavier)."""
 
 MIN_GROUP = 10
 """Body styles with fewer measured vehicles than this take the regression over all of them."""

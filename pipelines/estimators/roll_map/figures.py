@@ -163,12 +163,9 @@ def roll_scatter(
     half = 1.96 * np.sqrt((gradient_std * gradient * line) ** 2 + offset_std**2)
     thin_x, thin_y = _thinned(x, y)
     slope = f", {gradient:.2f} deg/g," if told else " (its slope is not identifiable)"
-    tyres = AGAINST_AXLES in made
-    beside = (
-        " What the body rolls on its tyres is not in it, and is in the roll gradient of the table."
-        if tyres
-        else ""
-    )
+    beside = ""
+    if AGAINST_AXLES in made:
+        beside = " What the body rolls on its tyres is not in it, and is in the roll gradient of the table."
     return Scatter(
         "roll_against_lateral_acceleration",
         "Roll against lateral acceleration",
