@@ -11,7 +11,9 @@ measured   a vehicle that was weighed at its corners, tilted for its CG's height
 - kinematics and compliance rigs: wheel travel to 0.1 mm and forces to 0.3 % give wheel and roll rates to 1-2 %, and the
   slopes of the contact patch's path, from which roll and pitch centres follow, to 0.005-0.01: 5 mm at half a track or half a
   wheelbase for the brakes, 8 mm for driving, where the shafts' torque comes in;
-- the same rigs' camber a degree of roll: 0.05;
+- the same rigs' camber a degree of roll: 0.05; wheel rates 50 mm above and below ride height beside that at it: 1 %; where bump
+  stops begin: 3 mm; how far roll centres come down with the body: 0.1 m a m;
+- a tyre rig's sideways give of the patch: 10 %, and a tenth of what is usual (the simulated tyres' patches do not move);
 - a scale for wheel, hub and half of the links: 1.5 %; tape and laser: 2 mm.
 
 levelled   measured, and what the inertial unit shows with the empty vehicle on a level floor to 0.1 degrees (a bubble level of
@@ -30,12 +32,19 @@ import numpy as np
 from pipelines.simulation.loads import truth
 from pipelines.simulation.logs.vehicle import sheet_values
 from pipelines.simulation.plant.vehicle import PlantVehicle
+from pipelines.vehicles.kinematics import AXLES, TRAVEL_M, rate_keys
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 QUALITIES = ("sheet", "measured", "levelled")
 RIG = "vehicle file (measured)"
 FARTHEST = 2.5
 """Standard deviations beyond which a figure is never off: rigs are checked too."""
+
+RATE_STD, DROP_STD, STOP_STD_M = 0.01, 0.1, 0.003
+"""Of wheel rates above and below ride height (a share), of roll centres' drop, of where bump stops begin."""
+
+STIFF_NPM = 1e9
+"""Of the simulated tyres sideways: what they give is a lag, and not a place of the patch."""
 
 RELATIVE: Mapping[str, float] = {
     "mass_kg": 0.0025, "cg_height_m": 0.01, "unsprung_mass_front_kg": 0.015, "unsprung_mass_rear_kg": 0.015,
@@ -75,6 +84,23 @@ def upright(plant: PlantVehicle) -> float:
     return float(np.average(shares, weights=hubs))
 
 
+def curves(plant: PlantVehicle, file: Mapping[str, Quantity]) -> dict[str, tuple[float, float]]:
+    """True figure and std of the springs' curves, stops and roll centres' travel, by the vehicle file's keys.
+
+    file: with the rates at ride height that the rig found: its error of scale is in all three.
+    """
+    found = {}
+    # the plant's spring force is k d (1 + s d²), alike either way
+    rise = 1 + 3 * plant.spring_stiffening_pm2 * TRAVEL_M**2
+    for axle in AXLES:
+        rest, *ends = rate_keys(axle)
+        rate = file[rest].value * rise
+        found |= dict.fromkeys(ends, (rate, RATE_STD * rate))
+        found[f"roll_center_drop_{axle}"] = (0.0, DROP_STD)
+        found[f"bump_stop_clearance_{axle}_m"] = (plant.bump_clearance_m, STOP_STD_M)
+    return found
+
+
 def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, errors: float = 1.0) -> Vehicle:
     """The vehicle file with what the rigs found in place of the data sheet's figures, each off by its spread times `errors`.
 
@@ -89,4 +115,8 @@ def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, error
         draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
         value = true[key] + errors * std * draw
         found[key] = Quantity(min(value, 1.0) if key == "camber_compensation" else value, std, RIG)
+    for key, (value, std) in curves(plant, found).items():
+        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
+        found[key] = Quantity(value + errors * std * draw, std, RIG)
+    found["tire_lateral_rate_npm"] = Quantity(STIFF_NPM, 0.1 * STIFF_NPM, RIG)
     return replace(file, quantities=found)

@@ -45,9 +45,10 @@ def roll_center(p: Values, axle: str) -> Number:
     """Height of an axle's roll centre under load, m.
 
     Vehicle files tell that of the empty vehicle. Struts have it sink by one and a half of what the load presses the spring, wishbones
-    by a half to once; beam axles, and models whose feet go along straight lines, keep it.
+    by a half to once; beam axles, and models whose feet go along straight lines, keep it. A vehicle file that tells it tells it of each
+    axle; where it is silent, one unknown is that of both.
     """
-    return p[f"roll_center_{axle}"] - p["axis_sinks"] * pressed(p, axle)
+    return p[f"roll_center_{axle}"] - (p["axis_sinks"] + p[f"sinks_{axle}"]) * pressed(p, axle)
 
 
 def widened(p: Values, axle: str) -> Number:

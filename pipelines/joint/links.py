@@ -93,13 +93,7 @@ def _roll_links(book: Book) -> None:
         book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", *usual)
     # under load wheels stand further apart by what roll centres at a constant height make of it; those that sink make less
     book.put("track_grows", 0.8, 0.4)
-    book.put(
-        "axis_sinks",
-        0.4,
-        0.55,
-        "how far roll centres sink for a metre that a load presses the springs",
-        SILENT,
-    )
+    _sinking(book)
     # wheels that go sideways with their travel take the weight on them along, against the springs (`laden.side_moment`): all of
     # it where travel is the wheel's own (1), less than none where an axle's springs sit above its roll centre, none in a model of
     # a body that turns about an axis
@@ -107,6 +101,42 @@ def _roll_links(book: Book) -> None:
     # feet that stay in the planes of wheels which do not lean with the body: 1 of thin discs, less of wide tyres, none in models
     # whose feet are below the hubs
     book.put("wheel_plane", 0.2, 0.4)
+
+
+def _sinking(book: Book) -> None:
+    """How far roll centres come down for a metre that the body does: of each axle as stated, else as usual of both."""
+    stated = [book.vehicle.get(f"roll_center_drop_{axle}") for axle in AXLES]
+    if all(drop is not None for drop in stated):
+        book.put("axis_sinks", 0.0, 0.0)
+    else:
+        said = "how far roll centres sink for a metre that a load presses the springs"
+        book.put("axis_sinks", 0.4, 0.55, said)
+    for axle, drop in zip(AXLES, stated, strict=True):
+        if drop is None:
+            book.put(f"sinks_{axle}", 0.0, 0.0)
+        else:
+            book.put(f"sinks_{axle}", drop.value, drop.std, f"roll_center_drop_{axle}", drop.source)
+
+
+PATCH_FOLLOWS = (1.0, 0.15)
+"""Share of a tyre's sideways give by which its vertical force goes along, and how sure that is: crowned treads stay a little behind."""
+LEAST_GIVE = 0.1
+"""Of what tyres usually give: no rig tells a patch's place better."""
+
+
+def _sideways_give(book: Book) -> None:
+    """m that the patches of a wheel go sideways a m/s² of lateral acceleration, all wheels alike."""
+    # two thirds of the vertical rate is usual
+    quarter = 0.25 * book.rows["empty_mass"][0]
+    usual = quarter / (0.65 * book.rows["tyre_rate"][0])
+    rate = book.vehicle.get("tire_lateral_rate_npm")
+    if rate is None:
+        # most simulators leave it out
+        book.put("patch_side", 0.15 * usual, 0.5 * usual)
+        return
+    give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
+    spread = float(np.hypot(np.hypot(share * rate.std / rate.value, unsure) * give, LEAST_GIVE * usual))
+    book.put("patch_side", share * give, spread, "tire_lateral_rate_npm", rate.source)
 
 
 def _pitch_links(book: Book) -> None:
@@ -150,10 +180,7 @@ def _feet(book: Book) -> None:
     # power comes from nowhere, by nothing where torque is force on the loaded radius
     third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
     book.put("patch_lag", 1.2 * third, 1.0 * third)
-    # a tyre that gives sideways has its patch move by what its share of the side force makes of two thirds of its rate; most
-    # simulators leave it out
-    give = 0.25 * book.rows["empty_mass"][0] / (0.65 * book.rows["tyre_rate"][0])
-    book.put("patch_side", 0.15 * give, 0.5 * give)
+    _sideways_give(book)
 
 
 def links(book: Book) -> None:

@@ -105,6 +105,11 @@ CANDIDATES: tuple[Candidate, ...] = (
         "figure", "pitch centre heights (anti-dive, anti-squat) from the suspension's kinematics (5 mm)",
         _known("pitch_center_brake", "pitch_center_drive"), (0.005, 0.005), False,
     ),
+    Candidate(
+        "figure", "wheel rates 50 mm above and below ride height and how far roll centres come down with the body, from a kinematics rig",
+        _known("axis_sinks", "square_front", "square_rear", "cube_front", "cube_rear"), (0.25, 0.35, 0.35, 0.12, 0.12),
+    ),
+    Candidate("figure", "the tyres' lateral rate (10 %)", _known("patch_side"), (1.2,)),
     Candidate("figure", "the empty vehicle weighed (5 kg, 5 mm)", _known("empty_mass", "empty_x"), (0.003, 0.002)),
     Candidate("figure", "the empty vehicle's lateral CG place (2 mm)", _known("empty_y"), (0.002,), False),
     Candidate(

@@ -13,6 +13,7 @@ from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
 from pipelines.vehicles.anti_roll import silent_bar
 from pipelines.vehicles.kinds import kind_of, usual_load
+from pipelines.vehicles.kinematics import TRAVEL_M, spring_curve
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.vehicle import Vehicle
@@ -204,8 +205,38 @@ def _zero_words(vehicle: Vehicle) -> str:
     return "as open as a load" if vehicle.deflection_zero == "loaded" else f"{1e3 * ZERO_M:g} mm"
 
 
+def _curve_words(vehicle: Vehicle) -> tuple[str, str]:
+    """What the springs' curves are taken for, and from where, for the report."""
+    told = [spring_curve(vehicle.quantities, axle) is not None for axle in AXLES]
+    if all(told):
+        return "from the rates 50 mm above and below ride height", "vehicle file"
+    usual = "{:.0f} ± {:.0f} % (square), {:.0f} ± {:.0f} % (cube) at 50 mm".format(
+        *(100 * x for pair in USUAL_CURVE for x in pair)
+    )
+    if any(told):
+        usual = f"{AXLES[told.index(False)]}: {usual}; {AXLES[told.index(True)]}: as stated"
+    return usual, "usual; unknowns of the fit"
+
+
 STOP_A_METRE = 15.0
 """1/m: spread of a bump stop's force over the spring's rate, a m² of travel into it."""
+
+
+USUAL_CURVE = ((0.01, 0.02), (0.02, 0.04))
+"""Square and cube of a spring's force over its linear part at TRAVEL_M, mean and spread: wheel rates rise with travel rather than fall,
+at rear axles by a third where a load reaches their stops."""
+
+
+def _curve(book: Book, axle: str, rate: float) -> None:
+    """How an axle's wheel rate changes with travel: what is usual, and what a rig found, each by its weight."""
+    found = spring_curve(book.vehicle.quantities, axle)
+    for power, (name, (mean, std)) in enumerate(zip(("square", "cube"), USUAL_CURVE, strict=True), start=1):
+        usual, spread = rate * mean / TRAVEL_M**power, rate * std / TRAVEL_M**power
+        if found is not None:
+            told, unsure = found[power - 1][0], max(found[power - 1][1], 1e-3 * spread)
+            weight = spread**2 / (spread**2 + unsure**2)
+            usual, spread = usual + weight * (told - usual), unsure * weight**0.5
+        book.put(f"{name}_{axle}", usual, spread)
 
 
 def _suspension(book: Book, kilos: float) -> bool:
@@ -218,9 +249,7 @@ def _suspension(book: Book, kilos: float) -> bool:
     _bars(book)
     for axle in AXLES:
         rate = book.rows[f"spring_{axle}"][0]
-        # of the rate at 50 mm: wheel rates rise with travel rather than fall, at rear axles by a third where a load reaches their stops
-        book.put(f"square_{axle}", rate * 0.01 / 0.05, rate * 0.02 / 0.05)
-        book.put(f"cube_{axle}", rate * 0.02 / 0.05**2, rate * 0.04 / 0.05**2)
+        _curve(book, axle, rate)
         # half a spring's force more, 30 mm into it; nobody knows where it begins
         book.put(f"stop_{axle}", 0.0, rate * STOP_A_METRE)
         usual = 0.3 * 2 * np.sqrt(rate * corner)
@@ -253,8 +282,7 @@ def _suspension(book: Book, kilos: float) -> bool:
     book.assumptions.append(
         Assumption(
             "curvature of the springs",
-            "1 ± 2 % (square), 2 ± 3 % (cube) at 50 mm",
-            "usual; unknowns of the fit",
+            *_curve_words(vehicle),
         )
     )
     return springs

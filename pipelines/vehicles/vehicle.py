@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from parsers.errors import VehicleError
 from pipelines.parameters import PARAMETERS
+from pipelines.vehicles.kinematics import check_kinematics
 from pipelines.vehicles.measured import POWERTRAINS, known_body, near_body
 from pipelines.vehicles.plausible import check_plausible
 
@@ -36,9 +37,16 @@ POSITIVE = frozenset(
         "roll_damping_nmsprad",
         "spring_rate_front_npm",
         "spring_rate_rear_npm",
+        "spring_rate_front_bump_npm",
+        "spring_rate_front_rebound_npm",
+        "spring_rate_rear_bump_npm",
+        "spring_rate_rear_rebound_npm",
+        "bump_stop_clearance_front_m",
+        "bump_stop_clearance_rear_m",
         "damper_rate_front_nspm",
         "damper_rate_rear_nspm",
         "tire_vertical_rate_npm",
+        "tire_lateral_rate_npm",
         "wheel_radius_m",
         "wheel_inertia_kgm2",
         "steering_ratio",
@@ -53,6 +61,8 @@ ANY_SIGN = frozenset(
     [
         "roll_center_height_front_m",
         "roll_center_height_rear_m",
+        "roll_center_drop_front",
+        "roll_center_drop_rear",
         "pitch_center_height_m",
         "pitch_center_height_drive_m",
         "cg_lateral_offset_m",
@@ -73,6 +83,8 @@ ZEROS = ("empty", "loaded")
 
 LEAST_STD = {
     "cg_lateral_offset_m": 0.005,
+    "roll_center_drop_front": 0.2,
+    "roll_center_drop_rear": 0.2,
     "imu_roll_deg": 0.2,
     "imu_pitch_deg": 0.2,
     "behind_front_axle_m": 0.1,
@@ -88,6 +100,13 @@ RELATIVE_STD = {
     "track_rear_m": 0.005,
     "spring_base_front_m": 0.01,
     "spring_base_rear_m": 0.01,
+    "spring_rate_front_bump_npm": 0.01,
+    "spring_rate_front_rebound_npm": 0.01,
+    "spring_rate_rear_bump_npm": 0.01,
+    "spring_rate_rear_rebound_npm": 0.01,
+    "bump_stop_clearance_front_m": 0.1,
+    "bump_stop_clearance_rear_m": 0.1,
+    "tire_lateral_rate_npm": 0.1,
 }
 """What a bare number in a vehicle file is worth: a data sheet's figure, not a calibration."""
 DEFAULT_RELATIVE_STD = 0.05
@@ -269,6 +288,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         deflection_zero=texts.get("deflection_zero"),
     )
     check_plausible(vehicle, path)
+    check_kinematics(vehicle.quantities, path)
     _check_geometry(vehicle, path)
     return vehicle
 

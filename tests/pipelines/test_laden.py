@@ -42,7 +42,7 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
         "empty_mass": empty["mass_kg"], "empty_x": empty["cg_to_front_axle_m"], "empty_y": empty["cg_lateral_offset_m"],
         "empty_h": empty["cg_height_m"], "wheelbase": plant.wheelbase_m, "radius": plant.wheel_radius_front_m,
         "tyre_rate": 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm),
-        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0, "axis_sinks": 0.0,
+        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0,
     }  # fmt: skip
     for axle in ("front", "rear"):
         values |= {
@@ -63,7 +63,7 @@ def test_known_answers() -> None:
     p = {
         "load": 400.0, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "spring_front": 25e3, "square_rear": 0.0,
         "cube_rear": 25e3 * 8, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
-        "track_grows": 1.0, "axis_sinks": 0.0, "bar_front": 0.0, "bar_rear": 0.0,
+        "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "bar_front": 0.0, "bar_rear": 0.0,
     }  # fmt: skip
     d = 200 * GRAVITY / 25e3
     assert pressed(p, "rear") == pytest.approx(d)

@@ -73,15 +73,18 @@ def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
     return out
 
 
-def _corner_columns(prepared: Prepared, smooth: Smoother, free_m: float) -> dict[str, FloatArray]:
+def _corner_columns(
+    prepared: Prepared, smooth: Smoother, free_m: Mapping[str, float], from_stand: bool
+) -> dict[str, FloatArray]:
     """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, both kinds of friction."""
     found: dict[str, FloatArray] = {}
     calm = Smoother(prepared, STICK_HZ)
     for wheel in CORNERS:
         d = prepared.columns[f"suspension_deflection_{wheel}"]
         rate = _rate_of(d, prepared)
+        stop = _into_stops(d, prepared, free_m["front" if wheel[0] == "f" else "rear"], from_stand)
         parts = {
-            "d": d, "d2": d * d, "d3": d**3, "stop": _into_stops(d, prepared, free_m), "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
+            "d": d, "d2": d * d, "d3": d**3, "stop": stop, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
             "stick": friction_state(calm.whole(d), prepared, STICK_M),
             "yield": friction_state(calm.whole(d), prepared, YIELD_M),
         }  # fmt: skip
@@ -90,8 +93,10 @@ def _corner_columns(prepared: Prepared, smooth: Smoother, free_m: float) -> dict
     return found
 
 
-def _into_stops(d: FloatArray, prepared: Prepared, free_m: float) -> FloatArray:
-    """(n,) m², the square of the travel in which a bump stop may be touched: beyond free_m, and beyond where the wheel stands."""
+def _into_stops(d: FloatArray, prepared: Prepared, free_m: float, from_stand: bool) -> FloatArray:
+    """(n,) m², the square of the travel in which a bump stop may be touched: beyond free_m and, with from_stand, beyond where the wheel stands."""
+    if not from_stand:
+        return np.asarray(np.maximum(d - free_m, 0.0) ** 2)
     still = prepared.standstill
     stands = d[still] if len(still) and still.any() else d
     from_m = max(float(np.nanmedian(stands)) if np.isfinite(stands).any() else 0.0, free_m)
@@ -239,11 +244,20 @@ def _at_rest(prepared: Prepared, smooth: Smoother) -> FloatArray:
     return np.asarray(state[smooth.rows])
 
 
-def collect(prepared: Prepared, known: Known, band_hz: float, *, zero_loaded: bool = False) -> Columns:
+def collect(
+    prepared: Prepared,
+    known: Known,
+    band_hz: float,
+    *,
+    zero_loaded: bool = False,
+    free_m: Mapping[str, float] | None = None,
+) -> Columns:
     """All columns of the balances from a prepared drive; empty where it has no segments.
 
     zero_loaded: deflections are nought where the loaded vehicle stands: how far the load lowers it is then not in them.
+    free_m: axle -> travel from where the empty vehicle stands to its bump stops; None: nobody says.
     """
+    told = free_m is not None and not zero_loaded
     smooth = Smoother(prepared, band_hz)
     kinds = _kinds(prepared) if prepared.segments else ()
     c = prepared.columns
@@ -276,7 +290,12 @@ def collect(prepared: Prepared, known: Known, band_hz: float, *, zero_loaded: bo
         found["by_pressure"] = np.ones(len(rest))
     sag = None
     if "deflection" in kinds:
-        found |= _corner_columns(prepared, smooth, 0.0 if zero_loaded else STOPS_M)
+        free = (
+            free_m
+            if free_m is not None and told
+            else dict.fromkeys(("front", "rear"), 0.0 if zero_loaded else STOPS_M)
+        )
+        found |= _corner_columns(prepared, smooth, free, from_stand=not told)
         if not zero_loaded:
             sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):

@@ -27,6 +27,7 @@ from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Assumption, Estimate, ParameterEstimate
 from pipelines.vehicles.kinds import kind_of
+from pipelines.vehicles.kinematics import free_travel
 from pipelines.vehicles.vehicle import Vehicle
 
 SOURCES: tuple[tuple[str, ...], ...] = (
@@ -133,7 +134,7 @@ class LoadBalance:
             )
         data = collect(
             prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz),
-            zero_loaded=vehicle.deflection_zero == "loaded",
+            zero_loaded=vehicle.deflection_zero == "loaded", free_m=free_travel(vehicle.quantities),
         )  # fmt: skip
         along = along_relation(data, known)
         empty = vehicle.get("mass_kg")

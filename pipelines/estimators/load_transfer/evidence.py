@@ -50,7 +50,7 @@ LINKS = (
     "pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "hubs_past", "wheel_inertia",
 )  # fmt: skip
 ROLL = (
-    "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows", "axis_sinks", "patch_side",
+    "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "patch_side",
     "bar_front", "bar_rear", "force_base_front", "force_base_rear", "square_front", "square_rear", "cube_front", "cube_rear", "side_path", "wheel_plane",
 )  # fmt: skip
 PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05

@@ -44,7 +44,7 @@ DEPENDS = (
     "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear",
     "bar_front", "bar_rear", "bump_front", "bump_rear", "friction_front", "friction_rear", "rebound_front", "rebound_rear", "roll_center_front",
-    "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "axis_sinks", "side_path", "wheel_plane", "camber",
+    "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "side_path", "wheel_plane", "camber",
 )  # fmt: skip
 
 GAIN = "rate_gain"

@@ -1,0 +1,131 @@
+"""What a kinematics rig tells in a vehicle file: springs' curves, bump stops, roll centres' drop, tyres' lateral rate."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from parsers.errors import VehicleError
+from pipelines.joint.laden import pressed, rate_under_load, roll_center
+from pipelines.joint.next_measurement import CANDIDATES
+from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
+from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+
+SHEET = """[vehicle]
+mass_kg = {value = 1600, std = 10}
+wheelbase_m = 2.7
+cg_to_front_axle_m = 1.2
+spring_rate_front_npm = {value = 25000, std = 500}
+spring_rate_rear_npm = {value = 27000, std = 540}
+roll_center_height_front_m = 0.08
+roll_center_height_rear_m = 0.12
+tire_vertical_rate_npm = 240000
+"""
+CURVE = """spring_rate_rear_bump_npm = {value = 33000, std = 300}
+spring_rate_rear_rebound_npm = {value = 26000, std = 300}
+"""
+
+
+def parsed(more: str = "") -> Vehicle:
+    return parse_vehicle(SHEET + more, Path("vehicle.toml"))
+
+
+def row(vehicle: Vehicle, name: str) -> tuple[float, float]:
+    known = before_the_log(vehicle)
+    i = known.index(name)
+    return float(known.mean[i]), float(known.std[i])
+
+
+def at_mean(known: Known) -> dict[str, float]:
+    return {**known.at(np.zeros(len(known.names)))}
+
+
+def test_three_rates_give_back_the_curve_that_they_are_of() -> None:
+    k, q, c = 27000.0, 60000.0, 400000.0
+    rates = [k + 2 * q * d + 3 * c * d * d for d in (TRAVEL_M, -TRAVEL_M)]
+    text = f"spring_rate_rear_bump_npm = {rates[0]}\nspring_rate_rear_rebound_npm = {rates[1]}\n"
+    found = spring_curve(parsed(text).quantities, "rear")
+    assert found is not None
+    (square, _), (cube, _) = found
+    assert (square, cube) == (pytest.approx(q), pytest.approx(c))
+    assert spring_curve(parsed(text).quantities, "front") is None
+
+
+def test_the_curve_is_surer_than_usual_and_the_rate_under_load_follows_it() -> None:
+    silent, told = parsed(), parsed(CURVE)
+    for name in ("square_rear", "cube_rear"):
+        assert row(told, name)[1] < 0.4 * row(silent, name)[1]
+    assert row(told, "square_front") == row(silent, "square_front")
+    # a load that presses the rear springs by as much as the rig did
+    load = 2 * 27000.0 * TRAVEL_M / 9.80665
+    p = at_mean(before_the_log(told)) | {"load": load, "load_x": 2.7}
+    assert float(pressed(p, "rear")) == pytest.approx(TRAVEL_M)
+    assert float(rate_under_load(p, "rear")) == pytest.approx(33000.0, rel=0.01)
+
+
+def test_a_guess_is_worth_no_more_than_what_is_usual() -> None:
+    guess = CURVE.replace("std = 300", "std = 20000")
+    silent = parsed()
+    for name in ("square_rear", "cube_rear"):
+        mean, std = row(parsed(guess), name)
+        usual, spread = row(silent, name)
+        assert std < spread
+        assert std == pytest.approx(spread, rel=0.05)
+        assert abs(mean - usual) < 0.1 * spread
+
+
+def test_roll_centres_come_down_as_each_axle_s_is_said_to() -> None:
+    drops = (
+        "roll_center_drop_front = {value = 1.4, std = 0.1}\nroll_center_drop_rear = {value = 0, std = 0.1}\n"
+    )
+    told = before_the_log(parsed(drops))
+    p = at_mean(told) | {"load": 300.0, "load_x": 1.2}
+    assert float(roll_center(p, "front")) == pytest.approx(0.08 - 1.4 * float(pressed(p, "front")))
+    assert float(roll_center(p, "rear")) == pytest.approx(0.12)
+    assert row(parsed(drops), "axis_sinks")[1] < 1e-9
+    assert row(parsed(drops), "sinks_rear") == (0.0, 0.1)
+    silent = at_mean(before_the_log(parsed())) | {"load": 300.0, "load_x": 1.2}
+    assert float(roll_center(silent, "front")) == pytest.approx(0.08 - 0.4 * float(pressed(silent, "front")))
+
+
+def test_a_tyre_that_gives_sideways_moves_its_patch_by_what_the_file_says() -> None:
+    usual = row(parsed(), "patch_side")
+    soft, stiff = (row(parsed(f"tire_lateral_rate_npm = {rate}\n"), "patch_side") for rate in (160e3, 1e9))
+    assert soft[0] == pytest.approx(0.25 * 1600 / 160e3)
+    assert soft[1] < 0.6 * usual[1]
+    assert stiff[0] == pytest.approx(0.0, abs=1e-5)
+    assert 0 < stiff[1] < 0.3 * usual[1]
+
+
+def test_stops_are_looked_for_from_where_the_file_has_them() -> None:
+    text = "bump_stop_clearance_front_m = {value = 0.06, std = 0.004}\nbump_stop_clearance_rear_m = {value = 0.08, std = 0.004}\n"
+    assert free_travel(parsed(text).quantities) == {
+        "front": pytest.approx(0.052),
+        "rear": pytest.approx(0.072),
+    }
+    assert free_travel(parsed().quantities) is None
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("spring_rate_rear_bump_npm = 33000\n", "stated without spring_rate_rear_rebound_npm"),
+        ("roll_center_drop_front = 1.2\n", "stated without roll_center_drop_rear"),
+        ("bump_stop_clearance_rear_m = 0.08\n", "stated without bump_stop_clearance_front_m"),
+        ("spring_rate_rear_bump_npm = 90000\nspring_rate_rear_rebound_npm = 26000\n", "3.33 times the rate"),
+        ("tire_lateral_rate_npm = 160\n", "expected 1000"),
+        ("spring_rate_rear_bump = 33000\n", "unknown key"),
+    ],
+)
+def test_half_a_statement_or_a_stop_in_a_rate_is_an_error_that_says_so(text: str, words: str) -> None:
+    with pytest.raises(VehicleError, match=words):
+        parsed(text)
+
+
+def test_the_rig_is_named_where_it_would_help() -> None:
+    actions = [c.action for c in CANDIDATES]
+    assert any("50 mm above and below ride height" in a for a in actions)
+    assert any("lateral rate" in a for a in actions)
