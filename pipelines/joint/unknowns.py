@@ -13,7 +13,7 @@ from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
 from pipelines.vehicles.anti_roll import silent_bar
 from pipelines.vehicles.kinds import kind_of, usual_load
-from pipelines.vehicles.kinematics import TRAVEL_M, spring_curve
+from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.vehicle import Vehicle
@@ -21,6 +21,7 @@ from pipelines.vehicles.vehicle import Vehicle
 __all__ = [
     "AXLES",
     "CORNERS",
+    "STOP_POWER",
     "TYRE_SHARE",
     "Body",
     "Known",
@@ -219,7 +220,12 @@ def _curve_words(vehicle: Vehicle) -> tuple[str, str]:
 
 
 STOP_A_METRE = 15.0
-"""1/m: spread of a bump stop's force over the spring's rate, a m² of travel into it."""
+"""1/m: spread of a bump stop's force over the spring's rate, a m² of travel in which one may be touched."""
+
+STOP_POWER = 1.5
+STATED_STOP = (25.0, 20.0)
+"""m^-1/2: the same a m^1.5 of travel into a stop whose place the file has, mean and spread: foams of a hundred spring rates a m², and
+stops of three to six spring rates from the first touch."""
 
 
 USUAL_CURVE = ((0.01, 0.02), (0.02, 0.04))
@@ -243,6 +249,7 @@ def _suspension(book: Book, kilos: float) -> bool:
     """Springs, bars, dampers, friction; whether the spring rates are known."""
     vehicle = book.vehicle
     corner = 0.23 * kilos
+    free = free_travel(vehicle)
     springs = all(vehicle.get(f"spring_rate_{axle}_npm") is not None for axle in AXLES)
     for axle in AXLES:
         book.quantity(f"spring_{axle}", f"spring_rate_{axle}_npm", corner * 70.0, corner * 40.0)
@@ -250,8 +257,10 @@ def _suspension(book: Book, kilos: float) -> bool:
     for axle in AXLES:
         rate = book.rows[f"spring_{axle}"][0]
         _curve(book, axle, rate)
-        # half a spring's force more, 30 mm into it; nobody knows where it begins
-        book.put(f"stop_{axle}", 0.0, rate * STOP_A_METRE)
+        # half a spring's force more, 30 mm into it, where nobody knows where it begins
+        book.put(
+            f"stop_{axle}", *((0.0, rate * STOP_A_METRE) if free is None else (rate * x for x in STATED_STOP))
+        )
         usual = 0.3 * 2 * np.sqrt(rate * corner)
         known = vehicle.get(f"damper_rate_{axle}_nspm")
         mean, spread = (usual, 0.5) if known is None else (known.value, 0.3)

@@ -12,7 +12,7 @@ import numpy as np
 from parsers.errors import VehicleError
 
 if TYPE_CHECKING:
-    from pipelines.vehicles.vehicle import Quantity
+    from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 AXLES = ("front", "rear")
 TRAVEL_M = 0.05
@@ -52,12 +52,15 @@ def spring_curve(quantities: Mapping[str, Quantity], axle: str) -> tuple[Spread,
     return (square, spread / (4 * TRAVEL_M)), (cube, spread / (6 * TRAVEL_M**2))
 
 
-def free_travel(quantities: Mapping[str, Quantity]) -> dict[str, float] | None:
-    """axle -> m of a wheel's travel from ride height up to where its bump stop may begin; None unless both axles' is stated.
+def free_travel(vehicle: Vehicle) -> dict[str, float] | None:
+    """axle -> m of a wheel's deflection from which on its bump stop may be touched; None unless both axles' is stated, and where
+    deflections are nought on the loaded vehicle.
 
     Two of its standard deviations below the figure: a stop that is looked for too early is found as none, one too late is missed.
     """
-    told = {axle: quantities.get(f"bump_stop_clearance_{axle}_m") for axle in AXLES}
+    if vehicle.deflection_zero == "loaded":
+        return None
+    told = {axle: vehicle.get(f"bump_stop_clearance_{axle}_m") for axle in AXLES}
     found = {axle: max(q.value - 2 * q.std, 0.0) for axle, q in told.items() if q is not None}
     return found if len(found) == len(AXLES) else None
 

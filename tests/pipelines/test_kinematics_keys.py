@@ -8,9 +8,12 @@ import numpy as np
 import pytest
 
 from parsers.errors import VehicleError
+from pipelines.estimators.roll_map.touched_stops import stops_touched, with_stops
 from pipelines.joint.laden import pressed, rate_under_load, roll_center
 from pipelines.joint.next_measurement import CANDIDATES
 from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.prepare.prepared import Prepared, Segment
+from pipelines.results import ParameterEstimate
 from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
 from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
 
@@ -102,11 +105,13 @@ def test_a_tyre_that_gives_sideways_moves_its_patch_by_what_the_file_says() -> N
 
 def test_stops_are_looked_for_from_where_the_file_has_them() -> None:
     text = "bump_stop_clearance_front_m = {value = 0.06, std = 0.004}\nbump_stop_clearance_rear_m = {value = 0.08, std = 0.004}\n"
-    assert free_travel(parsed(text).quantities) == {
+    assert free_travel(parsed(text)) == {
         "front": pytest.approx(0.052),
         "rear": pytest.approx(0.072),
     }
-    assert free_travel(parsed().quantities) is None
+    assert free_travel(parsed()) is None
+    assert free_travel(parsed(text + 'deflection_zero = "loaded"\n')) is None
+    assert row(parsed(text), "stop_rear") != row(parsed(), "stop_rear")
 
 
 @pytest.mark.parametrize(
@@ -129,3 +134,24 @@ def test_the_rig_is_named_where_it_would_help() -> None:
     actions = [c.action for c in CANDIDATES]
     assert any("50 mm above and below ride height" in a for a in actions)
     assert any("lateral rate" in a for a in actions)
+
+
+def test_a_roll_gradient_on_stops_is_one_of_the_drive_s_bends() -> None:
+    text = "bump_stop_clearance_front_m = {value = 0.06, std = 0.0}\nbump_stop_clearance_rear_m = {value = 0.08, std = 0.0}\n"
+    n = 1000
+    travel = {f"suspension_deflection_{w}": np.zeros(n) for w in ("fl", "fr", "rl", "rr")}
+    travel["suspension_deflection_rr"][:50] = 0.09
+    flags = np.zeros(n, dtype=bool)
+    prepared = Prepared(
+        100.0, 8.0, np.arange(n) / 100, travel, (Segment(0, n),), {}, frozenset(travel), flags
+    )
+    rows = np.arange(n)
+    assert stops_touched(prepared, rows, parsed(text)) == pytest.approx(0.05)
+    assert stops_touched(prepared, rows[60:], parsed(text)) == 0.0
+    assert stops_touched(prepared, rows, parsed()) == 0.0
+    told = ParameterEstimate("roll_gradient_degpg", 5.0, 0.1, 4.8, 5.2, "identified", "from the log")
+    assert with_stops(told, 0.0) is told
+    wide = with_stops(told, 0.05)
+    assert (wide.value, wide.status) == (5.0, "weak")
+    assert wide.std == pytest.approx(np.hypot(0.1, 0.5))
+    assert "5% of the bends" in wide.reason

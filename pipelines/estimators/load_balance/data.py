@@ -16,7 +16,7 @@ from pipelines.estimators.load_balance.axle_lag import LATE_S, axle_lag_s
 from pipelines.estimators.load_balance.levelled import levelled, tilted
 from pipelines.estimators.load_balance.nodding import nodding_columns
 from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
-from pipelines.joint.unknowns import CORNERS, TYRE_SHARE, Known
+from pipelines.joint.unknowns import AXLES, CORNERS, STOP_POWER, TYRE_SHARE, Known
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
@@ -94,9 +94,10 @@ def _corner_columns(
 
 
 def _into_stops(d: FloatArray, prepared: Prepared, free_m: float, from_stand: bool) -> FloatArray:
-    """(n,) m², the square of the travel in which a bump stop may be touched: beyond free_m and, with from_stand, beyond where the wheel stands."""
+    """(n,) how a bump stop's force rises with travel, over its coefficient: with from_stand the square of the travel beyond free_m and
+    beyond where the wheel stands, in which one may be touched; else the STOP_POWER of that beyond free_m, where it begins."""
     if not from_stand:
-        return np.asarray(np.maximum(d - free_m, 0.0) ** 2)
+        return np.asarray(np.maximum(d - free_m, 0.0) ** STOP_POWER)
     still = prepared.standstill
     stands = d[still] if len(still) and still.any() else d
     from_m = max(float(np.nanmedian(stands)) if np.isfinite(stands).any() else 0.0, free_m)
@@ -255,9 +256,8 @@ def collect(
     """All columns of the balances from a prepared drive; empty where it has no segments.
 
     zero_loaded: deflections are nought where the loaded vehicle stands: how far the load lowers it is then not in them.
-    free_m: axle -> travel from where the empty vehicle stands to its bump stops; None: nobody says.
+    free_m: axle -> deflection from which on its bump stops may be touched; None: nobody says.
     """
-    told = free_m is not None and not zero_loaded
     smooth = Smoother(prepared, band_hz)
     kinds = _kinds(prepared) if prepared.segments else ()
     c = prepared.columns
@@ -290,12 +290,8 @@ def collect(
         found["by_pressure"] = np.ones(len(rest))
     sag = None
     if "deflection" in kinds:
-        free = (
-            free_m
-            if free_m is not None and told
-            else dict.fromkeys(("front", "rear"), 0.0 if zero_loaded else STOPS_M)
-        )
-        found |= _corner_columns(prepared, smooth, free, from_stand=not told)
+        free = free_m or dict.fromkeys(AXLES, 0.0 if zero_loaded else STOPS_M)
+        found |= _corner_columns(prepared, smooth, free, from_stand=free_m is None)
         if not zero_loaded:
             sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):

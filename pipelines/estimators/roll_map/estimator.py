@@ -23,6 +23,7 @@ from pipelines.estimators.roll_map.figures import fit_traces, gradient_track, he
 from pipelines.estimators.roll_map.fit import RollFit
 from pipelines.estimators.roll_map.model import OPTIONS, Known, known_parameters
 from pipelines.estimators.roll_map.motion import friction_damping
+from pipelines.estimators.roll_map.touched_stops import stops_touched, with_stops
 from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle, usable
 from pipelines.estimators.roll_map.words import (
     assumptions_of_fit,
@@ -233,7 +234,8 @@ class RollMap:
             **parameters,
         }
         seen_s = prepared.time_s[data.rows[fit.edges - 1]]
-        gradient = parameters["roll_gradient_degpg"]
+        gradient = with_stops(parameters["roll_gradient_degpg"], stops_touched(prepared, data.rows, vehicle))
+        parameters["roll_gradient_degpg"] = gradient
         tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles, gradient.value)]
         if before.draws is not None and "cg_height_m" in parameters:
             few = before.fewer(6000)
