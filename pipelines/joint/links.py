@@ -9,13 +9,7 @@ from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_inertia
 from pipelines.vehicles.spring_base import rigid_axle
-
-ROLL_CENTER = {False: (0.09, 0.06), True: (0.25, 0.15)}
-"""m above ground, where the vehicle file is silent: of independent suspensions, and of live axles, which leaf springs hold at their
-own height and linkages lower."""
-
-CAMBER = {False: (0.65, 0.25), True: (0.8, 0.18)}
-"""How upright links hold the wheels, mean of both axles, where the vehicle file is silent; with a live rear axle, whose wheels stay upright."""
+from pipelines.vehicles.usual import usual_camber, usual_roll_center
 
 PITCH_CENTER = {False: (0.12, 0.08), True: (0.17, 0.1)}
 """m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %; more with a rigid rear axle, whose brakes
@@ -89,7 +83,7 @@ def _shaft_roll(book: Book) -> float:
 def _roll_links(book: Book) -> None:
     """Roll centres, and what load and lean make of them."""
     for axle in AXLES:
-        usual = ROLL_CENTER[rigid_axle(book.vehicle, axle)]
+        usual = usual_roll_center(book.vehicle, axle, rigid_axle(book.vehicle, axle))
         book.quantity(f"roll_center_{axle}", f"roll_center_height_{axle}_m", *usual)
     # under load wheels stand further apart by what roll centres at a constant height make of it; those that sink make less
     book.put("track_grows", 0.8, 0.4)
@@ -192,7 +186,7 @@ def links(book: Book) -> None:
     # (inertia of the hubs, gyroscopes) then go into the springs in that part
     camber = vehicle.get("camber_compensation")
     if camber is None:
-        book.put("camber", *CAMBER[rigid_axle(vehicle, "rear")])
+        book.put("camber", *usual_camber(vehicle, rigid_axle(vehicle, "rear")))
     else:
         # a rig's figure is that about rest: it changes with travel and steering
         book.put("camber", camber.value, max(camber.std, 0.05), "camber_compensation", camber.source)

@@ -16,6 +16,15 @@ from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.spring_base import narrowing, rigid_axle
+from pipelines.vehicles.usual import (
+    usual_drag,
+    usual_radius,
+    usual_rolling,
+    usual_track,
+    usual_unsprung,
+    usual_wheel_inertia,
+    usual_wheelbase,
+)
 from pipelines.vehicles.vehicle import Vehicle
 
 __all__ = [
@@ -85,9 +94,9 @@ NOD_WOUND = 0.004
 
 def _geometry(book: Book) -> None:
     vehicle = book.vehicle
-    book.quantity("wheelbase", "wheelbase_m", 2.7, 0.2)
+    book.quantity("wheelbase", "wheelbase_m", *usual_wheelbase(vehicle))
     other = vehicle.get("track_front_m") or vehicle.get("track_rear_m")
-    track = (1.55, 0.08) if other is None else (other.value, max(other.std, 0.015))
+    track = usual_track(vehicle) if other is None else (other.value, max(other.std, 0.015))
     for axle in AXLES:
         book.quantity(f"track_{axle}", f"track_{axle}_m", *track)
         ratio, std = narrowing(vehicle, axle)
@@ -95,8 +104,10 @@ def _geometry(book: Book) -> None:
         # forces in springs that nobody says stand between the wheels of a live axle
         unsaid = rigid_axle(vehicle, axle) and vehicle.get(f"spring_base_{axle}_m") is None
         book.put(f"force_base_{axle}", *(FORCE_BASE if unsaid else (1.0, std / ratio)))
-    book.quantity("radius", "wheel_radius_m", 0.33, 0.03)
-    book.quantity("wheel_inertia", "wheel_inertia_kgm2", 1.2, 0.4)
+    book.quantity("radius", "wheel_radius_m", *usual_radius(vehicle))
+    book.quantity(
+        "wheel_inertia", "wheel_inertia_kgm2", *usual_wheel_inertia(vehicle, book.rows["radius"][0])
+    )
     mass = vehicle.get("mass_kg")
     # tyres are chosen to give about as much under any vehicle
     usual = 125.0 * (1800.0 if mass is None else mass.value)
@@ -112,7 +123,8 @@ def _empty(book: Book) -> float:
     kilos = 1800.0 if mass is None else mass.value
     length = book.rows["wheelbase"][0]
     for axle in AXLES:
-        book.quantity(f"unsprung_{axle}", f"unsprung_mass_{axle}_kg", 0.047 * kilos, 0.012 * kilos)
+        usual = usual_unsprung(vehicle, axle, kilos)
+        book.quantity(f"unsprung_{axle}", f"unsprung_mass_{axle}_kg", *usual)
     book.quantity("empty_x", "cg_to_front_axle_m", 0.46 * length, 0.06 * length)
     # a body or chassis that is twisted a little stands harder on one diagonal
     book.put("cross", 0.0, 0.004 * kilos)
@@ -351,13 +363,13 @@ def _sensors(book: Book) -> None:
 def _long(book: Book, kilos: float) -> None:
     """Drag, rolling, torque scales, lift."""
     vehicle = book.vehicle
-    book.quantity("drag", "drag_area_m2", 0.75, 0.2)
+    book.quantity("drag", "drag_area_m2", *usual_drag(vehicle))
     # 0 to 40 °C and up to some hundred metres above the sea
     book.put("air", 1.0, 0.04)
-    book.put("drag_height", 0.7, 0.25)
+    book.put("drag_height", *((1.4, 0.4) if kind_of(vehicle) == "heavy" else (0.7, 0.25)))
     for axle in AXLES:
         book.put(f"lift_{axle}", 0.0, 0.06)
-    book.quantity("rolling", "rolling_resistance", 0.012, 0.004)
+    book.quantity("rolling", "rolling_resistance", *usual_rolling(vehicle))
     gain = vehicle.get("brake_gain_nmppa")
     value, std = (1.0, 1.0) if gain is None else (gain.value, gain.std)
     # pads fade and gains are of a data sheet: never surer than 3 %

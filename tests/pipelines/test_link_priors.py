@@ -7,9 +7,9 @@ import pytest
 
 from pipelines.estimators.load_balance.relations import pitch_terms
 from pipelines.joint.body import body_of, pitch_centres
-from pipelines.joint.links import CAMBER, ROLL_CENTER
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.vehicles.usual import CAMBER, ROLL_CENTER
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 LENGTH, BEHIND = 3.0, 1.2

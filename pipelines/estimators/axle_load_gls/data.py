@@ -20,12 +20,10 @@ from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import BoolArray, Prepared
 from pipelines.prepare.spans import runs
 from pipelines.results import FloatArray
+from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 AXLES: dict[str, tuple[str, str]] = {"front": ("fl", "fr"), "rear": ("rl", "rr")}
-UNSPRUNG_SHARE = (0.045, 0.015)
-"""Unsprung mass of an axle as a share of the vehicle's mass where the file is silent: mean, standard deviation."""
-
 SHORTEST_RUN_S = 2.0
 MOVING_MPS = 0.5
 SPEEDS: tuple[str, ...] = ("speed", "gps_speed_3d", "gps_speed_2d")
@@ -80,7 +78,7 @@ def axle_load(
     if unsprung is None:
         mass = vehicle.get("mass_kg")
         heavy = 1500.0 if mass is None else mass.value
-        unsprung = Quantity(UNSPRUNG_SHARE[0] * heavy, UNSPRUNG_SHARE[1] * heavy, "usual share of the mass")
+        unsprung = Quantity(*usual_unsprung(vehicle, axle, heavy), "usual share of the mass")
     words = f"{' + '.join(names)} + unsprung weight ({unsprung.value:.0f} kg, {unsprung.source})"
     weight = unsprung.value * GRAVITY
     return total + weight, unsprung.std * GRAVITY, words, weight

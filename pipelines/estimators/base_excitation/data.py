@@ -14,15 +14,13 @@ from pipelines.estimators.base import Need
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Assumption, FloatArray
+from pipelines.vehicles.usual import usual_unsprung_share
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 SPRUNG, UNSPRUNG = "accel_z_sprung_{}", "accel_z_unsprung_{}"
 AXLES = {"front": ("fl", "fr"), "rear": ("rl", "rr")}
 LIVELY_BAND_HZ = (0.5, 20.0)
 LIVELY_WINDOW_S = 4.0
-UNSPRUNG_SHARE = (0.10, 0.025)
-"""Unsprung mass of all wheels as a share of the whole, where the vehicle file is silent (mean and spread of cars)."""
-
 BUSHES = 0.05
 TYRE_LATERAL_PER_LOAD = 20.0
 ROLL_CENTRE_M = 0.08
@@ -142,8 +140,9 @@ def unsprung_masses(vehicle: Vehicle, sprung_kg: float) -> tuple[tuple[float, fl
         words = f"{front.value:.0f} + {rear.value:.0f} ± {std:.0f} kg"
         return (front.value, rear.value), std, Assumption("unsprung mass", words, front.source)
     empty = vehicle.get("mass_kg")
-    whole = empty.value if empty is not None else sprung_kg / (1 - UNSPRUNG_SHARE[0])
-    mean, std = UNSPRUNG_SHARE[0] * whole, UNSPRUNG_SHARE[1] * whole
+    share = usual_unsprung_share(vehicle)
+    whole = empty.value if empty is not None else sprung_kg / (1 - share[0])
+    mean, std = share[0] * whole, share[1] * whole
     known = front or rear
     parts = (mean / 2, mean / 2)
     if known is not None:

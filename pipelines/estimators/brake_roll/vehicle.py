@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 from pipelines.estimators.roll_map.priors import (
     RIGID_TYRES,
-    ROLL_AXIS,
     TYRE_RATIO,
     damping_prior,
     stiffness_prior,
@@ -16,17 +15,15 @@ from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import Assumption
 from pipelines.vehicles.kinds import DRIVER, usual_load
 from pipelines.vehicles.priors import measured_roll_inertia
+from pipelines.vehicles.usual import usual_drag, usual_radius, usual_roll_axis, usual_wheel_inertia
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 LOAD_BEHIND = (0.5, 0.8)
 """m, how far behind the empty vehicle's CG a load's own lies: a driver little, rear seats 0.8, a boot 1.6, a roof box
 hardly. It moves the CG by a decimetre, and a height from slips by g / |a_x| times as much."""
 
-WHEEL_RADIUS = (0.32, 0.02)
-WHEEL_INERTIA = (1.1, 0.3)
-DRAG_AREA = (0.75, 0.15)
 BRAKE_FRONT = (0.68, 0.06)
-"""Usual values of road cars where the file is silent: m, kg·m² a wheel, m², share."""
+"""Share of the brakes' torque, usual of road cars."""
 
 
 @dataclass(frozen=True)
@@ -118,7 +115,7 @@ def _centre(vehicle: Vehicle) -> Quantity:
     """Roll axis height below the CG."""
     ends = [q for a in ("front", "rear") if (q := vehicle.get(f"roll_center_height_{a}_m")) is not None]
     if not ends:
-        return Quantity(*ROLL_AXIS, "the vehicle file is silent: usual for road cars")
+        return Quantity(*usual_roll_axis(vehicle), "the vehicle file is silent: usual of its kind")
     if len(ends) == 1:
         return Quantity(ends[0].value, math.hypot(ends[0].std, 0.05), "vehicle file, one axle only")
     a, wheelbase = vehicle.get("cg_to_front_axle_m"), vehicle.get("wheelbase_m")
@@ -173,14 +170,15 @@ def known_of(vehicle: Vehicle) -> BrakeRollVehicle | None:
     if front is not None:
         book.note("CG to front axle (loaded)", front, "m")
     centre = book.note("roll axis height below the CG", _centre(vehicle), "m")
+    radius = book.usual("wheel_radius_m", usual_radius(vehicle), "m")
     return BrakeRollVehicle(
         mass=masses[0],
         nominal=masses[1],
         front=front,
         wheelbase=book.known("wheelbase_m", "m"),
-        radius=book.usual("wheel_radius_m", WHEEL_RADIUS, "m"),
-        wheel_inertia=book.usual("wheel_inertia_kgm2", WHEEL_INERTIA, "kg·m²"),
-        drag_area=book.usual("drag_area_m2", DRAG_AREA, "m²"),
+        radius=radius,
+        wheel_inertia=book.usual("wheel_inertia_kgm2", usual_wheel_inertia(vehicle, radius.value), "kg·m²"),
+        drag_area=book.usual("drag_area_m2", usual_drag(vehicle), "m²"),
         gain=book.known("brake_gain_nmppa", "N·m/Pa"),
         brake_front=book.usual("brake_front_share", BRAKE_FRONT, ""),
         stiffness=stiffness,

@@ -12,14 +12,16 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.estimators.load_balance.axle_lag import LATE_S, axle_lag_s
+from pipelines.estimators.load_balance.axle_lag import LATE_S, earlier, sensor_lag_s
 from pipelines.estimators.load_balance.levelled import levelled, tilted
 from pipelines.estimators.load_balance.nodding import nodding_columns
 from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
-from pipelines.joint.unknowns import AXLES, CORNERS, STOP_POWER, TYRE_SHARE, Known
+from pipelines.joint.laden import axis_lever, roll_parts
+from pipelines.joint.unknowns import AXLES, CORNERS, STOP_POWER, TYRE_SHARE, Known, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
+from pipelines.vehicles.kinds import Kind
 
 BLOCK_S = 12.0
 STICK_M, YIELD_M = 0.0007, 0.004
@@ -28,9 +30,6 @@ tops of dampers): real friction has some of each."""
 
 STOPS_M = 0.025
 """Travel from where the empty vehicle stands, below which no bump stop is touched."""
-
-SOFTER = 7.0
-"""How much more a body leans than on its tyres alone, where no deflection tells it."""
 
 LEAST_BRAKING = 0.1
 """m/s²: less is not told from a pressure sensor's offset."""
@@ -47,7 +46,7 @@ class Columns:
 
     block: number of the stretch of BLOCK_S that a row belongs to. rate_hz: of these rows. kinds: sources of vertical
     forces that are there ("deflection", "suspension", "tyre", "axle"). sag: how much lower
-    the body stands than empty, m; None without deflections.
+    the body stands than empty, m; None without deflections. axles_late: whether the axle loads were later than what they show.
     """
 
     columns: Mapping[str, FloatArray]
@@ -58,6 +57,7 @@ class Columns:
     sag: float | None
     rest_s: float
     has_torque: tuple[bool, bool]
+    axles_late: bool = False
 
     def has(self, *names: str) -> bool:
         """Whether all of these columns hold something."""
@@ -104,10 +104,22 @@ def _into_stops(d: FloatArray, prepared: Prepared, free_m: float, from_stand: bo
     return np.asarray(np.maximum(d - from_m, 0.0) ** 2)
 
 
+def _usual_lean(p: Mapping[str, float]) -> tuple[float, float]:
+    """rad a m/s² by which a body pitches and rolls on its springs, as stated or as usual: what the links carry they do not."""
+    body = body_of(p, None)
+    share = body.x / p["wheelbase"]
+    front, rear = (2 * p[f"spring_{axle}"] for axle in AXLES)
+    held = front * body.x**2 + rear * (p["wheelbase"] - body.x) ** 2
+    arm = body.h - axis_lever(p, share)
+    upright = sum(roll_parts(p)) - GRAVITY * body.sprung * arm
+    links = 0.5 * (p["pitch_center_brake"] + p["pitch_center_drive"])
+    return body.sprung * (body.h - links) / held, body.sprung * arm / max(upright, 0.3 * sum(roll_parts(p)))
+
+
 def _angles(prepared: Prepared, known: Known, deflections: bool) -> tuple[FloatArray, FloatArray]:
     """Pitch (nose down) and roll (right side down) of the body against the road, tyres' part included, (n,) rad.
 
-    From the deflections where they are there, else from the accelerations and what suspensions usually give.
+    From the deflections where they are there, else from the accelerations and springs as stated or usual.
     """
     p = known.at(np.zeros(len(known.names)))
     c = prepared.columns
@@ -116,11 +128,13 @@ def _angles(prepared: Prepared, known: Known, deflections: bool) -> tuple[FloatA
     fy = c.get("accel_y", np.zeros(n))
     moment = (p["empty_mass"] + p["load"]) * p["empty_h"]
     length, track = p["wheelbase"], p["track_front"]
-    tyre = 230e3
+    tyre = p["tyre_rate"]
     pitch_tyre = -moment * np.nan_to_num(fx) / (tyre * length**2)
     roll_tyre = moment * np.nan_to_num(fy) / (tyre * track**2)
     if not deflections:
-        return SOFTER * pitch_tyre, SOFTER * roll_tyre
+        nods, rolls = _usual_lean(p)
+        pitch_springs, roll_springs = -nods * np.nan_to_num(fx), rolls * np.nan_to_num(fy)
+        return np.asarray(pitch_tyre + pitch_springs), np.asarray(roll_tyre + roll_springs)
     fl, fr, rl, rr = (c[f"suspension_deflection_{w}"] for w in CORNERS)
     pitch = (fl + fr - rl - rr) / (2 * length)
     roll = 0.5 * ((fr - fl) / track + (rr - rl) / p["track_rear"])
@@ -252,11 +266,13 @@ def collect(
     *,
     zero_loaded: bool = False,
     free_m: Mapping[str, float] | None = None,
+    of: Kind = "car",
 ) -> Columns:
     """All columns of the balances from a prepared drive; empty where it has no segments.
 
     zero_loaded: deflections are nought where the loaded vehicle stands: how far the load lowers it is then not in them.
     free_m: axle -> deflection from which on its bump stops may be touched; None: nobody says.
+    of: what kind of vehicle, which tells how late load transfer itself is.
     """
     smooth = Smoother(prepared, band_hz)
     kinds = _kinds(prepared) if prepared.segments else ()
@@ -297,11 +313,14 @@ def collect(
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):
         if kind in kinds:
             found |= {f"{kind}_{w}": smooth(c[f"{name}_{w}"]) for w in CORNERS}
+    late = 0.0
     if "axle" in kinds:
-        found |= {f"axle_{a}": smooth(c[f"axle_load_{a}"]) for a in ("front", "rear")}
-        if axle_lag_s(prepared) > LATE_S:
+        late = sensor_lag_s(prepared, of)
+        loads = {a: c[f"axle_load_{a}"] for a in AXLES}
+        found |= {f"axle_{a}": smooth(earlier(load, prepared, late)) for a, load in loads.items()}
+        if late > LATE_S:
             # what the axles carry, and nothing of what moves it
-            found |= {f"axle_{a}": np.where(rest == 1, found[f"axle_{a}"], np.nan) for a in ("front", "rear")}
+            found |= {f"axle_{a}": np.where(rest == 1, found[f"axle_{a}"], np.nan) for a in AXLES}
     time_s = prepared.time_s[smooth.rows]
     block = np.floor((time_s - (time_s[0] if len(time_s) else 0.0)) / BLOCK_S).astype(np.int64)
     rest_s = float(np.nansum(rest)) * smooth.step / prepared.rate_hz if prepared.rate_hz else 0.0
@@ -314,4 +333,5 @@ def collect(
         sag,
         rest_s,
         has_torque,
+        late > 0,
     )

@@ -24,7 +24,7 @@ friction) are what must vanish, so that noise in the deflections biases nothing.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -286,8 +286,7 @@ def relations(data: Columns, known: Known) -> tuple[Relation, ...]:
         extra["fz_dynamic"] = c["fz"] - GRAVITY
     else:
         # without a vertical accelerometer: gravity, on rows that are not shaken much in the mean
-        data = Columns({**c, "fz": np.full(len(everywhere), GRAVITY)}, data.time_s, data.block, data.rate_hz,
-                       data.kinds, data.sag, data.rest_s, data.has_torque)  # fmt: skip
+        data = replace(data, columns={**c, "fz": np.full(len(everywhere), GRAVITY)})
     names: tuple[str, ...]
     for kind in data.kinds:
         if kind == "deflection" and not known.springs:
@@ -310,7 +309,9 @@ def relations(data: Columns, known: Known) -> tuple[Relation, ...]:
             )
             found.append(make_relation(f"roll by {TITLES[kind]}", f"roll balance by {TITLES[kind]}", data, extra,
                                    roll_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
-        names = ("rest", "move", "fz_dynamic", "dfz", "ddfz", "fx_brake", "fx_drive", "fy2", "v2")
+        # what comes late is also slow, and shows little of what a rough road does
+        shaken = () if kind == "axle" and data.axles_late else ("fz_dynamic", "dfz", "ddfz")
+        names = ("rest", "move", *shaken, "fx_brake", "fx_drive", "fy2", "v2")
         found.append(make_relation(f"vertical by {TITLES[kind]}", f"vertical balance by {TITLES[kind]}", data, extra,
                                vertical_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
     return tuple(r for r in found if r is not None)

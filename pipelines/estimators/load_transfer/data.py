@@ -9,7 +9,6 @@ import numpy as np
 
 from parsers.drive import Drive
 from parsers.signals import WHEELS
-from pipelines.estimators.axle_load_gls.data import UNSPRUNG_SHARE
 from pipelines.models.load_transfer import Size, corners_from_imu, rotation
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.lowpass import lowpass
@@ -18,6 +17,7 @@ from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.prepare.signals import prepare_signals
 from pipelines.prepare.spans import runs
 from pipelines.results import FloatArray
+from pipelines.vehicles.usual import usual_radius, usual_unsprung, usual_wheel_inertia
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 FORCES: tuple[str, ...] = tuple(f"suspension_force_{w}" for w in WHEELS)
@@ -115,14 +115,17 @@ def known_of(vehicle: Vehicle) -> Known | None:
     rear = vehicle.get("track_rear_m") or front
     mass = vehicle.get("mass_kg")
     heavy = 1800.0 if mass is None else mass.value
-    axle = Quantity(UNSPRUNG_SHARE[0] * heavy, UNSPRUNG_SHARE[1] * heavy, "usual share of the mass")
-    unsprung = tuple(vehicle.get(f"unsprung_mass_{name}_kg") or axle for name in ("front", "rear"))
+    unsprung = tuple(
+        vehicle.get(f"unsprung_mass_{name}_kg")
+        or Quantity(*usual_unsprung(vehicle, name, heavy), "usual share of the mass")
+        for name in ("front", "rear")
+    )
+    radius = vehicle.get("wheel_radius_m") or Quantity(*usual_radius(vehicle), "usual of its mass")
     behind, left = (vehicle.sensors.get(k) for k in ("imu_behind_front_axle_m", "imu_left_m"))
     place = (0.5 * wheelbase.value if behind is None else behind.value, 0.0 if left is None else left.value)
     return Known(
         wheelbase, (front, rear), (unsprung[0], unsprung[1]), place,
-        vehicle.get("wheel_radius_m") or Quantity(0.33, 0.04, "usual for cars"),
-        vehicle.get("wheel_inertia_kgm2") or Quantity(1.2, 0.5, "usual for cars"),
+        radius, vehicle.get("wheel_inertia_kgm2") or Quantity(*usual_wheel_inertia(vehicle, radius.value), "usual"),
     )  # fmt: skip
 
 

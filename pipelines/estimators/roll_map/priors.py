@@ -18,14 +18,13 @@ from pipelines.vehicles.anti_roll import usual_bar
 from pipelines.vehicles.kinds import DRIVER, LOAD_SPREAD, usual_load
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.spring_base import spring_base
+from pipelines.vehicles.usual import usual_roll_axis, usual_unsprung_share
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 LOAD_HEIGHT_RATIO = (1.1, 0.3)
 ROOF_SHARE = 0.3
 ROOF_RATIO = (2.0, 2.9)
-UNSPRUNG_SHARE = (0.09, 0.025)
 HUB_HEIGHT = (0.32, 0.03)
-ROLL_AXIS = (0.08, 0.07)
 IMU_HEIGHT = (0.5, 0.2)
 TYRE_RATIO = (0.83, 0.04)
 ANY_HEIGHT = (0.9, 0.4)
@@ -156,8 +155,8 @@ def _unsprung(book: _Book, vehicle: Vehicle, mass: FloatArray) -> FloatArray:
     front, rear = vehicle.get("unsprung_mass_front_kg"), vehicle.get("unsprung_mass_rear_kg")
     if front is not None and rear is not None:
         return book.known("unsprung mass, front", front, "kg") + book.known("unsprung mass, rear", rear, "kg")
-    share = book.assumed("unsprung mass", UNSPRUNG_SHARE, "of the empty mass", SILENT)
-    return mass * np.clip(share, 0.03, 0.25)
+    share = book.assumed("unsprung mass", usual_unsprung_share(vehicle), "of the empty mass", SILENT)
+    return mass * np.clip(share, 0.03, 0.3)
 
 
 def _roll_axis(book: _Book, vehicle: Vehicle) -> FloatArray:
@@ -165,7 +164,7 @@ def _roll_axis(book: _Book, vehicle: Vehicle) -> FloatArray:
     if front is None or rear is None:
         known = front or rear
         if known is None:
-            return book.assumed("roll axis height below the CG", ROLL_AXIS, "m", SILENT)
+            return book.assumed("roll axis height below the CG", usual_roll_axis(vehicle), "m", SILENT)
         wide = Quantity(known.value, math.hypot(known.std, 0.05), "vehicle file, one axle only")
         return book.known("roll axis height below the CG", wide, "m")
     a, wheelbase = vehicle.get("cg_to_front_axle_m"), vehicle.get("wheelbase_m")

@@ -21,7 +21,6 @@ from pipelines.estimators.roll_map.posterior import expected_rest, sample_poster
 from pipelines.estimators.roll_map.priors import (
     IMU_HEIGHT,
     INERTIA_NAMES,
-    ROLL_AXIS,
     TYRE_RATIO,
     VehicleDraws,
     damping_prior,
@@ -31,6 +30,7 @@ from pipelines.estimators.roll_map.priors import (
 from pipelines.estimators.roll_map.tyre_share import RIGID, RIGID_TOO, by_stated_stiffness, drawn_tyres
 from pipelines.results import Assumption, FloatArray, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height
+from pipelines.vehicles.usual import usual_roll_axis
 from pipelines.vehicles.vehicle import Vehicle
 
 FEWEST_EFFECTIVE = 200.0
@@ -120,7 +120,8 @@ def _sensor_draws(
         return few.imu, 1 / gain, loss
     stated = vehicle.sensors.get("imu_above_ground_m")
     mean, std = IMU_HEIGHT if stated is None else (stated.value, stated.std)
-    height = mean - ROLL_AXIS[0] + np.hypot(std, ROLL_AXIS[1]) * rng.standard_normal(SENSOR_DRAWS)
+    axis, unsure = usual_roll_axis(vehicle)
+    height = mean - axis + np.hypot(std, unsure) * rng.standard_normal(SENSOR_DRAWS)
     ratio = np.clip(TYRE_RATIO[0] + TYRE_RATIO[1] * rng.standard_normal(SENSOR_DRAWS), 0.6, 0.99)
     if against_axles:
         gain, loss = drawn_tyres(

@@ -13,8 +13,8 @@ from __future__ import annotations
 
 import math
 
-from pipelines.estimators.roll_map.priors import ROLL_AXIS
 from pipelines.vehicles.priors import measured_cg_height
+from pipelines.vehicles.usual import usual_roll_axis
 from pipelines.vehicles.vehicle import Vehicle
 
 PRODUCT = 0.023
@@ -40,7 +40,11 @@ def _rolled(vehicle: Vehicle) -> float:
     front, rear = (vehicle.get(f"roll_center_height_{axle}_m") for axle in ("front", "rear"))
     known = front is not None and rear is not None
     slope = (rear.value - front.value if front is not None and rear is not None else REAR_HIGHER) / length
-    axis = (1 - share) * front.value + share * rear.value if known and front and rear else ROLL_AXIS[0]
+    axis = (
+        (1 - share) * front.value + share * rear.value
+        if known and front and rear
+        else usual_roll_axis(vehicle)[0]
+    )
     stated, usual = vehicle.get("cg_height_m"), measured_cg_height(vehicle.body, None, vehicle.powertrain)
     height = stated.value if stated is not None else usual.value if usual is not None else USUAL_HEIGHT
     return share * (1 - share) * length * length * (PRODUCT + slope) / max(height - axis, LEAST_ARM)

@@ -11,11 +11,11 @@ from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import (
     DRAWS,
     RADIUS,
-    UNSPRUNG_SHARE,
     WHEEL_INERTIA,
     Draws,
 )
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
+from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 
 QUANTILES = (0.025, 0.5, 0.975)
@@ -84,13 +84,13 @@ def draw_masses(draws: Draws, planes: Planes, load: LinearFit, errors: SensorErr
     sprung = draws.normal(load.value("mass"), load.std("mass")) * share
     sprung = sprung * draws.normal(1.0, errors.mass_model)
     kilos = load.value("mass")
-    usual = (UNSPRUNG_SHARE[0] * kilos, UNSPRUNG_SHARE[1] * kilos)
+    front, rear = (usual_unsprung(draws.vehicle, axle, kilos) for axle in ("front", "rear"))
     radius = np.maximum(draws.of("wheel_radius_m", RADIUS), 0.1)
     inertia = np.maximum(draws.of("wheel_inertia_kgm2", WHEEL_INERTIA), 0.0)
     return Masses(
         sprung=sprung,
-        front=np.maximum(draws.of("unsprung_mass_front_kg", usual), 0.0),
-        rear=np.maximum(draws.of("unsprung_mass_rear_kg", usual), 0.0),
+        front=np.maximum(draws.of("unsprung_mass_front_kg", front), 0.0),
+        rear=np.maximum(draws.of("unsprung_mass_rear_kg", rear), 0.0),
         radius=radius,
         spin=4 * inertia / radius,
         force_scale=scales.mean(axis=1),

@@ -14,7 +14,6 @@ DRAWS = 4000
 SILENT = "the vehicle file is silent: usual for road vehicles"
 TRACK = (1.55, 0.08)
 WHEELBASE = (2.7, 0.2)
-UNSPRUNG_SHARE = (0.05, 0.013)
 RADIUS = (0.33, 0.03)
 WHEEL_INERTIA = (1.2, 0.4)
 ROLL_CENTER = (0.09, 0.06)
@@ -25,7 +24,7 @@ FEET = (0.7, 0.35)
 LEAN_GAIN = (0.0115, 0.004)
 NET_MOMENT = 0.005
 ROLL_RADPS = 8.8
-"""Mean and standard deviation where the file is silent. UNSPRUNG_SHARE: of the sprung mass, an axle. LEAN: by what share
+"""Mean and standard deviation where the file is silent. LEAN: by what share
 of the body's roll the wheels lean with it (0 a rigid axle). GYROSCOPE: what the struts see of the wheels' gyroscopic moment.
 FEET: how far the wheels' feet move sideways under a leaning body as the roll centre says (1 independent wheels, 0 a rigid
 axle with a Panhard rod). LEAN_GAIN: lean against the axles, rad a m/s². NET_MOMENT: what a balance may miss of a moment

@@ -19,7 +19,6 @@ from pipelines.estimators.roll_pitch_plane.answers import Said, answer, unknown
 from pipelines.estimators.roll_pitch_plane.data import CORNERS, FORCE_NEEDS, Planes, collect
 from pipelines.estimators.roll_pitch_plane.known import (
     RADIUS,
-    UNSPRUNG_SHARE,
     Draws,
     inertia_prior,
     inertia_prior_of,
@@ -33,6 +32,7 @@ from pipelines.models.roll import GRAVITY
 from pipelines.models.roll_plane import BOTH_PLANES, both_planes_regressors
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Assumption, Estimate, FloatArray, ParameterEstimate, Track
+from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 
 NAMES = (
@@ -190,9 +190,7 @@ def _answers(
     }
     side = draws.normal(last["cg_lateral_offset_m"], np.hypot(own["cg_lateral_offset_m"], PLACE_STD_M))
     unsprung = [
-        np.maximum(
-            draws.of(f"unsprung_mass_{a}_kg", (UNSPRUNG_SHARE[0] * mass, UNSPRUNG_SHARE[1] * mass)), 0.0
-        )
+        np.maximum(draws.of(f"unsprung_mass_{a}_kg", usual_unsprung(draws.vehicle, a, mass)), 0.0)
         for a in ("front", "rear")
     ]
     wheels = unsprung[0] + unsprung[1]
