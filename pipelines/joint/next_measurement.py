@@ -31,7 +31,7 @@ Seen = Callable[[Mapping[str, FloatArray]], list[FloatArray]]
 class Candidate:
     """Something to measure. seen: figures that it gives, (n,) each; std: of each, in its unit, or relative (a share).
 
-    carrier: signals that are then there; a drive that has them already needs no such sensor.
+    carriers: signals that are then there; a drive that has one of them already needs no such sensor.
     """
 
     way: Way
@@ -39,7 +39,7 @@ class Candidate:
     seen: Seen
     std: tuple[float, ...]
     relative: bool = True
-    carrier: str = ""
+    carriers: tuple[str, ...] = ()
 
 
 def _known(*names: str) -> Seen:
@@ -87,13 +87,13 @@ def _level(v: Mapping[str, FloatArray]) -> list[FloatArray]:
 
 CANDIDATES: tuple[Candidate, ...] = (
     Candidate("workshop", "weigh the loaded vehicle on wheel scales (0.3 %)", _scales, (6.0, 8.0, 5.0), False),
-    Candidate("signal", "log drive and brake torque (2 %) with the longitudinal acceleration", _mass, (0.02,), True, "torques"),
+    Candidate("signal", "log drive and brake torque (2 %) with the longitudinal acceleration", _mass, (0.02,), True, ("torques",)),
     Candidate(
         "signal", "a suspension deflection sensor at each wheel (1.5 mm, 1 %)", _deflections, (0.015, 0.015, 0.15), True,
-        "spring deflections",
+        ("spring deflections",),
     ),
-    Candidate("signal", "log the roll angle or roll rate and corner at 0.3 g", _roll, (0.02,), True, "horizon"),
-    Candidate("signal", "axle loads or tyre forces (1.5 %) in braking", _moment, (0.015,), True, "axle loads"),
+    Candidate("signal", "log the roll angle or roll rate and corner at 0.3 g", _roll, (0.02,), True, ("horizon",)),
+    Candidate("signal", "axle loads or tyre forces (1.5 %) in braking", _moment, (0.015,), True, ("axle loads", "tyre normal forces")),
     Candidate("workshop", "a tilt table or a raised-axle weighing (1 %)", _height, (0.01,)),
     Candidate("figure", "measured spring rates (0.5 %)", _known("spring_front", "spring_rear"), (0.005, 0.005)),
     Candidate("figure", "measured anti-roll bar rates (1 %)", _known("bar_front", "bar_rear"), (0.01, 0.01)),
@@ -160,7 +160,7 @@ def next_measurements(
     there = {e.carrier for e in joint.evidence}
     options: list[tuple[Way, str, FloatArray]] = []
     for candidate in CANDIDATES:
-        if candidate.carrier and candidate.carrier in there:
+        if there & {*candidate.carriers}:
             continue
         options.append((candidate.way, candidate.action, _with(joint.covariance, _rows(joint, candidate))))
     for kind in dict.fromkeys(e.kind for e in joint.evidence):

@@ -193,6 +193,23 @@ def _inertial(
     return found
 
 
+def _middle(values: FloatArray) -> float:
+    """Median of what is there, 0 where nothing is."""
+    return float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
+
+
+def released_at_zero(torque: FloatArray, least: float) -> tuple[FloatArray, NDArray[np.bool_]]:
+    """(n,) brake torque, + where it brakes and nought where it does not, and where it does: at a fiftieth of the hardest braking and `least` N m.
+
+    Logs have it of either sign. What a sensor reads of released brakes is its offset, and is in what it reads of applied ones.
+    """
+    hardest = float(np.nanmax(np.abs(torque), initial=0.0))
+    turned = -1.0 if _middle(torque[np.abs(torque) > 0.5 * hardest]) < 0 else 1.0
+    signed = turned * torque
+    on = signed > max(0.02 * hardest, least)
+    return np.asarray(signed - _middle(signed[~on])), np.asarray(on)
+
+
 def _pedals(
     prepared: Prepared, known: Known, v: FloatArray | None
 ) -> tuple[dict[str, FloatArray], tuple[bool, bool]]:
@@ -203,17 +220,18 @@ def _pedals(
     gain = known.mean[known.index("brake_gain")]
     pressure = c.get("brake_pressure")
     if pressure is not None and gain > 2e-6 and gain != 1.0:
-        pushed = gain * np.maximum(pressure, 0.0)
+        pushed = gain * pressure
         if brake is None:
             brake = pushed
             found["by_pressure"] = np.ones(n)
         else:
             found["pushed"] = pushed
     if brake is not None:
-        found["brake"] = np.abs(brake)
         # noise and offset of a sensor are no braking, in a drive without any neither
         least = LEAST_BRAKING * known.mean[known.index("empty_mass")] * known.mean[known.index("radius")]
-        on = found["brake"] > max(0.02 * float(np.nanmax(found["brake"], initial=0.0)), least)
+        found["brake"], on = released_at_zero(brake, float(least))
+        if "pushed" in found:
+            found["pushed"] = found["pushed"] - _middle(found["pushed"][~on])
     elif pressure is not None:
         on = pressure > 1e5
     else:

@@ -161,7 +161,7 @@ class MarginalizedParticleFilter:
         inputs = inputs_of(data, prepared)
         if clouds.explained < LEAST_EXPLAINED:
             share = max(0.0, 100 * clouds.explained)
-            why = f"the roll signal does not follow the lateral acceleration ({share:.0f} % of it does): check its channel and sign, or the road banks"
+            why = f"the roll motion does not follow the lateral acceleration ({share:.0f} % of it does): the road banks into its bends, or the channel or its sign is another"
             return self._nothing(before, vehicle, data, why)
         mean, covariance = pooled([run.final for run in clouds.runs])
         if mean[0] < LEAST_STIFFNESS:

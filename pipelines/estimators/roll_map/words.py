@@ -64,9 +64,10 @@ def not_following(data: RollData, fit: RollFit, spread: float) -> str:
             f"follow the lateral acceleration ({share:.0f} % of the angle does). It takes level ground, quicker or harder "
             f"steering, or suspension deflections, which the road does not turn"
         )
+    what = "angle" if data.has_roll else "rate"
     return (
-        f"the roll signal does not follow the lateral acceleration ({share:.0f} % of it does): check its channel, sign "
-        f"and mounting"
+        f"the roll {what} does not follow the lateral acceleration ({share:.0f} % of it does): the road banks into its bends, or the "
+        f"channel, its sign or its mounting is another"
     )
 
 
