@@ -21,6 +21,7 @@ from pipelines.vehicles.usual import (
     usual_radius,
     usual_rolling,
     usual_track,
+    usual_tyre_rate,
     usual_unsprung,
     usual_wheel_inertia,
     usual_wheelbase,
@@ -108,10 +109,7 @@ def _geometry(book: Book) -> None:
     book.quantity(
         "wheel_inertia", "wheel_inertia_kgm2", *usual_wheel_inertia(vehicle, book.rows["radius"][0])
     )
-    mass = vehicle.get("mass_kg")
-    # tyres are chosen to give about as much under any vehicle
-    usual = 125.0 * (1800.0 if mass is None else mass.value)
-    book.quantity("tyre_rate", "tire_vertical_rate_npm", usual, 0.2 * usual)
+    book.quantity("tyre_rate", "tire_vertical_rate_npm", *usual_tyre_rate(vehicle))
     # how much of the axles' dry friction holds the body's nodding: the road shakes each wheel by itself
     book.put("rub", 0.6, 0.4)
 

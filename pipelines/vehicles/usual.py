@@ -44,6 +44,10 @@ DRAG_M2: dict[Kind, Spread] = {"car": (0.75, 0.2), "carrier": (1.4, 0.5), "heavy
 PICKUP_DRAG_M2, BOX_DRAG_M2 = (1.1, 0.3), (2.6, 1.2)
 """Drag area: a motorhome, or what weighs 3.5 to 5 t, is between a van and a lorry."""
 
+TYRE_NPM, TYRE_NPM_KG, HEAVY_TYRE_NPM_KG = 150e3, 45.0, 115.0
+"""A tyre's vertical rate at no mass and what each kg of the empty vehicle adds to it: 190 kN/m under a small car, 250 under an SUV; and
+what it is a kg under lorries and buses, whose tyres are blown up to 8 bar."""
+
 ROLLING: dict[Kind, Spread] = {"car": (0.012, 0.004), "carrier": (0.012, 0.004), "heavy": (0.008, 0.003)}
 
 
@@ -72,6 +76,16 @@ def usual_radius(vehicle: Vehicle) -> Spread:
     at, kilos, power, spread = RADIUS_M["car" if style in TALL_WHEELS and kind != "heavy" else kind]
     taller = TALLER if style in TALL_WHEELS and kind != "heavy" else 1.0
     return min(taller * at * (_mass(vehicle) / kilos) ** power, LARGEST_M), spread
+
+
+def usual_tyre_rate(vehicle: Vehicle) -> Spread:
+    """Vertical rate of one of four tyres, N/m: twin tyres are one."""
+    mass = _mass(vehicle)
+    car = TYRE_NPM + TYRE_NPM_KG * mass
+    if kind_of(vehicle) == "heavy":
+        heavy = max(car, HEAVY_TYRE_NPM_KG * mass)
+        return heavy, 0.25 * heavy
+    return car, 0.17 * car
 
 
 def usual_wheel_inertia(vehicle: Vehicle, radius_m: float) -> Spread:

@@ -149,7 +149,7 @@ def test_without_springs_the_height_is_the_priors(slalom: tuple[plant.Car, plant
     assert found.parameters["roll_gradient_degpg"].status == "identified"
     said = {a.name: a for a in found.assumptions}
     assert "driver" in said["load mass"].value
-    assert "tyres in series" in said["roll stiffness at the road over that of the suspension"].source
+    assert "usual" in said["tire_vertical_rate_npm (a tyre, four in all)"].source
     assert found.parameters["mass_kg"].status == "not_identifiable"
 
 

@@ -18,7 +18,7 @@ from pipelines.vehicles.anti_roll import usual_bar
 from pipelines.vehicles.kinds import DRIVER, LOAD_SPREAD, usual_load
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.spring_base import spring_base
-from pipelines.vehicles.usual import usual_roll_axis, usual_unsprung_share
+from pipelines.vehicles.usual import usual_roll_axis, usual_tyre_rate, usual_unsprung_share
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 LOAD_HEIGHT_RATIO = (1.1, 0.3)
@@ -198,19 +198,17 @@ def _inertia(book: _Book, vehicle: Vehicle, mass: FloatArray, track: Quantity | 
     return mass * (np.maximum(share, 0.2) * width) ** 2
 
 
-def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> tuple[FloatArray | None, FloatArray]:
+def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> tuple[FloatArray, FloatArray]:
     rate = vehicle.get("tire_vertical_rate_npm")
     rigid = book.rng.random(book.count) < RIGID_TYRES[rate is not None]
+    width = track or Quantity(*TYPICAL_TRACK, "usual track")
+    name = "tire_vertical_rate_npm (a tyre, four in all)"
     if rate is not None:
-        width = track or Quantity(*TYPICAL_TRACK, "usual track")
-        each = book.known("tire_vertical_rate_npm (a tyre, four in all)", rate, "N/m")
-        stiffness = np.maximum(each, 0.2 * rate.value) * book.normal(width.value, width.std) ** 2
-        return np.where(rigid, STIFFER * stiffness, stiffness), np.ones(book.count)
-    pair = TYRE_RATIO
-    ratio = book.assumed(
-        "roll stiffness at the road over that of the suspension", pair, "", f"{SILENT} (tyres in series)"
-    )
-    return None, np.where(rigid, 1 - 0.2 / STIFFER, np.clip(ratio, 0.6, 0.99))
+        each = book.known(name, rate, "N/m")
+    else:
+        each = book.assumed(name, usual_tyre_rate(vehicle), "N/m", SILENT)
+    stiffness = np.maximum(each, 0.2 * np.median(each)) * book.normal(width.value, width.std) ** 2
+    return np.where(rigid, STIFFER * stiffness, stiffness), np.ones(book.count)
 
 
 def draw_vehicle(

@@ -112,10 +112,10 @@ def _sensor_draws(
         _, gain, loss = expected_rest(few, a, b, against_axles=against_axles)
         if not against_axles:
             return few.imu, np.ones_like(gain), loss
-        told = before.rates[0] if few.tyre_roll is not None else None
+        told = before.rates[0] if before.tyres_known else None
         likely = None if told is None else by_stated_stiffness(a * few.sprung * few.arm, told)
         gain, loss = drawn_tyres(
-            gain, loss, coefficients, data.banked_share, rigid=RIGID_TOO[few.tyre_roll is not None], rng=rng, likely=likely,
+            gain, loss, coefficients, data.banked_share, rigid=RIGID_TOO[before.tyres_known], rng=rng, likely=likely,
         )  # fmt: skip
         return few.imu, 1 / gain, loss
     stated = vehicle.sensors.get("imu_above_ground_m")
