@@ -19,12 +19,14 @@ _WORSE = 4
 
 @dataclass(frozen=True)
 class Refusal:
-    """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit."""
+    """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit.
+    damper: whether since it is measured at a damper."""
 
     channel: str
     signal: str
     reason: str
     unit: bool = False
+    damper: bool = False
 
 
 @dataclass(frozen=True)

@@ -99,7 +99,7 @@ def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
         ("whl_spd_lf", "wheel_speed_fl"),
         ("Wheel Speed Rear Right", "wheel_speed_rr"),
         ("WheelSpeedRL", "wheel_speed_rl"),
-        ("Damper Pos FR", "suspension_deflection_fr"),
+        ("Susp Pos FR", "suspension_deflection_fr"),
         ("susp_travel_lr", "suspension_deflection_rl"),
         ("StrgAngle", "steering_wheel_angle"),
         ("Brake Pressure", "brake_pressure"),
@@ -217,7 +217,8 @@ def test_a_direction_is_no_coordinate(name):
     ("topic", "field", "signal"),
     [
         ("/vehicle/speed", "data", "speed"),
-        ("/chassis/damper_travel", "front_left", "suspension_deflection_fl"),
+        ("/chassis/suspension_travel", "front_left", "suspension_deflection_fl"),
+        ("/chassis/damper_travel", "front_left", None),
         ("/imu/yaw_rate", "value", "yaw_rate"),
         ("/cmd/speed", "data", None),
     ],
