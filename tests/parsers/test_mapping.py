@@ -123,6 +123,7 @@ def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
         ("BrkMstCylPrs", "brake_pressure"),
         ("StWhlAng", "steering_wheel_angle"),
         ("Federweg VL", "suspension_deflection_fl"),
+        ("Vertikalbeschleunigung", "accel_z"),
         (".veh.chassis_accelerations.lateral", "accel_y"),
         (".veh.chassis_velocities.yaw", "yaw_rate"),
         (".veh.chassis_displacements.roll", "roll"),
@@ -299,3 +300,20 @@ def test_user_channels_of_two_groups_cannot_be_combined(tmp_path):
     channels = [ChannelInfo("a", "one"), ChannelInfo("b", "two")]
     with pytest.raises(MappingError, match="do not share one clock"):
         propose(channels, read_map(path))
+
+
+def test_german_coordinates():
+    found = best(column("Breitengrad", "°"), column("Längengrad", "°"))
+    assert {signal: each.channels for signal, each in found.items()} == {
+        "latitude": ("Breitengrad",),
+        "longitude": ("Längengrad",),
+    }
+
+
+def test_a_logger_s_upright_axis_is_the_yaw_rate_and_its_level_ones_are_left_alone():
+    x, y, z = (column(f"{axis}_rate_of_rotation", "deg/s") for axis in "xyz")
+    assert {signal: each.channels[0] for signal, each in best(x, y, z).items()} == {"yaw_rate": z.name}
+    assert "which axis" in unmapped_reason(x)
+    assert "which axis" in unmapped_reason(y)
+    assert best(column("z_rate_of_rotation")) == {}
+    assert set(best(column("satellites", "sats"))) == {"satellites"}
