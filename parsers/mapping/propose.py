@@ -196,5 +196,6 @@ def _from_entry(entry: MapEntry, known: Mapping[str, ChannelInfo], user: MapFile
         sign_channel=entry.sign_channel,
         valid_range=entry.valid_range,
         where=entry.where,
+        sum_axles=entry.sum_axles,
         rank=-1,
     )

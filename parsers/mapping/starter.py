@@ -62,6 +62,8 @@ def _mapped(found: tuple[Binding, ...]) -> list[str]:
     if best.where:
         name, low, high = best.where
         lines += [f"where = [{quote(name)}, {low!r}, {high!r}]"]
+    if best.sum_axles:
+        lines += ["sum_axles = true"]
     others = [_comment(other.channels[0]) for other in found[1 : 1 + _MOST_SUGGESTIONS]]
     return [*lines, *([f"# could be too: {', '.join(others)}"] if others else [])]
 
