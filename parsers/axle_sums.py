@@ -2,55 +2,98 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Protocol
 
-from parsers.axle_rows import PLACES, AxlePlan, AxleSum, AxleSurvey
+from parsers.axle_rows import PLACES, RARE, AxlePlan, AxleSum, AxleSurvey
 from parsers.channels import ChannelInfo, FloatArray, IntArray
 from parsers.importer import ImportLog
+from parsers.intake import Group
 from parsers.mapping import Binding
+from parsers.timebase import order
 
 RowPiece = tuple[IntArray, Mapping[str, FloatArray]]
 """Stamps and columns of some rows of a group, (n,) each."""
 
-Pieces = Callable[[str, tuple[str, ...]], Iterable[RowPiece] | None]
-"""The rows of a group with some of its columns, piece by piece in order of time; None where it has none of them."""
 
-Keep = Callable[[str, str, Iterator[tuple[IntArray, FloatArray]]], None]
-"""Keeps stamps and values, piece by piece, as a new group with one column."""
+class Rows(Protocol):
+    """The rows of a log's groups, wherever they are."""
+
+    def pieces(self, group: str, columns: tuple[str, ...]) -> Iterable[RowPiece]:
+        """The rows of a group with some of its columns, piece by piece in order of time; nothing where it lacks one."""
+        ...
+
+    def logged(self, group: str) -> int:
+        """How many usable rows the log has of a group, those that share a stamp with another included."""
+        ...
+
+    def keep(self, group: str, column: str, parts: Iterator[tuple[IntArray, FloatArray]]) -> None:
+        """Keep stamps and values, piece by piece, as a new group with one column."""
+        ...
+
+
+@dataclass(frozen=True)
+class HeldRows:
+    """Rows in memory; a new group is put beside the others."""
+
+    groups: dict[str, Group]
+
+    def pieces(self, group: str, columns: tuple[str, ...]) -> list[RowPiece]:
+        """All at once, if the group has the columns."""
+        held = self.groups.get(group)
+        whole = held is not None and all(column in held.columns for column in columns)
+        return [(held.time_ns, held.columns)] if held is not None and whole else []
+
+    def logged(self, group: str) -> int:
+        """As `Rows` says it."""
+        held = self.groups.get(group)
+        return 0 if held is None else len(held.time_ns) + held.ordered.duplicates
+
+    def keep(self, group: str, column: str, parts: Iterator[tuple[IntArray, FloatArray]]) -> None:
+        """Take the one piece that there is."""
+        ((time_ns, values),) = parts
+        self.groups[group] = Group({column: values}, order(time_ns), frozenset())
+
 
 Proposals = Mapping[str, tuple[Binding, ...]]
 
 
 def with_axle_sums(
-    proposals: Proposals, infos: Mapping[str, ChannelInfo], pieces: Pieces, keep: Keep, log: ImportLog
+    proposals: Proposals, infos: Mapping[str, ChannelInfo], rows: Rows, log: ImportLog
 ) -> Proposals:
     """The proposals with each sum over axles bound to rows that hold it, and a note on what was summed."""
     made = {
-        signal: [_bound(each, infos, pieces, keep, log) if each.sum_axles else each for each in bindings]
+        signal: [_bound(each, infos, rows, log) if each.sum_axles else each for each in bindings]
         for signal, bindings in proposals.items()
     }
     left = {signal: tuple(each for each in found if each is not None) for signal, found in made.items()}
     return {signal: bindings for signal, bindings in left.items() if bindings}
 
 
-def _bound(
-    binding: Binding, infos: Mapping[str, ChannelInfo], pieces: Pieces, keep: Keep, log: ImportLog
-) -> Binding | None:
+def _bound(binding: Binding, infos: Mapping[str, ChannelInfo], rows: Rows, log: ImportLog) -> Binding | None:
     """A binding without a sum to be made, or None where its loads cannot be summed."""
     if binding.where is None:
         return replace(binding, sum_axles=False)
     (channel, (place, low, high)) = binding.channels[0], binding.where
     group = infos[channel].group
 
-    def rows() -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
-        for time_ns, columns in pieces(group, (channel, place)) or ():
+    def pieces() -> Iterator[tuple[IntArray, FloatArray, FloatArray]]:
+        for time_ns, columns in rows.pieces(group, (channel, place)):
             yield time_ns, columns[place], columns[channel]
 
-    survey = AxleSurvey(low, high)
-    for piece in rows():
+    survey, seen = AxleSurvey(low, high), 0
+    for piece in pieces():
         survey.add(*piece)
+        seen += len(piece[0])
     plan = survey.plan()
+    shared = rows.logged(group) - seen
+    if seen and shared > RARE * seen:
+        log.note(
+            f"{channel} is not taken for {binding.signal}: {shared} of its rows share a stamp with another and are lost, "
+            "perhaps always the same axle's: record stamps that tell frames apart"
+        )
+        return None
     if not plan.one_a_place:
         log.note(_several(binding, plan))
         return None
@@ -62,7 +105,7 @@ def _bound(
         return replace(binding, where=(place, low, high), sum_axles=False)
     total = AxleSum(plan, low, high)
     own = f"{group}/{binding.signal}"
-    keep(own, channel, (total.add(*piece) for piece in rows()))
+    rows.keep(own, channel, (total.add(*piece) for piece in pieces()))
     log.note(_summed(binding, plan))
     return replace(
         binding,

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from parsers.axle_sums import RowPiece, with_axle_sums
+from parsers.axle_sums import HeldRows, with_axle_sums
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.drive import MappedChannel, Signal
 from parsers.errors import LogError, MappingError
@@ -20,7 +20,7 @@ from parsers.places import remote
 from parsers.registry import find_importer
 from parsers.ros.frame_topics import with_frame_topics
 from parsers.signals import SIGNALS
-from parsers.timebase import LATEST_NS, order, usual_period_s
+from parsers.timebase import LATEST_NS, usual_period_s
 from parsers.units import SI_TEXT
 
 MOST_MISSING = 3
@@ -323,28 +323,12 @@ def unheard(signal: Signal) -> None:
     """Nobody waits for the signals one by one."""
 
 
-def _with_sums(
-    taken: Taken, groups: dict[str, Group], infos: Mapping[str, ChannelInfo]
-) -> Mapping[str, tuple[Binding, ...]]:
-    """The proposals with sums over axles made, whose rows are put into `groups`."""
-
-    def pieces(name: str, columns: tuple[str, ...]) -> list[RowPiece]:
-        group = groups.get(name)
-        whole = group is not None and all(column in group.columns for column in columns)
-        return [(group.time_ns, group.columns)] if group is not None and whole else []
-
-    def keep(name: str, column: str, parts: Iterator[tuple[IntArray, FloatArray]]) -> None:
-        ((time_ns, values),) = parts
-        groups[name] = Group({column: values}, order(time_ns), frozenset())
-
-    return with_axle_sums(taken.proposals, infos, pieces, keep, taken.opened.log)
-
-
 def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     """The signals of a log whose rows were kept in memory; the rows are given up. made: called with each as it is made."""
     groups, infos = taken.rows.groups(), taken.infos
     ordered = [group.ordered for group in groups.values()]
-    taken = replace(taken, proposals=_with_sums(taken, groups, infos))
+    summed = with_axle_sums(taken.proposals, infos, HeldRows(groups), taken.opened.log)
+    taken = replace(taken, proposals=summed)
     taken.opened.log.reject(BEYOND_JUMP, sum(each.lost for each in ordered))
     # signals of one table share their stamps: how often they come is worked out once
     periods = {id(group.time_ns): usual_period_s(group.time_ns) for group in groups.values()}

@@ -8,8 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.axle_sums import RowPiece, with_axle_sums
-from parsers.channels import ChannelInfo, FloatArray, IntArray
-from parsers.mapping import Binding
+from parsers.channels import FloatArray, IntArray
 from parsers.read_log import (
     BEYOND_JUMP,
     MIN_SAMPLES,
@@ -63,7 +62,8 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
     infos, groups = taken.infos, taken.rows.spooled()
     taken.opened.log.reject(BEYOND_JUMP, sum(rows.lost for rows in groups.values()))
     logged = list(groups.values())
-    proposals = _with_sums(taken, groups, infos, window_bytes)
+    stored = _SpooledRows(groups, window_bytes)
+    proposals = with_axle_sums(taken.proposals, infos, stored, taken.opened.log)
     bindings: dict[str, list[Track]] = {}
     for binding in (each for proposed in proposals.values() for each in proposed):
         group = group_of(binding, infos)
@@ -100,30 +100,33 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
     )
 
 
-def _with_sums(
-    taken: Taken, groups: dict[str, GroupRows], infos: Mapping[str, ChannelInfo], window_bytes: int
-) -> Mapping[str, tuple[Binding, ...]]:
-    """The proposals with sums over axles made, whose rows are put on the disk and into `groups`."""
-    logged = dict(groups)
+@dataclass(frozen=True)
+class _SpooledRows:
+    """Rows on disk, for `with_axle_sums`."""
 
-    def pieces(name: str, columns: tuple[str, ...]) -> Iterator[RowPiece]:
-        rows = logged.get(name)
-        if rows is None or not len(rows.index.rows) or any(column not in rows.columns for column in columns):
+    groups: dict[str, GroupRows]
+    window_bytes: int
+
+    def pieces(self, group: str, columns: tuple[str, ...]) -> Iterator[RowPiece]:
+        rows = self.groups.get(group)
+        if rows is None or any(column not in rows.columns for column in columns):
             return
-        for start, stop in windows_of([(rows, _ITEM * (1 + len(columns)))], window_bytes):
+        for start, stop in windows_of([(rows, _ITEM * (1 + len(columns)))], self.window_bytes):
             yield rows.load(start, stop, columns)
 
-    def keep(name: str, column: str, parts: Iterator[tuple[IntArray, FloatArray]]) -> None:
-        spool = next(rows.spool for rows in logged.values())
+    def logged(self, group: str) -> int:
+        rows = self.groups.get(group)
+        return 0 if rows is None else rows.rows
+
+    def keep(self, group: str, column: str, parts: Iterator[tuple[IntArray, FloatArray]]) -> None:
+        spool = next(rows.spool for rows in self.groups.values())
         writer = GroupWriter(spool, (column,))
         for time_ns, values in parts:
             writer.add(time_ns, {column: values})
             writer.flush()
         rows = writer.finish()
         if len(rows.index.rows):
-            groups[name] = rows
-
-    return with_axle_sums(taken.proposals, infos, pieces, keep, taken.opened.log)
+            self.groups[group] = rows
 
 
 def _survey_group(

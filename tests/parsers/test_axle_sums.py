@@ -93,6 +93,23 @@ def test_several_loads_of_one_axle_are_refused(tmp_path: Path) -> None:
     assert not any("fewer than two" in note and "axle_load_rear" in note for note in drive.record.notes)
 
 
+@pytest.mark.parametrize("long", [False, True])
+def test_frames_that_share_a_stamp_are_refused(tmp_path: Path, long: bool) -> None:
+    path = truck(tmp_path)
+    path.write_text(path.read_text().replace(".000200)", ".000400)"))
+    budget = Budget(tmp_path / "out", rows=5_000, pending=2_000, window=3_000) if long else None
+    record = convert_logs([path], LoadOptions(), tmp_path / "out", budget).record
+    assert not any(entry.signal.startswith("axle_load") for entry in record.mapped)
+    assert any("axle_load_rear: 60 of its rows share a stamp" in note for note in record.notes)
+
+
+def test_several_loads_of_the_front_axle_are_refused_too(tmp_path: Path) -> None:
+    drive = load_drive([truck(tmp_path, twin=0x01)])
+    assert "axle_load_front" not in drive.signals
+    assert "axle_load_rear" in drive.signals
+    assert any("axle 1 has loads at several places (0x00, 0x01)" in note for note in drive.record.notes)
+
+
 def test_twin_steer_by_a_mapping_file(tmp_path: Path) -> None:
     path = tmp_path / "map.toml"
     text = '[signals.axle_load_{}]\nchannel = "VW.AxleWeight"\nwhere = ["VW.AxleLocation", {}]\nsum_axles = true\n'
