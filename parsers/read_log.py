@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from parsers.axle_sums import HeldRows, with_axle_sums
 from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.drive import MappedChannel, Signal
 from parsers.errors import LogError, MappingError
@@ -219,7 +220,7 @@ def _signal(
     last: bool,
 ) -> Signal | None:
     """A binding's signal, or None where its channel has too few valid samples. last: nobody else needs the channel."""
-    group = groups.get(infos[binding.channels[0]].group)
+    group = groups.get(group_of(binding, infos))
     if group is None or any(name not in group.columns for name in binding.channels):
         return None
     offered = given(binding, group.columns)
@@ -235,8 +236,13 @@ def _signal(
         group.time_ns if whole else group.time_ns[valid],
         values if whole else values[valid],
         source_text(binding),
-        group=infos[binding.channels[0]].group,
+        group=group_of(binding, infos),
     )
+
+
+def group_of(binding: Binding, infos: Mapping[str, ChannelInfo]) -> str:
+    """The group in whose rows a binding's channels are."""
+    return binding.group or infos[binding.channels[0]].group
 
 
 def source_text(binding: Binding) -> str:
@@ -321,6 +327,8 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     """The signals of a log whose rows were kept in memory; the rows are given up. made: called with each as it is made."""
     groups, infos = taken.rows.groups(), taken.infos
     ordered = [group.ordered for group in groups.values()]
+    summed = with_axle_sums(taken.proposals, infos, HeldRows(groups), taken.opened.log)
+    taken = replace(taken, proposals=summed)
     taken.opened.log.reject(BEYOND_JUMP, sum(each.lost for each in ordered))
     # signals of one table share their stamps: how often they come is worked out once
     periods = {id(group.time_ns): usual_period_s(group.time_ns) for group in groups.values()}

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
 
-from parsers.channels import FloatArray
+from parsers.axle_sums import RowPiece, with_axle_sums
+from parsers.channels import FloatArray, IntArray
 from parsers.read_log import (
     BEYOND_JUMP,
     MIN_SAMPLES,
     PartFacts,
     Taken,
     given,
+    group_of,
     is_stated,
     mapped_channel,
     refused,
 )
-from parsers.spool import GroupRows
+from parsers.spool import GroupRows, GroupWriter
 from parsers.time_figures import SharedFigures
 from parsers.timebase import NS
-from parsers.windows import Track, TrackFacts, bound_piece, time_windows
+from parsers.windows import Track, TrackFacts, bound_piece, time_windows, windows_of
 
+_ITEM = 8
 _NONE = TrackFacts(0, 0, 0, 0.0, np.inf, -np.inf, 0.0)
 
 
@@ -58,9 +61,12 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
     """Go once through a log's rows on disk."""
     infos, groups = taken.infos, taken.rows.spooled()
     taken.opened.log.reject(BEYOND_JUMP, sum(rows.lost for rows in groups.values()))
+    logged = list(groups.values())
+    stored = _SpooledRows(groups, window_bytes)
+    proposals = with_axle_sums(taken.proposals, infos, stored, taken.opened.log)
     bindings: dict[str, list[Track]] = {}
-    for binding in (each for proposed in taken.proposals.values() for each in proposed):
-        group = infos[binding.channels[0]].group
+    for binding in (each for proposed in proposals.values() for each in proposed):
+        group = group_of(binding, infos)
         rows = groups.get(group)
         if rows is not None and all(name in rows.columns for name in binding.channels):
             bindings.setdefault(group, []).append(Track(binding, group, rows, _NONE, window_bytes))
@@ -72,12 +78,12 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
         resolution = max(resolution, coarse)
     tracks_of: dict[str, Track] = {}
     mapped = []
-    for name, proposed in taken.proposals.items():
+    for name, proposed in proposals.items():
         for binding in proposed:
             found = facts.get(id(binding), _NONE)
             taken.opened.log.reject(refused(binding), found.refused)
             if found.samples >= MIN_SAMPLES:
-                group = infos[binding.channels[0]].group
+                group = group_of(binding, infos)
                 tracks_of[name] = Track(binding, group, groups[group], found, window_bytes)
                 mapped.append(mapped_channel(binding, found.samples, found.period_s, proposed))
                 break
@@ -85,13 +91,42 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
         opened=taken.opened,
         mapped=tuple(mapped),
         stated={name: is_stated(track.binding) for name, track in tracks_of.items()},
-        short=tuple(name for name in taken.proposals if name not in tracks_of),
-        out_of_order=sum(rows.late for rows in groups.values()),
+        short=tuple(name for name in proposals if name not in tracks_of),
+        out_of_order=sum(rows.late for rows in logged),
         duplicates=duplicates,
-        jumps=sum(rows.jumps for rows in groups.values()),
+        jumps=sum(rows.jumps for rows in logged),
         tracks=tracks_of,
         resolution_ns=resolution,
     )
+
+
+@dataclass(frozen=True)
+class _SpooledRows:
+    """Rows on disk, for `with_axle_sums`."""
+
+    groups: dict[str, GroupRows]
+    window_bytes: int
+
+    def pieces(self, group: str, columns: tuple[str, ...]) -> Iterator[RowPiece]:
+        rows = self.groups.get(group)
+        if rows is None or any(column not in rows.columns for column in columns):
+            return
+        for start, stop in windows_of([(rows, _ITEM * (1 + len(columns)))], self.window_bytes):
+            yield rows.load(start, stop, columns)
+
+    def logged(self, group: str) -> int:
+        rows = self.groups.get(group)
+        return 0 if rows is None else rows.rows
+
+    def keep(self, group: str, column: str, parts: Iterator[tuple[IntArray, FloatArray]]) -> None:
+        spool = next(rows.spool for rows in self.groups.values())
+        writer = GroupWriter(spool, (column,))
+        for time_ns, values in parts:
+            writer.add(time_ns, {column: values})
+            writer.flush()
+        rows = writer.finish()
+        if len(rows.index.rows):
+            self.groups[group] = rows
 
 
 def _survey_group(

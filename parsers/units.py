@@ -154,7 +154,7 @@ _SPELLINGS: dict[str, list[tuple[float, str]]] = {
         (3600.0, "h hr hour hours"),
     ],
     "ratio": [(1.0, "- 1 none ratio"), (0.01, "% percent")],
-    "count": [(1.0, "- 1 none #")],
+    "count": [(1.0, "- 1 none # sats")],
 }
 
 SI_TEXT: dict[str, str] = {

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from parsers.can.definitions import Gate, SignalDef
 from parsers.can.frames import EXTENDED
 from parsers.can.matching import Stream
+from parsers.can.standard import standard_signal
 from parsers.channels import ChannelInfo
 
 
@@ -60,8 +61,15 @@ def channel_of(group: Group, name: str, signal: SignalDef) -> ChannelInfo:
     if stream.pgn is not None and stream.sender is not None:
         tags["pgn"] = str(stream.pgn)
         tags["source_address"] = str(stream.sender)
-    if signal.spn is not None:
-        tags["spn"] = str(signal.spn)
+    spn = signal.spn
+    if stream.standard is not None:
+        # databases call a parameter group and its signals as they like; profiles know them by J1939's names
+        tags["message"] = stream.standard.name
+        own = standard_signal(signal, stream.standard)
+        if own is not None:
+            tags["signal"], spn = own.name, spn or own.spn
+    if spn is not None:
+        tags["spn"] = str(spn)
     if stream.builtin:
         tags["builtin"] = "1"
     return ChannelInfo(

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from parsers.can.definitions import MessageDef, id_text, is_proprietary, pgn_of, sender_of
+from parsers.can.standard import standard_of
 from parsers.importer import ImportLog
 
 
@@ -17,7 +18,8 @@ class Stream:
     keys: bus * 2**32 + id of all identifiers that carry it (J1939: priorities and destinations may differ).
     pgn, sender: for messages matched as J1939, else None. suffix: "" or "@bus2", "@sa33", what follows the names
     of channels. frames: number in the log. special_codes: J1939 codes for "not available" and so on are in force.
-    builtin: of cogest's own J1939 definitions, not of a database that was given.
+    builtin: of cogest's own J1939 definitions, not of a database that was given. standard: cogest's own definition of
+    the parameter group that a database's message is, whatever it is called there; None where it is none.
     """
 
     message: MessageDef
@@ -29,6 +31,7 @@ class Stream:
     suffix: str = ""
     special_codes: bool = False
     builtin: bool = False
+    standard: MessageDef | None = None
 
     @property
     def proprietary(self) -> bool:
@@ -70,13 +73,13 @@ def match_streams(
     seen: number of frames of each key (bus * 2**32 + id). given: messages of the user's databases; builtin: J1939
     messages for parameter groups that those do not define.
     """
-    known = {pgn for message in builtin if (pgn := pgn_of(message.can_id)) is not None}
+    known = {pgn: message for message in builtin if (pgn := pgn_of(message.can_id)) is not None}
     ids = {key & 0xFFFF_FFFF for key in seen}
     given = tuple(
         replace(message, j1939=False) if message.by_exact_id and message.can_id in ids else message
         for message in given
     )
-    index = _index(given, known)
+    index = _index(given, set(known))
     defined = {pgn for message in given if (pgn := pgn_of(message.can_id)) is not None}
     spare = {pgn: m for m in builtin if (pgn := pgn_of(m.can_id)) is not None and pgn not in defined}
     exact = ids & set(index.by_id)
@@ -112,6 +115,9 @@ def match_streams(
             sender=sender,
             special_codes=sender is not None,
             builtin=place >= len(given),
+            standard=None
+            if sender is None
+            else standard_of(everything[place], known.get(pgn_of(everything[place].can_id) or 0)),
         )
         for (place, bus, sender), keys in found.items()
     ]

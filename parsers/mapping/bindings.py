@@ -27,6 +27,8 @@ class Binding:
     scale, offset: value = sum * scale + offset, in `unit`, before conversion to SI. sign_channel: where it is not
     zero the value is negative (VW). valid_range: in `unit`, after scale and offset; outside it there is no sample.
     where: (channel, low, high), only rows in which that channel lies inside (J1939 axle location, ROS covariance).
+    sum_axles: of those rows, the sum over all axles that the channel of `where` tells (see parsers.axle_rows).
+    group: of rows that were made for it; None for those of its channels.
     rank: lower is better. rule: why ("profile vbox: Y_Accel", "column name 'ay'", "map.toml").
     """
 
@@ -41,6 +43,8 @@ class Binding:
     sign_channel: str | None = None
     valid_range: tuple[float, float] | None = None
     where: tuple[str, float, float] | None = None
+    sum_axles: bool = False
+    group: str | None = None
     rank: int = 0
     kind: BindingKind = "scale"
 

@@ -13,6 +13,7 @@ sign_channel = "AY_sign"   # not zero: the value is negative
 valid_range = [-5, 5]      # in `unit`
 add = ["AY_fraction"]      # channels that are added to the main one
 where = ["Axle", 0, 15]    # only rows where this channel lies between the two numbers
+sum_axles = true           # of those rows, the sum over the axles (16 numbers of that channel each), each with its latest value
 
 [signals.pitch]
 ignore = true              # do not map this signal at all
@@ -44,6 +45,7 @@ _SIGNAL_KEYS = (
     "valid_range",
     "add",
     "where",
+    "sum_axles",
     "ignore",
 )
 
@@ -62,6 +64,7 @@ class MapEntry:
     valid_range: tuple[float, float] | None = None
     add: tuple[str, ...] = ()
     where: tuple[str, float, float] | None = None
+    sum_axles: bool = False
     ignore: bool = False
 
     @property
@@ -157,6 +160,16 @@ def _read_signal(name: str, value: object, path: Path) -> MapEntry:
     span = reader.numbers("valid_range", 2)
     if span and not span[0] < span[1]:
         raise MappingError(f"valid_range {list(span)} must be [low, high]", path=path, place=place)
+    add, sign, where, summed = (
+        reader.texts("add"),
+        reader.text("sign_channel"),
+        reader.where("where"),
+        reader.flag("sum_axles"),
+    )
+    if summed and (where is None or add or sign):
+        problem = "sum_axles needs where, and neither add nor sign_channel"
+        hint = 'where = ["channel that tells the axle", low, high]'
+        raise MappingError(problem, path=path, place=place, hint=hint)
     return MapEntry(
         signal=name,
         channel=channel or "",
@@ -164,10 +177,11 @@ def _read_signal(name: str, value: object, path: Path) -> MapEntry:
         scale=reader.number("scale", 1.0),
         offset=reader.number("offset", 0.0),
         invert=reader.flag("invert"),
-        sign_channel=reader.text("sign_channel"),
+        sign_channel=sign,
         valid_range=None if span is None else (span[0], span[1]),
-        add=reader.texts("add"),
-        where=reader.where("where"),
+        add=add,
+        where=where,
+        sum_axles=summed,
         ignore=ignore,
     )
 

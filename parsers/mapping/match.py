@@ -19,12 +19,14 @@ _WORSE = 4
 
 @dataclass(frozen=True)
 class Refusal:
-    """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit."""
+    """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit.
+    damper: whether since it is measured at a damper."""
 
     channel: str
     signal: str
     reason: str
     unit: bool = False
+    damper: bool = False
 
 
 @dataclass(frozen=True)
@@ -157,6 +159,7 @@ def _bind_rule(profile: Profile, rule: Rule, index: ChannelIndex, at: int) -> Bi
         sign_channel=None if sign is None else sign.name,
         valid_range=rule.valid_range,
         where=None if where is None or rule.where is None else (where.name, rule.where.low, rule.where.high),
+        sum_axles=rule.sum_axles,
         rank=rule.rank + (_WORSE if worse else 0),
         kind=rule.kind,
     )

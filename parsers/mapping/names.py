@@ -11,6 +11,7 @@ from functools import cache
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words, without_device
+from parsers.mapping.dampers import damper_reason
 from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
 from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
@@ -98,7 +99,9 @@ def name_bindings(
     elif found is not None and doubt:
         yield Refusal(channel.name, found.signal, doubt)
     elif found is not None:
-        yield _named(channel, found, bracket or found.suffix, table)
+        named = _named(channel, found, bracket or found.suffix, table)
+        damper = damper_reason(found.signal, found.key) if isinstance(named, Binding) else None
+        yield named if damper is None else Refusal(channel.name, found.signal, damper, damper=True)
 
 
 def ambiguous_name(channel: ChannelInfo) -> str | None:

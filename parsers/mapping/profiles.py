@@ -20,6 +20,7 @@ kind = "roll_of_quaternion"           # needs `add` with the y, z and w channels
 add = [{ signal = "STEER_FRACTION", optional = true }]
 sign = { signal = "ESP_VZ_Gierrate" }         # not zero: negative
 where = { signal = "Axle", low = 0, high = 15, optional = true }
+sum_axles = true                      # of the rows that `where` picks, the sum over axles: as in a mapping file
     # add, sign, where name siblings: channels of the same group, by pattern. Without a sibling that is not
     # optional the rule gives nothing.
 
@@ -64,7 +65,7 @@ Pattern = tuple[tuple[str, Expression], ...]
 _WORD = re.compile(r"[A-Za-z0-9_ ]+")
 _RULE_KEYS = {
     "signal", "match", "wheels", "unit", "require_unit", "scale", "offset", "invert", "valid_range",
-    "rank", "rank_worse", "kind", "add", "sign", "where",
+    "rank", "rank_worse", "kind", "add", "sign", "where", "sum_axles",
 }  # fmt: skip
 _FILE_KEYS = {"title", "families", "rank", "rules", "unusable"}
 
@@ -97,6 +98,7 @@ class Rule:
     add: tuple[Sibling, ...]
     sign: Sibling | None
     where: Sibling | None
+    sum_axles: bool
 
 
 @dataclass(frozen=True)
@@ -238,6 +240,7 @@ def _one_rule(table: Mapping[str, Any], rank: int, place: str, wheel: str, word:
         add=siblings("add"),
         sign=next(iter(siblings("sign")), None),
         where=next(iter(siblings("where")), None),
+        sum_axles=bool(table.get("sum_axles", False)),
     )
 
 

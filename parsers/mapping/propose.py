@@ -9,6 +9,7 @@ from dataclasses import replace
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
 from parsers.mapping.bindings import Binding
+from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
@@ -29,18 +30,22 @@ def propose_and_say(
     channels: Sequence[ChannelInfo], user: MapFile | None
 ) -> tuple[Mapping[str, tuple[Binding, ...]], tuple[str, ...]]:
     """Candidates for each signal that the log can give, best first, in the order of the canonical table; and a sentence
-    for each signal that it lacks because its channel's unit is none of the signal's.
+    for each signal that it lacks because its channel's unit is none of the signal's, and on those that it lacks because the
+    channel tells of the damper alone.
 
     An entry of the user's mapping file wins outright: it is then the only candidate. Raises MappingError where such
     an entry names a channel that the log lacks (unless the file is not strict), or channels of two groups.
     """
     found: dict[str, list[Binding]] = defaultdict(list)
     refused: dict[str, Refusal] = {}
+    dampers: dict[str, Refusal] = {}
     for candidate in candidates(channels):
         if isinstance(candidate, Binding):
             found[candidate.signal].append(candidate)
         elif candidate.unit:
             refused.setdefault(candidate.signal, candidate)
+        elif candidate.damper:
+            dampers.setdefault(candidate.signal, candidate)
     proposals = _ranked(found, channels)
     if user is not None:
         proposals = _with_user(proposals, channels, user)
@@ -52,7 +57,8 @@ def propose_and_say(
         for each in left_out
         if each.channel not in bound
     ]
-    return proposals, tuple(said)
+    at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
+    return proposals, (*said, *say_dampers(at_dampers, channels))
 
 
 def _ranked(
@@ -190,5 +196,6 @@ def _from_entry(entry: MapEntry, known: Mapping[str, ChannelInfo], user: MapFile
         sign_channel=entry.sign_channel,
         valid_range=entry.valid_range,
         where=entry.where,
+        sum_axles=entry.sum_axles,
         rank=-1,
     )

@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
+from parsers.mapping.match import Refusal
+from parsers.mapping.propose import candidates
 from parsers.signals import SIGNALS, SignalSpec
 from parsers.units import SI_TEXT, find_unit, quantities_of
 
@@ -30,9 +32,11 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
     lines += ["", "# Not found in this log. Remove the # and fill in a channel where it has one."]
     used = {name for found in proposals.values() for name in found[0].needed}
     free = [channel for channel in channels if channel.kind == "number" and channel.name not in used]
+    dampers = _dampers(channels)
     for signal, spec in SIGNALS.items():
-        if signal not in proposals:
-            lines += ["", *_open(spec, free)]
+        if signal in proposals:
+            continue
+        lines += ["", *(_damper(spec, dampers[signal]) if signal in dampers else _open(spec, free))]
     return "\n".join(lines) + "\n"
 
 
@@ -58,6 +62,8 @@ def _mapped(found: tuple[Binding, ...]) -> list[str]:
     if best.where:
         name, low, high = best.where
         lines += [f"where = [{quote(name)}, {low!r}, {high!r}]"]
+    if best.sum_axles:
+        lines += ["sum_axles = true"]
     others = [_comment(other.channels[0]) for other in found[1 : 1 + _MOST_SUGGESTIONS]]
     return [*lines, *([f"# could be too: {', '.join(others)}"] if others else [])]
 
@@ -75,6 +81,26 @@ def _open(spec: SignalSpec, free: Sequence[ChannelInfo]) -> list[str]:
     if fitting and spec.quantity not in ("ratio", "count"):
         lines += [f"# by unit it could be: {_comment(', '.join(fitting[:_MOST_SUGGESTIONS]))}"]
     return [*lines, '# channel = ""', f"# unit = {quote(SI_TEXT[spec.quantity])}"]
+
+
+def _dampers(channels: Sequence[ChannelInfo]) -> dict[str, ChannelInfo]:
+    """The channels of dampers' travel, by the signal that they are with the installation's ratio."""
+    by_name = {channel.name: channel for channel in channels}
+    return {
+        each.signal: by_name[each.channel]
+        for each in candidates(channels)
+        if isinstance(each, Refusal) and each.damper and SIGNALS[each.signal].quantity == "length"
+    }
+
+
+def _damper(spec: SignalSpec, channel: ChannelInfo) -> list[str]:
+    # the scale is left empty, so that nobody takes a damper's travel for the wheel's without having said so
+    return [
+        f"# [signals.{spec.name}]  # {spec.description}",
+        f"# channel = {quote(channel.name)}  # travel at the damper",
+        f"# unit = {quote(channel.unit or 'mm')}",
+        "# scale =         # to be filled in: wheel travel over damper travel, by the installation",
+    ]
 
 
 def quote(text: str) -> str:

@@ -119,3 +119,35 @@ def test_a_given_database_comes_before_the_built_in_definitions(tmp_path: Path) 
     known = f'BO_ {0x98FEF1FE} CCVS1: 8 X\n SG_ WheelBasedVehicleSpeed : 8|16@1+ (1,0) [0|0] "km/h" X\n'
     reader, _ = open_rows(tmp_path, rows, f"{dbc}\n{known}")
     assert [each.channels[0] for each in propose(reader.channels, None)["speed"]] == [builtin, own]
+
+
+@pytest.mark.parametrize(
+    ("message", "signal"),
+    [
+        ("MyCCVS", "WheelBasedVehicleSpeed"),
+        ("Cruise_Control_Vehicle_Speed_1", "wheel_based_vehicle_speed"),
+        ("Cruise_Control_Vehicle_Speed_1", "VehSpd"),
+    ],
+)
+def test_a_group_is_known_whatever_a_database_calls_it(tmp_path: Path, message: str, signal: str) -> None:
+    dbc = (
+        f'VERSION ""\n\nBU_:\n\nBO_ {0x98FEF1FE} {message}: 8 X\n'
+        f' SG_ {signal} : 8|16@1+ (0.003906,0) [0|251] "km/h" X\n'
+    )
+    reader, _ = open_rows(tmp_path, j1939_rows(0x18FEF100, [256 * 36, 512]), dbc)
+    name = f"{message}.{signal}"
+    assert [channel.name for channel in reader.channels] == [name]
+    assert propose(reader.channels, None)["speed"][0].channels == (name,)
+
+
+def test_bits_of_another_scale_are_not_the_groups_signal(tmp_path: Path) -> None:
+    dbc = f'VERSION ""\n\nBU_:\n\nBO_ {0x98FEF1FE} Own: 8 X\n SG_ Level : 8|16@1+ (0.5,0) [0|1] "km/h" X\n'
+    reader, _ = open_rows(tmp_path, j1939_rows(0x18FEF100, [256, 512]), dbc)
+    assert "speed" not in propose(reader.channels, None)
+
+
+def test_a_number_by_chance_makes_no_group_of_a_plain_message(tmp_path: Path) -> None:
+    dbc = f'VERSION ""\n\nBU_:\n\nBO_ {0x98FEF112} KINEMATICS: 8 X\n SG_ YAW_RATE : 0|12@1+ (0.25,0) [0|1] "deg/s" X\n'
+    reader, _ = open_rows(tmp_path, j1939_rows(0x18FEF112, [256, 512]), dbc)
+    assert reader.channels[0].tags["message"] == "KINEMATICS"
+    assert "yaw_rate" in propose(reader.channels, None)

@@ -99,7 +99,7 @@ def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
         ("whl_spd_lf", "wheel_speed_fl"),
         ("Wheel Speed Rear Right", "wheel_speed_rr"),
         ("WheelSpeedRL", "wheel_speed_rl"),
-        ("Damper Pos FR", "suspension_deflection_fr"),
+        ("Susp Pos FR", "suspension_deflection_fr"),
         ("susp_travel_lr", "suspension_deflection_rl"),
         ("StrgAngle", "steering_wheel_angle"),
         ("Brake Pressure", "brake_pressure"),
@@ -123,6 +123,7 @@ def test_bind_takes_roll_and_pitch_from_a_quaternion(roll, pitch, yaw):
         ("BrkMstCylPrs", "brake_pressure"),
         ("StWhlAng", "steering_wheel_angle"),
         ("Federweg VL", "suspension_deflection_fl"),
+        ("Vertikalbeschleunigung", "accel_z"),
         (".veh.chassis_accelerations.lateral", "accel_y"),
         (".veh.chassis_velocities.yaw", "yaw_rate"),
         (".veh.chassis_displacements.roll", "roll"),
@@ -217,7 +218,8 @@ def test_a_direction_is_no_coordinate(name):
     ("topic", "field", "signal"),
     [
         ("/vehicle/speed", "data", "speed"),
-        ("/chassis/damper_travel", "front_left", "suspension_deflection_fl"),
+        ("/chassis/suspension_travel", "front_left", "suspension_deflection_fl"),
+        ("/chassis/damper_travel", "front_left", None),
         ("/imu/yaw_rate", "value", "yaw_rate"),
         ("/cmd/speed", "data", None),
     ],
@@ -298,3 +300,20 @@ def test_user_channels_of_two_groups_cannot_be_combined(tmp_path):
     channels = [ChannelInfo("a", "one"), ChannelInfo("b", "two")]
     with pytest.raises(MappingError, match="do not share one clock"):
         propose(channels, read_map(path))
+
+
+def test_german_coordinates():
+    found = best(column("Breitengrad", "°"), column("Längengrad", "°"))
+    assert {signal: each.channels for signal, each in found.items()} == {
+        "latitude": ("Breitengrad",),
+        "longitude": ("Längengrad",),
+    }
+
+
+def test_a_logger_s_upright_axis_is_the_yaw_rate_and_its_level_ones_are_left_alone():
+    x, y, z = (column(f"{axis}_rate_of_rotation", "deg/s") for axis in "xyz")
+    assert {signal: each.channels[0] for signal, each in best(x, y, z).items()} == {"yaw_rate": z.name}
+    assert "which axis" in unmapped_reason(x)
+    assert "which axis" in unmapped_reason(y)
+    assert best(column("z_rate_of_rotation")) == {}
+    assert set(best(column("satellites", "sats"))) == {"satellites"}

@@ -116,7 +116,17 @@ def test_starter_map_reads_back_and_maps_the_same(tmp_path):
     assert list(again) == list(proposals)
     for signal, (first, *_) in proposals.items():
         (back,) = again[signal]
-        for key in ("channels", "scale", "offset", "invert", "sign_channel", "valid_range", "where", "kind"):
+        for key in (
+            "channels",
+            "scale",
+            "offset",
+            "invert",
+            "sign_channel",
+            "valid_range",
+            "where",
+            "sum_axles",
+            "kind",
+        ):
             assert getattr(back, key) == getattr(first, key), (signal, key)
         assert back.unit.scale == first.unit.scale
         assert back.unit_from == "map file"
