@@ -187,7 +187,10 @@ def lateral_signs(grid: Grid) -> SignResult:
     chosen = chosen - {
         _ROLL_RATE
     }  # a witness here; its own sign is looked at when those of the others are settled
-    exchanged = "springs" in chosen and springs_in_braking(grid) is not None
+    told = springs_in_braking(grid) is not None
+    if told and _springs_alone(against, with_it):
+        chosen = {"springs"}
+    exchanged = "springs" in chosen and told
     decisions = tuple(
         _lateral_decision(each, name, by_name, chosen, margin, z_down)
         for each in costs
@@ -206,6 +209,19 @@ def lateral_signs(grid: Grid) -> SignResult:
         frozenset(names), decisions, unchecked + ((_YAW_ALONE,) if alone else ()), axes_turned=axes_turned,
         exchanged=frozenset(DEFLECTIONS) if exchanged else frozenset(),
     )  # fmt: skip
+
+
+def _springs_alone(against: Collection[str], with_it: Collection[str]) -> bool:
+    """Whether only the springs disagree with bends as acceleration, turning and roll show them all alike.
+
+    Axes with y to the right change the signs of what is felt across and of turning, never that of roll; a unit that is mounted backwards changes
+    roll and what is felt across, never turning. So no way to hold the axes explains all of these, and exchanged wheels do.
+    """
+    return (
+        set(against) == {"springs"}
+        and bool({"roll", _ROLL_RATE} & set(with_it))
+        and bool({"yaw_rate", "steering_wheel_angle", "path", "wheels"} & set(with_it))
+    )
 
 
 def _hidden(grid: Grid, told: Collection[str]) -> bool:
