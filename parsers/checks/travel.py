@@ -4,7 +4,7 @@ The body turns against the horizon by what its springs and its tyres give: the s
 is off by less than a factor is weighed with the vehicle file, where there is one; beyond it all that rests on the deflections is wrong.
 
 A gyro turns with the road as well, wheels follow what is uneven, and on usual roads both are as large as the lean itself. So the two are
-compared only in what each goes along with the lateral acceleration, within `SLOWEST_S`, in which no road banks into a bend: what is the
+compared only in what each goes along with the lateral acceleration, within three seconds, in which hardly a road banks into a bend: what is the
 road's in either of them stays out, and so does noise.
 """
 
@@ -15,8 +15,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from parsers.channels import FloatArray
-from parsers.checks.grid import CELL_S, Grid, compare
-from parsers.checks.motion import smooth
+from parsers.checks.grid import Grid, compare
+from parsers.checks.leaning import swift
 from parsers.checks.signs import lateral_reference, varied
 from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision, Signal
@@ -36,7 +36,6 @@ ALIKE = 1.5
 """How far apart the two axles' ratios may be: tracks and tyres make a quarter."""
 LEAST_MPS2 = 0.5
 """From the median of the lateral acceleration, for a second: below it noise decides."""
-SLOWEST_S, QUICKEST_CELLS = 3.0, 5
 
 HINTS = (
     (25.4, "mm called inches would be"), (10.0, "mm called cm would be"), (2.54, "cm called inches would be"),
@@ -61,13 +60,13 @@ def axle_shares(grid: Grid) -> dict[str, Share]:
     gyro, reference = grid.get("roll_rate"), lateral_reference(grid)
     if gyro is None or reference is None or not varied(reference[1], LEAST_MPS2):
         return {}
-    bends = _quick(grid.rate(reference[1]))
-    body = compare(_quick(gyro), bends)
+    bends = swift(grid.rate(reference[1]))
+    body = compare(swift(gyro), bends)
     if body is None or abs(body.correlation) < FOLLOWS:
         return {}
     shares = {}
     for axle, rolling in _axles(grid).items():
-        springs = compare(_quick(grid.rate(rolling) / TRACK_M), bends)
+        springs = compare(swift(grid.rate(rolling) / TRACK_M), bends)
         if springs is None or abs(springs.correlation) < FOLLOWS:
             continue
         ratio = springs.correlation * springs.ratio / (body.correlation * body.ratio)
@@ -100,11 +99,6 @@ def wrong_travel(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     evidence = f"their roll rate is {ratio:.2g} ± {std:.1g} of the gyro's in bends (over {front.seconds:.0f} s), 0.65 to 1 by tyres"
     action = "left out; say the unit, or a factor, in a mapping file"
     return [Decision(name, "range", text, action, evidence, applied=True) for name in DEFLECTIONS]
-
-
-def _quick(rate: FloatArray) -> FloatArray:
-    """A rate of change, (n,), without noise and without what lasts longer than `SLOWEST_S`."""
-    return smooth(rate, QUICKEST_CELLS) - smooth(rate, round(SLOWEST_S / CELL_S) + 1)
 
 
 def _axles(grid: Grid) -> dict[str, FloatArray]:
