@@ -1,4 +1,4 @@
-"""All signs, step by step: the springs' own, then lateral ones (which look at it and at accel_z's), then those that build on them."""
+"""All signs, step by step: the speed's and the springs' own, then lateral ones (which look at it and at accel_z's), then those that build on them."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from parsers.checks.grid import Grid
 from parsers.checks.rate_signs import rate_signs
 from parsers.checks.signs import SignResult, lateral_signs, other_signs, springs_signs, turned_along
+from parsers.checks.speed_signs import speed_signs
 from parsers.checks.springs import exchanged_decision
 from parsers.drive import Decision
 
@@ -31,7 +32,13 @@ def all_signs(grid: Grid) -> AllSigns:
     decisions: list[Decision] = []
     unchecked: list[str] = []
     axes_turned = False
-    steps: tuple[Callable[[Grid], SignResult], ...] = (springs_signs, lateral_signs, other_signs, rate_signs)
+    steps: tuple[Callable[[Grid], SignResult], ...] = (
+        speed_signs,
+        springs_signs,
+        lateral_signs,
+        other_signs,
+        rate_signs,
+    )
     for step in steps:
         result = rate_signs(grid, _untold(grid, unchecked)) if step is rate_signs else step(grid)
         if result.exchanged:

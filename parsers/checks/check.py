@@ -10,6 +10,7 @@ from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
 from parsers.checks.frozen import frozen
 from parsers.checks.grid import make_grid
+from parsers.checks.held import fixes
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.sizes import pressure_faults, size_faults
@@ -91,7 +92,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
     spans = spans_of_codes(quiet, stated)
-    grid = make_grid({name: without_codes(signal, spans.get(name)) for name, signal in quiet.items()})
+    grid = make_grid(fixes({name: without_codes(signal, spans.get(name)) for name, signal in quiet.items()}))
     sized, units = size_faults(grid, stated)
     told = {name: stated.get(name, True) or name in sized for name in work}
     factors, more = unit_faults(work, grid.scaled(sized), told)
@@ -111,7 +112,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    present = make_grid(work, grid)
+    present = make_grid(fixes(work), grid)
     still = frozen(work, present)
     if not any(each.applied for each in still):
         still += unlike_axles(work, present) or wrong_travel(work, present)
@@ -119,7 +120,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if dead:
         wild |= dead
         work = {name: signal for name, signal in work.items() if name not in dead}
-        present = make_grid(work, grid)
+        present = make_grid(fixes(work), grid)
     signs = judge_signs(present)
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
