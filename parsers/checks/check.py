@@ -18,6 +18,7 @@ from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.travel import wrong_travel
 from parsers.checks.unit_faults import unit_faults
+from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
 
 
@@ -114,6 +115,13 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         del work[light.signal]
     present = make_grid(fixes(work), grid)
     still = frozen(work, present)
+    odd = OddWheels()
+    if not any(each.applied for each in still):
+        odd = odd_wheels(present)
+        still += odd.left_out
+    if odd.inverted:
+        work = _scaled(work, dict.fromkeys(odd.inverted, -1.0))
+        present = make_grid(fixes(work), grid)
     if not any(each.applied for each in still):
         still += unlike_axles(work, present) or wrong_travel(work, present)
     dead = {each.signal: each for each in still if each.applied}
@@ -125,7 +133,13 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
     idle = stuck(work, grid)
-    rest = [*signs.decisions, *wild.values(), *(each for each in still if not each.applied), *idle]
+    rest = [
+        *odd.decisions,
+        *signs.decisions,
+        *wild.values(),
+        *(each for each in still if not each.applied),
+        *idle,
+    ]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
     rest += offsets(grid.without(left_out))
     guessed = [
@@ -136,7 +150,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     unsure = (*signs.unchecked, *guessed)
     findings = Findings(
         factors,
-        signs.inverted,
+        signs.inverted ^ odd.inverted,
         left_out,
         tuple(units),
         tuple(spikes),

@@ -6,27 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from check_drives import check, drive, found, only, same, scaled
+from check_drives import DEFLECTIONS, check, drive, found, only, same, scaled, sprung
 
 from parsers.drive import Signal
 
-DEFLECTIONS = tuple(f"suspension_deflection_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
 LATERAL = ("accel_y", "yaw_rate", "steering_wheel_angle")
-
-
-def sprung(kind: str = "slalom") -> dict[str, Signal]:
-    """The made drive with deflections that follow its roll and pitch, and without satellites, wheels and angles."""
-    signals = drive(kind)
-    roll, pitch = signals["roll"], signals["pitch"]
-    rng = np.random.default_rng(5)
-    made = {}
-    for name in DEFLECTIONS:
-        side, end = (1 if name.endswith("r") else -1), (1 if "_f" in name else -1)
-        tilt = 0.75 * side * roll.values + 1.3 * end * np.interp(roll.time_ns, pitch.time_ns, pitch.values)
-        noise = 0.0005 * rng.standard_normal(len(tilt))
-        made[name] = replace(roll, name=name, source=name, values=tilt + 0.01 + noise, group="springs")
-    kept = only(signals, "accel_x", "accel_y", "accel_z", "yaw_rate", "roll_rate", "pitch_rate", "speed")
-    return kept | only(signals, "steering_wheel_angle") | made
 
 
 def test_right_signs_are_left_alone() -> None:
