@@ -140,7 +140,7 @@ def _marks(grid: Grid) -> _Marks | None:
         return None
     drivers = [clip(bends[rows]), clip(slowing[rows])]
     brakes = seconds(np.abs(drivers[1]) > _MIN_CHANGE) >= 1.0
-    if not _moves(drivers) or abs(float(np.corrcoef(drivers)[0, 1])) > _APART:
+    if not _moves(drivers) or abs(_correlation(*drivers)) > _APART:
         return None
     followed = [_partial([clip(smooth(column)[rows]), *drivers]) for column in there]
     if any(found is None or abs(found[0]) < FOLLOWS for found in followed):
@@ -164,10 +164,15 @@ def _moves(columns: Sequence[FloatArray]) -> bool:
     return all(float(np.std(column)) > 0 for column in columns)
 
 
+def _correlation(first: FloatArray, second: FloatArray) -> float:
+    return float(np.mean((first - first.mean()) * (second - second.mean())) / first.std() / second.std())
+
+
 def _partial(columns: Sequence[FloatArray]) -> tuple[float, float] | None:
     """Correlation of the first column with each of the other two, what the third explains taken off; None where one stands still."""
     if not _moves(columns):
         return None
-    (_, a, b), (_, _, c), _ = np.corrcoef(columns)
+    first, second, third = columns
+    a, b, c = _correlation(first, second), _correlation(first, third), _correlation(second, third)
     left = np.sqrt(np.maximum([(1 - b * b) * (1 - c * c), (1 - a * a) * (1 - c * c)], 1e-12))
     return float((a - b * c) / left[0]), float((b - a * c) / left[1])
