@@ -4,7 +4,7 @@ The body turns against the horizon by what its springs and its tyres give: the s
 is off by less than a factor is weighed with the vehicle file, where there is one; beyond it all that rests on the deflections is wrong.
 
 A gyro turns with the road as well, wheels follow what is uneven, and on usual roads both are as large as the lean itself. So the two are
-compared only in what each goes along with the lateral acceleration, within three seconds, in which hardly a road banks into a bend: what is the
+compared only in what each goes along with bends, within three seconds, in which hardly a road banks into a bend: what is the
 road's in either of them stays out, and so does noise.
 """
 
@@ -30,8 +30,9 @@ LEAST, MOST = 0.45, 1.4
 TYRES = 0.85
 """The usual ratio: what a vehicle rolls on its tyres, the springs do not show."""
 
-FOLLOWS = 0.5
-"""Least correlation of springs and gyro with the lateral acceleration; what is left is road and noise, and makes the ratio less sure."""
+FOLLOWS, FOLLOWS_FELT = 0.5, 0.7
+"""Least correlation of springs and gyro with bends; what is left is road and noise, and makes the ratio less sure. What is felt across has
+the body's roll over uneven ground in it as well: there more is asked."""
 ALIKE = 1.5
 """How far apart the two axles' ratios may be: tracks and tyres make a quarter."""
 LEAST_MPS2 = 0.5
@@ -57,23 +58,32 @@ class Share:
 
 def axle_shares(grid: Grid) -> dict[str, Share]:
     """The share of each axle ("f", "r") whose springs and whose gyro go along with bends clearly; none without a gyro or bends."""
-    gyro, reference = grid.get("roll_rate"), lateral_reference(grid)
-    if gyro is None or reference is None or not varied(reference[1], LEAST_MPS2):
+    gyro, lateral = grid.get("roll_rate"), _lateral(grid)
+    if gyro is None or lateral is None or not varied(lateral[0], LEAST_MPS2):
         return {}
-    bends = swift(grid.rate(reference[1]))
+    bends, follows = swift(grid.rate(lateral[0])), lateral[1]
     body = compare(swift(gyro), bends)
-    if body is None or abs(body.correlation) < FOLLOWS:
+    if body is None or abs(body.correlation) < follows:
         return {}
     shares = {}
     for axle, rolling in _axles(grid).items():
         springs = compare(swift(grid.rate(rolling) / TRACK_M), bends)
-        if springs is None or abs(springs.correlation) < FOLLOWS:
+        if springs is None or abs(springs.correlation) < follows:
             continue
         ratio = springs.correlation * springs.ratio / (body.correlation * body.ratio)
         # of two slopes, each known by about one independent value a second
         spread = sum((1 / each.correlation**2 - 1) / each.seconds for each in (springs, body))
         shares[axle] = Share(ratio, abs(ratio) * math.sqrt(spread), springs.seconds)
     return shares
+
+
+def _lateral(grid: Grid) -> tuple[FloatArray, float] | None:
+    """Yaw rate times speed, m/s², into which no uneven ground goes, else what is felt across; and the correlation from which it tells."""
+    turning = lateral_reference(grid.without({"accel_y"}))
+    if turning is not None:
+        return turning[1], FOLLOWS
+    felt = lateral_reference(grid)
+    return None if felt is None else (felt[1], FOLLOWS_FELT)
 
 
 def wrong_travel(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
