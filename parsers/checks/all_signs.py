@@ -1,12 +1,14 @@
-"""All signs, step by step: the springs' own, then lateral ones (which look at it and at accel_z's), then those that build on them."""
+"""All signs, step by step: the speed's and the springs' own, then lateral ones (which look at it and at accel_z's), then those that build on them."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from parsers.checks.grid import Grid
 from parsers.checks.rate_signs import rate_signs
 from parsers.checks.signs import SignResult, lateral_signs, other_signs, springs_signs, turned_along
+from parsers.checks.speed_signs import speed_signs
 from parsers.checks.springs import exchanged_decision
 from parsers.drive import Decision
 
@@ -30,8 +32,15 @@ def all_signs(grid: Grid) -> AllSigns:
     decisions: list[Decision] = []
     unchecked: list[str] = []
     axes_turned = False
-    for step in (springs_signs, lateral_signs, other_signs, rate_signs):
-        result: SignResult = step(grid)
+    steps: tuple[Callable[[Grid], SignResult], ...] = (
+        speed_signs,
+        springs_signs,
+        lateral_signs,
+        other_signs,
+        rate_signs,
+    )
+    for step in steps:
+        result = rate_signs(grid, _untold(grid, unchecked)) if step is rate_signs else step(grid)
         if result.exchanged:
             exchanged = result.exchanged & set(grid.columns)
             decisions = [exchanged_decision(bool(exchanged & inverted))]
@@ -44,7 +53,20 @@ def all_signs(grid: Grid) -> AllSigns:
         inverted ^= turned
         grid = grid.scaled(dict.fromkeys(turned, -1.0))
         decisions += [*result.decisions, *along]
+        unchecked = [
+            text for text in unchecked if text.split(":")[0].removeprefix("sign of ") not in result.told
+        ]
         unchecked += [
             text for text in result.unchecked if text.split(":")[0].removeprefix("sign of ") not in with_it
         ]
     return AllSigns(inverted, exchanged, grid, tuple(decisions), tuple(unchecked))
+
+
+def _untold(grid: Grid, unchecked: Sequence[str]) -> frozenset[str]:
+    """The angles of a drive whose sign nothing told. unchecked: what was said of that."""
+    untold = {
+        name for name in ("roll", "pitch") if any(text.startswith(f"sign of {name}:") for text in unchecked)
+    }
+    if any(text.startswith("lateral signs:") for text in unchecked):
+        untold.add("roll")
+    return frozenset(untold & set(grid.columns))

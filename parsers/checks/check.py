@@ -10,6 +10,7 @@ from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
 from parsers.checks.frozen import frozen
 from parsers.checks.grid import make_grid
+from parsers.checks.held import fixes
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.sizes import pressure_faults, size_faults
@@ -17,6 +18,7 @@ from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.travel import wrong_travel
 from parsers.checks.unit_faults import unit_faults
+from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
 
 
@@ -91,7 +93,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
     spans = spans_of_codes(quiet, stated)
-    grid = make_grid({name: without_codes(signal, spans.get(name)) for name, signal in quiet.items()})
+    grid = make_grid(fixes({name: without_codes(signal, spans.get(name)) for name, signal in quiet.items()}))
     sized, units = size_faults(grid, stated)
     told = {name: stated.get(name, True) or name in sized for name in work}
     factors, more = unit_faults(work, grid.scaled(sized), told)
@@ -111,20 +113,33 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    present = make_grid(work, grid)
+    present = make_grid(fixes(work), grid)
     still = frozen(work, present)
+    odd = OddWheels()
+    if not any(each.applied for each in still):
+        odd = odd_wheels(present)
+        still += odd.left_out
+    if odd.inverted:
+        work = _scaled(work, dict.fromkeys(odd.inverted, -1.0))
+        present = make_grid(fixes(work), grid)
     if not any(each.applied for each in still):
         still += unlike_axles(work, present) or wrong_travel(work, present)
     dead = {each.signal: each for each in still if each.applied}
     if dead:
         wild |= dead
         work = {name: signal for name, signal in work.items() if name not in dead}
-        present = make_grid(work, grid)
+        present = make_grid(fixes(work), grid)
     signs = judge_signs(present)
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
     idle = stuck(work, grid)
-    rest = [*signs.decisions, *wild.values(), *(each for each in still if not each.applied), *idle]
+    rest = [
+        *odd.decisions,
+        *signs.decisions,
+        *wild.values(),
+        *(each for each in still if not each.applied),
+        *idle,
+    ]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
     rest += offsets(grid.without(left_out))
     guessed = [
@@ -135,7 +150,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     unsure = (*signs.unchecked, *guessed)
     findings = Findings(
         factors,
-        signs.inverted,
+        signs.inverted ^ odd.inverted,
         left_out,
         tuple(units),
         tuple(spikes),

@@ -17,6 +17,10 @@ _CELLS = 11
 _FLAT = 0.95
 """Accelerometers on level roads show yaw rate times speed, and 3 to 10 % more by the body's roll; on roads that lean in, less."""
 _LEAST = 0.9
+_SLOWEST_CELLS, _NOISE_CELLS = 31, 5
+_LEAST_SWIFT, _LEAST_PLAIN, _LEAST_QUICK = 0.6, 0.4, 0.3
+"""Correlations within three seconds, of all, and within one. Simulated drives on any road have 0.5 and more in the first, never of the wrong
+sign where it is 0.25."""
 CANNOT_TELL = (
     "its quick changes are too small, and slow ones may be those of roads that lean into their bends"
 )
@@ -25,6 +29,25 @@ CANNOT_TELL = (
 def quick(values: FloatArray) -> FloatArray:
     """What is left of a column (n,) without its mean over 1.1 s."""
     return values - smooth(values, _CELLS)
+
+
+def swift(rate: FloatArray) -> FloatArray:
+    """A rate of change, (n,), without noise and without what lasts longer than three seconds: hills, and most of what banks."""
+    return smooth(rate, _NOISE_CELLS) - smooth(rate, _SLOWEST_CELLS)
+
+
+def swift_tells(turning: FloatArray, driving: FloatArray) -> Together | None:
+    """How a body's turning goes with what drives it, both (n,) as rates of change, where hills or banked roads are larger than the lean.
+
+    None where that is not clear, or what is quicker or slower says otherwise.
+    """
+    found, plain = compare(swift(turning), swift(driving)), compare(turning, driving)
+    sudden = compare(quick(turning), quick(driving))
+    if found is None or plain is None or sudden is None or abs(found.correlation) < _LEAST_SWIFT:
+        return None
+    if min(plain.correlation * found.sign / _LEAST_PLAIN, sudden.correlation * found.sign / _LEAST_QUICK) < 1:
+        return None
+    return found
 
 
 def level_roads(grid: Grid) -> bool:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together, compare
-from parsers.checks.leaning import CANNOT_TELL, told_by
+from parsers.checks.leaning import CANNOT_TELL, swift_tells, told_by
 from parsers.checks.signs import SignResult, varied
 from parsers.checks.springs import springs_tilt
 from parsers.drive import Decision
@@ -19,34 +19,76 @@ _LEAST_PUSHED = 0.6
 _RATES = (("roll_rate", "roll", "accel_y", 1), ("pitch_rate", "pitch", "accel_x", -1))
 
 
-def rate_signs(grid: Grid) -> SignResult:
-    """Roll rate and pitch rate against the change of their angles, else of the springs, else of the acceleration behind them."""
+def rate_signs(grid: Grid, untold: Collection[str] = ()) -> SignResult:
+    """Roll rate and pitch rate against the change of their angles, else of the springs, else of the acceleration behind them.
+
+    untold: angles whose own sign nothing told. A rate is not held against such a one: where the rate's own sign is told it tells that of the
+    angle, else neither is.
+    """
     inverted: set[str] = set()
     decisions: list[Decision] = []
     unchecked: list[str] = []
+    told: set[str] = set()
     for rate, angle, push, sense in _RATES:
         if grid.get(rate) is None:
             continue
-        said, found = _told(grid, rate, _witnesses(grid, angle, push, sense))
-        if found is None:
+        said, found = _told(grid, rate, _witnesses(grid, angle, push, sense, angle in untold))
+        along = _along(grid, rate, angle) if angle in untold else None
+        if found is None and along is not None:
+            unchecked.append(f"sign of {rate}: {_both(angle, along)}")
+            if along.sign < 0:
+                decisions.append(_contradicted(rate, angle, along))
+        elif found is None:
             unchecked.append(f"sign of {rate}: {said}")
-        elif found.sign < 0:
-            inverted.add(rate)
-            evidence = f"correlation {found.correlation:.2f} over {found.seconds:.0f} s"
-            text = f"{rate} has the sign opposite to {said}"
-            decisions.append(Decision(rate, "sign", text, "inverted", evidence, applied=True))
-    return SignResult(frozenset(inverted), tuple(decisions), tuple(unchecked))
+        else:
+            if found.sign < 0:
+                inverted.add(rate)
+                decisions.append(_inverted(rate, f"{rate} has the sign opposite to {said}", found))
+            if along is not None:
+                told.add(angle)
+            if along is not None and along.sign * found.sign < 0:
+                inverted.add(angle)
+                text = f"the change of {angle} has the sign opposite to {rate}, which goes with {said}"
+                decisions.append(_inverted(angle, text, along))
+    return SignResult(frozenset(inverted), tuple(decisions), tuple(unchecked), told=frozenset(told))
+
+
+def _along(grid: Grid, rate: str, angle: str) -> Together | None:
+    """How an angle's change goes with its rate; None where that is not clear."""
+    tilt = grid.columns[angle]
+    found = compare(grid.columns[rate], grid.rate(tilt)) if varied(tilt, _MIN_TILT) else None
+    return found if found is not None and abs(found.correlation) >= _LEAST else None
+
+
+def _both(angle: str, along: Together) -> str:
+    how = "goes with" if along.sign > 0 else "is opposite to"
+    return f"it {how} the change of {angle}, and the drive tells neither's own sign"
+
+
+def _evidence(found: Together) -> str:
+    return f"correlation {found.correlation:.2f} over {found.seconds:.0f} s"
+
+
+def _inverted(name: str, text: str, found: Together) -> Decision:
+    return Decision(name, "sign", text, "inverted", _evidence(found), applied=True)
+
+
+def _contradicted(rate: str, angle: str, along: Together) -> Decision:
+    text = f"{rate} has the sign opposite to the change of {angle}"
+    action = "left as they are: which of the two is wrong the drive does not tell; say it in a mapping file"
+    return Decision(rate, "sign", text, action, _evidence(along), applied=False)
 
 
 @dataclass(frozen=True)
 class _Witness:
     """What a rate may be held against. says: (n,) of the rate. least: correlation from which it tells. by_road: whether roads go into
-    it otherwise than into the rate."""
+    it otherwise than into the rate. pushes: whether it is the acceleration behind the rate."""
 
     name: str
     says: FloatArray
     least: float
     by_road: bool
+    pushes: bool = False
 
 
 def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, Together | None]:
@@ -55,6 +97,8 @@ def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, To
     for each in witnesses:
         found = compare(turning, each.says)
         if found is None or abs(found.correlation) < each.least:
+            if each.pushes and (swiftly := swift_tells(turning, each.says)) is not None:
+                return each.name, swiftly
             continue
         if each.by_road and rate == "roll_rate":
             found = told_by(grid, found, (turning, each.says), each.least)
@@ -62,8 +106,8 @@ def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, To
     return "the drive moves it too little", None
 
 
-def _witnesses(grid: Grid, angle: str, push: str, sense: int) -> Iterator[_Witness]:
-    tilt, driving = grid.get(angle), grid.get(push)
+def _witnesses(grid: Grid, angle: str, push: str, sense: int, untold: bool) -> Iterator[_Witness]:
+    tilt, driving = None if untold else grid.get(angle), grid.get(push)
     springs = springs_tilt(grid, angle) if tilt is None else None
     if tilt is not None and varied(tilt, _MIN_TILT):
         yield _Witness(f"the change of {angle}", grid.rate(tilt), _LEAST, by_road=False)
@@ -72,4 +116,4 @@ def _witnesses(grid: Grid, angle: str, push: str, sense: int) -> Iterator[_Witne
         yield _Witness(said, grid.rate(springs), _LEAST, by_road=True)
     if driving is not None and varied(driving, 1.0):
         said = f"the change of {push}" + (" (braking tips the nose down)" if sense < 0 else "")
-        yield _Witness(said, sense * grid.rate(driving), _LEAST_PUSHED, by_road=True)
+        yield _Witness(said, sense * grid.rate(driving), _LEAST_PUSHED, by_road=True, pushes=True)

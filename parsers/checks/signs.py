@@ -17,7 +17,7 @@ import numpy as np
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together, compare
-from parsers.checks.leaning import CANNOT_TELL, level_roads, told_by
+from parsers.checks.leaning import CANNOT_TELL, level_roads, swift_tells, told_by
 from parsers.checks.motion import (
     MIN_SPEED,
     path_speed,
@@ -70,7 +70,7 @@ class SignResult:
     """Which signals are inverted, the decisions, and which checks had too little to go by.
 
     axes_turned: whether the log's axes are those of SAE J670. exchanged: signals that are not what their names say, each being
-    another's.
+    another's. told: signals whose sign an earlier step could not tell, and this one did.
     """
 
     inverted: frozenset[str]
@@ -78,6 +78,7 @@ class SignResult:
     unchecked: tuple[str, ...]
     axes_turned: bool = False
     exchanged: frozenset[str] = frozenset()
+    told: frozenset[str] = frozenset()
 
 
 def lateral_reference(grid: Grid) -> tuple[str, FloatArray] | None:
@@ -141,9 +142,11 @@ def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
         smoothed = smooth(lateral) if each == "path" else lateral
         smoothed = grid.rate(lateral) if each == _ROLL_RATE else smoothed
         together = compare(values, smoothed, centred=centred)
+        changes = grid.rate(values) if each == "roll" else values
         if each in ("roll", _ROLL_RATE) and together is not None and abs(together.correlation) >= _LEAST:
-            changes = values if each == _ROLL_RATE else grid.rate(values)
             together = told_by(grid, together, (changes, grid.rate(lateral)), _LEAST_QUICK)
+        elif each in ("roll", _ROLL_RATE):
+            together = swift_tells(changes, grid.rate(lateral))
         if together is not None and abs(together.correlation) >= _LEAST:
             said = "yaw_rate × speed" if each == "yaw_rate" and speed is not None else each
             found.append(Vote(each, together, cost, _WITNESSES.get(each, said)))
@@ -187,7 +190,10 @@ def lateral_signs(grid: Grid) -> SignResult:
     chosen = chosen - {
         _ROLL_RATE
     }  # a witness here; its own sign is looked at when those of the others are settled
-    exchanged = "springs" in chosen and springs_in_braking(grid) is not None
+    told = springs_in_braking(grid) is not None
+    if told and _springs_alone(against, with_it):
+        chosen = {"springs"}
+    exchanged = "springs" in chosen and told
     decisions = tuple(
         _lateral_decision(each, name, by_name, chosen, margin, z_down)
         for each in costs
@@ -201,17 +207,33 @@ def lateral_signs(grid: Grid) -> SignResult:
         names |= set(DEFLECTIONS) if each == "springs" else {each}
     axes_turned = z_down and name in chosen
     alone = axes_turned and "yaw_rate" in grid.columns and "yaw_rate" not in costs
-    unchecked = ("sign of roll: " + CANNOT_TELL,) if _hidden(grid, costs) else ()
+    unchecked: tuple[str, ...] = ()
+    if "roll" in grid.columns and "roll" not in costs:
+        why = CANNOT_TELL if _hidden(grid) else "it goes with no bend clearly"
+        unchecked = (f"sign of roll: {why}",)
     return SignResult(
         frozenset(names), decisions, unchecked + ((_YAW_ALONE,) if alone else ()), axes_turned=axes_turned,
         exchanged=frozenset(DEFLECTIONS) if exchanged else frozenset(),
     )  # fmt: skip
 
 
-def _hidden(grid: Grid, told: Collection[str]) -> bool:
-    """Whether a roll angle that moves did not tell its sign, on roads that may lean."""
+def _springs_alone(against: Collection[str], with_it: Collection[str]) -> bool:
+    """Whether only the springs disagree with bends as acceleration, turning and roll show them all alike.
+
+    Axes with y to the right change the signs of what is felt across and of turning, never that of roll; a unit that is mounted backwards changes
+    roll and what is felt across, never turning. So no way to hold the axes explains all of these, and exchanged wheels do.
+    """
+    return (
+        set(against) == {"springs"}
+        and bool({"roll", _ROLL_RATE} & set(with_it))
+        and bool({"yaw_rate", "steering_wheel_angle", "path", "wheels"} & set(with_it))
+    )
+
+
+def _hidden(grid: Grid) -> bool:
+    """Whether a roll angle moves on roads that may lean."""
     roll = grid.get("roll")
-    return roll is not None and "roll" not in told and varied(roll, _MIN_ROLL) and not level_roads(grid)
+    return roll is not None and varied(roll, _MIN_ROLL) and not level_roads(grid)
 
 
 def _lateral_decision(
@@ -272,7 +294,10 @@ def other_signs(grid: Grid) -> SignResult:
         found, least = compare(pitch, forward) if varied(forward, 1.0) else None, 0.65
         if found is not None and abs(found.correlation) < least:
             # hills are in both, with another slope than the nod's: quick changes are the pedals'
-            quick = compare(grid.rate(pitch), grid.rate(forward))
+            changes = grid.rate(pitch), grid.rate(forward)
+            quick = compare(*changes)
+            if quick is None or abs(quick.correlation) < _LEAST_QUICK:
+                quick = swift_tells(*changes) or quick
             found, least = (found, least) if quick is None else (quick, _LEAST_QUICK)
         if found is None or abs(found.correlation) < least:
             unchecked.append("sign of pitch: braking and driving move it too little")

@@ -2,34 +2,41 @@
 
 The body turns against the horizon by what its springs and its tyres give: the springs' roll rate is 0.65 to 1 of the gyro's. A scale that
 is off by less than a factor is weighed with the vehicle file, where there is one; beyond it all that rests on the deflections is wrong.
+
+A gyro turns with the road as well, wheels follow what is uneven, and on usual roads both are as large as the lean itself. So the two are
+compared only in what each goes along with bends, within three seconds, in which hardly a road banks into a bend: what is the
+road's in either of them stays out, and so does noise.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-
-import numpy as np
+from dataclasses import dataclass
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, compare
+from parsers.checks.leaning import swift
+from parsers.checks.signs import lateral_reference, varied
 from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision, Signal
 
 TRACK_M = 1.55
 """Of a usual car; tracks of road vehicles lie between 1.25 and 2.1 m."""
 
-LEAST, MOST = 0.45, 1.5
+LEAST, MOST = 0.45, 1.4
 """The springs' roll rate over the gyro's that tyres, tracks and springs inside the wheels explain, with room."""
 
 TYRES = 0.85
 """The usual ratio: what a vehicle rolls on its tyres, the springs do not show."""
 
-FOLLOWS = 0.85
+FOLLOWS, FOLLOWS_FELT = 0.5, 0.7
+"""Least correlation of springs and gyro with bends; what is left is road and noise, and makes the ratio less sure. What is felt across has
+the body's roll over uneven ground in it as well: there more is asked."""
 ALIKE = 1.5
 """How far apart the two axles' ratios may be: tracks and tyres make a quarter."""
-LEAST_RATE = 0.02
-"""rad/s, rms of the gyro's roll rate: below it noise decides."""
+LEAST_MPS2 = 0.5
+"""From the median of the lateral acceleration, for a second: below it noise decides."""
 
 HINTS = (
     (25.4, "mm called inches would be"), (10.0, "mm called cm would be"), (2.54, "cm called inches would be"),
@@ -40,41 +47,75 @@ HINTS = (
 NEAR = 1.2
 
 
+@dataclass(frozen=True)
+class Share:
+    """The roll that an axle's springs show over the gyro's, with its sign and its standard deviation."""
+
+    ratio: float
+    std: float
+    seconds: float
+
+
+def axle_shares(grid: Grid) -> dict[str, Share]:
+    """The share of each axle ("f", "r") whose springs and whose gyro go along with bends clearly; none without a gyro or bends."""
+    gyro, lateral = grid.get("roll_rate"), _lateral(grid)
+    if gyro is None or lateral is None or not varied(lateral[0], LEAST_MPS2):
+        return {}
+    bends, follows = swift(grid.rate(lateral[0])), lateral[1]
+    body = compare(swift(gyro), bends)
+    if body is None or abs(body.correlation) < follows:
+        return {}
+    shares = {}
+    for axle, rolling in _axles(grid).items():
+        springs = compare(swift(grid.rate(rolling) / TRACK_M), bends)
+        if springs is None or abs(springs.correlation) < follows:
+            continue
+        ratio = springs.correlation * springs.ratio / (body.correlation * body.ratio)
+        # of two slopes, each known by about one independent value a second
+        spread = sum((1 / each.correlation**2 - 1) / each.seconds for each in (springs, body))
+        shares[axle] = Share(ratio, abs(ratio) * math.sqrt(spread), springs.seconds)
+    return shares
+
+
+def _lateral(grid: Grid) -> tuple[FloatArray, float] | None:
+    """Yaw rate times speed, m/s², into which no uneven ground goes, else what is felt across; and the correlation from which it tells."""
+    turning = lateral_reference(grid.without({"accel_y"}))
+    if turning is not None:
+        return turning[1], FOLLOWS
+    felt = lateral_reference(grid)
+    return None if felt is None else (felt[1], FOLLOWS_FELT)
+
+
 def wrong_travel(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     """All four deflections left out, where a gyro surely contradicts their size; nothing where it does not, or there is none."""
     if "roll_rate" not in signals or any(name not in signals for name in DEFLECTIONS):
         return []
-    gyro = grid.get("roll_rate")
-    if gyro is None:
+    shares = axle_shares(grid)
+    if len(shares) < 2:
         return []
-    finite = gyro[np.isfinite(gyro)]
-    if not len(finite) or float(np.std(finite)) < LEAST_RATE:
-        return []
-    found = [compare(grid.rate(rolling) / TRACK_M, gyro) for rolling in _axles(grid)]
-    front, rear = found if len(found) == 2 else (None, None)
-    if front is None or rear is None or min(abs(f.correlation) for f in (front, rear)) < FOLLOWS:
-        return []
+    front, rear = shares["f"], shares["r"]
+    sizes = sorted((abs(front.ratio), abs(rear.ratio)))
     # axles that contradict each other have another fault than a unit: a wheel's sign, a dead sensor
-    if front.sign != rear.sign or max(front.ratio, rear.ratio) > ALIKE * min(front.ratio, rear.ratio):
+    if front.ratio * rear.ratio <= 0 or sizes[1] > ALIKE * sizes[0]:
         return []
-    ratio = math.sqrt(front.ratio * rear.ratio)
-    if LEAST <= ratio <= MOST:
+    ratio, std = math.sqrt(sizes[0] * sizes[1]), max(front.std, rear.std)
+    if LEAST - std <= ratio <= MOST + std:
         return []
     times = ratio / TYRES
     hint = next((words for factor, words in HINTS if factor / NEAR < times < factor * NEAR), "")
     text = f"deflections show {times:.2g} times the travel that roll_rate says the springs make"
     if hint:
         text += f", as {hint}"
-    evidence = f"their roll rate is {ratio:.2g} of the gyro's (correlation {abs(front.correlation):.2f} over {front.seconds:.0f} s), 0.65 to 1 by tyres"
+    evidence = f"their roll rate is {ratio:.2g} ± {std:.1g} of the gyro's in bends (over {front.seconds:.0f} s), 0.65 to 1 by tyres"
     action = "left out; say the unit, or a factor, in a mapping file"
     return [Decision(name, "range", text, action, evidence, applied=True) for name in DEFLECTIONS]
 
 
-def _axles(grid: Grid) -> list[FloatArray]:
-    """Right less left deflection of each axle that has both."""
-    found = []
+def _axles(grid: Grid) -> dict[str, FloatArray]:
+    """Right less left deflection of each axle ("f", "r") that has both, m."""
+    found = {}
     for axle in "fr":
         left, right = (grid.get(f"suspension_deflection_{axle}{side}") for side in "lr")
         if left is not None and right is not None:
-            found.append(right - left)
+            found[axle] = right - left
     return found

@@ -41,6 +41,7 @@ _COST_INVERSE = 0.5
 _COST_ALONE = 2.0
 _MARGIN = 1.5
 _CLOSE = 1.3
+_BEARS_OUT = 1.2
 _FELT = 0.3
 """Evidence whose penalty changes by less says nothing."""
 _LEAST_OF_PAIRS, _LEAST_ALONE = 0.5, 0.8
@@ -87,6 +88,13 @@ def unit_faults(
     clear = {name for name in changed if _clear(problem, name, best)}
     for name in changed:
         sure = name in clear and _borne_out(problem, name, best, clear)
+        felt = [] if sure or _quantity(name) != "speed" else _felt(problem, name)
+        others = {**best, name: 1.0}
+        if felt and all(_fits(each, others) for each in felt):
+            continue  # what is felt along and across bears the speed out: a path that says otherwise is the poorer witness
+        if felt and _fits(felt[0], others):
+            decisions += [_not_the_speed(name, felt[0], each) for each in felt[1:]]
+            continue
         for signal in _members(name, signals):
             decisions.append(_decision(signal, name, best[name], problem, sure))
             if sure:
@@ -165,6 +173,27 @@ def _clear(problem: UnitProblem, name: str, best: Factors) -> bool:
     return margin - problem.cost(best) >= _MARGIN and _close(problem, name, best)
 
 
+def _felt(problem: UnitProblem, name: str) -> list[Evidence]:
+    """What accelerometers say of a speed, where both do: along and then across."""
+    about = [each for each in problem.evidence if name in each.powers]
+    along = [each for each in about if "accel_x" in each.powers]
+    across = [each for each in about if {"accel_y", "yaw_rate"} <= each.powers.keys()]
+    return [along[0], across[0]] if along and across else []
+
+
+def _fits(each: Evidence, factors: Factors) -> bool:
+    """Whether a ratio is, with factors of other signals, as near to 1 as no mistake of a speed's unit leaves it."""
+    return abs(math.log(each.after(factors))) < math.log(_BEARS_OUT)
+
+
+def _not_the_speed(name: str, along: Evidence, across: Evidence) -> Decision:
+    """What is said where bends contradict a speed that is felt along: the yaw rate or the lateral acceleration is off."""
+    return Decision(
+        "yaw_rate", "scale", f"{' and '.join(across.powers)} do not fit together, and {name} is right by accel_x",
+        "left as it is: say the unit or a factor in a mapping file", f"{across.words()}, expected near 1; {along.words()}", applied=False,
+    )  # fmt: skip
+
+
 def _borne_out(problem: UnitProblem, name: str, best: Factors, clear: Collection[str]) -> bool:
     """Whether evidence asks for a signal's repair: its own, or that of an axis of its sensor that is repaired as it is."""
 
@@ -210,12 +239,20 @@ def _decision(signal: str, name: str, factor: float, problem: UnitProblem, sure:
         kind="unit",
         found=f"{signal} is in {true}, but was taken for {taken}"
         if sure
-        else f"{signal} may be in {true}, not in {taken}",
+        else _perhaps(signal, factor, true, taken),
         action=by if sure else "left as it is: say the unit in a mapping file",
         evidence=words
         or f"the other {'speeds' if name == _WHEELS else 'axes of the same sensor'} are in {true}",
         applied=sure,
     )
+
+
+def _perhaps(signal: str, factor: float, true: str, taken: str) -> str:
+    """A doubt in words. What a log states is not known here, so that of two units other than SI only their factor is."""
+    if taken in _SI_TAKEN:
+        return f"{signal} may be in {true}, not in {taken}"
+    large = f"{1 / factor:.2g} times too large" if factor < 1 else f"{factor:.2g} times too small"
+    return f"{signal} may be {large}, as {true} taken for {taken} would be"
 
 
 def _unexplained(problem: UnitProblem, best: Factors) -> Iterator[Decision]:

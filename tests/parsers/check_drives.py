@@ -12,6 +12,7 @@ RATE = 50.0
 NS = 1_000_000_000
 DEG = np.pi / 180
 G = 9.80665
+DEFLECTIONS = tuple(f"suspension_deflection_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
 
 
 def drive(kind="slalom", **options):
@@ -91,6 +92,21 @@ def made_drive(kind, seconds=60.0, noise=1.0, seed=1, speed=20.0):
     signals["latitude"] = Signal("latitude", stamps, latitude, "latitude", group="gps")
     signals["longitude"] = Signal("longitude", stamps, longitude, "longitude", group="gps")
     return signals
+
+
+def sprung(kind="slalom"):
+    """The made drive with deflections that follow its roll and pitch, and without satellites, wheels and angles."""
+    signals = drive(kind)
+    roll, pitch = signals["roll"], signals["pitch"]
+    rng = np.random.default_rng(5)
+    made = {}
+    for name in DEFLECTIONS:
+        side, end = (1 if name.endswith("r") else -1), (1 if "_f" in name else -1)
+        tilt = 0.75 * side * roll.values + 1.3 * end * np.interp(roll.time_ns, pitch.time_ns, pitch.values)
+        noise = 0.0005 * rng.standard_normal(len(tilt))
+        made[name] = replace(roll, name=name, source=name, values=tilt + 0.01 + noise, group="springs")
+    kept = only(signals, "accel_x", "accel_y", "accel_z", "yaw_rate", "roll_rate", "pitch_rate", "speed")
+    return kept | only(signals, "steering_wheel_angle") | made
 
 
 def only(signals, *names):

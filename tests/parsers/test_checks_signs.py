@@ -125,3 +125,18 @@ def test_the_sign_of_pitch_is_told_in_hills_by_its_quick_changes(sign):
         for each in decisions
         if each.signal == "pitch" and each.kind == "sign"
     )
+
+
+@pytest.mark.parametrize("names", [("speed",), ("speed", "wheel_speed_rl", "wheel_speed_rr")])
+@pytest.mark.parametrize("kept", [("roll", "steering_wheel_angle"), ()])
+def test_a_speed_that_is_negative_all_the_way_is_inverted_and_nothing_else(names, kept):
+    signals = only(drive(), "accel_x", "accel_y", "accel_z", "yaw_rate", "roll_rate", *names, *kept)
+    fixed, decisions = check(scaled(signals, **dict.fromkeys(names, -1.0)))
+    assert found(decisions, "sign") == set(names)
+    assert same(fixed, signals)
+
+
+def test_a_drive_in_reverse_gear_keeps_its_sign():
+    signals = only(drive(speed=8.0), "accel_x", "accel_y", "accel_z", "yaw_rate", "speed")
+    back = scaled(signals, speed=-1.0, yaw_rate=-1.0)
+    assert "speed" not in found(check(back)[1], "sign")

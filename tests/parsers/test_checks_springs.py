@@ -6,27 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from check_drives import check, drive, found, only, same, scaled
+from check_drives import DEFLECTIONS, check, drive, found, only, same, scaled, sprung
 
 from parsers.drive import Signal
 
-DEFLECTIONS = tuple(f"suspension_deflection_{wheel}" for wheel in ("fl", "fr", "rl", "rr"))
 LATERAL = ("accel_y", "yaw_rate", "steering_wheel_angle")
-
-
-def sprung(kind: str = "slalom") -> dict[str, Signal]:
-    """The made drive with deflections that follow its roll and pitch, and without satellites, wheels and angles."""
-    signals = drive(kind)
-    roll, pitch = signals["roll"], signals["pitch"]
-    rng = np.random.default_rng(5)
-    made = {}
-    for name in DEFLECTIONS:
-        side, end = (1 if name.endswith("r") else -1), (1 if "_f" in name else -1)
-        tilt = 0.75 * side * roll.values + 1.3 * end * np.interp(roll.time_ns, pitch.time_ns, pitch.values)
-        noise = 0.0005 * rng.standard_normal(len(tilt))
-        made[name] = replace(roll, name=name, source=name, values=tilt + 0.01 + noise, group="springs")
-    kept = only(signals, "accel_x", "accel_y", "accel_z", "yaw_rate", "roll_rate", "pitch_rate", "speed")
-    return kept | only(signals, "steering_wheel_angle") | made
 
 
 def test_right_signs_are_left_alone() -> None:
@@ -75,19 +59,38 @@ def test_springs_tell_the_pitch_rate() -> None:
     assert np.array_equal(fixed["pitch_rate"].values, signals["pitch_rate"].values)
 
 
-@pytest.mark.parametrize(
-    ("turn", "pair"), [({"f": "r", "r": "f"}, "front and rear"), ({"l": "r", "r": "l"}, "left and right")]
-)
-def test_wheels_that_are_exchanged_are_no_matter_of_sign(turn: dict[str, str], pair: str) -> None:
-    """Braking and bends contradict each other: inverting makes one of them right and the other wrong."""
-    signals = sprung() | only(drive("slalom"), "roll", "wheel_speed_rl", "wheel_speed_rr")
+WAYS = [({"f": "r", "r": "f"}, "front and rear"), ({"l": "r", "r": "l"}, "left and right")]
+
+
+def exchanged(signals: dict[str, Signal], turn: dict[str, str]) -> dict[str, Signal]:
+    """The signals with the deflections of two wheels each under the other's name."""
     wrong = dict(signals)
     for name in DEFLECTIONS:
         end, side = name[-2:]
         other = turn[end] + side if "f" in turn else end + turn[side]
         wrong[name] = replace(signals[f"{name[:-2]}{other}"], name=name)
-    fixed, decisions = check(wrong)
+    return wrong
+
+
+@pytest.mark.parametrize(("turn", "pair"), WAYS)
+@pytest.mark.parametrize("more", [("roll", "wheel_speed_rl", "wheel_speed_rr"), ("roll",), ()])
+def test_wheels_that_are_exchanged_are_no_matter_of_sign(
+    turn: dict[str, str], pair: str, more: tuple[str, ...]
+) -> None:
+    """Braking and bends contradict each other: inverting makes one of them right and the other wrong.
+
+    With wheel speeds or without: roll, or its rate, is enough to tell that the lateral signals are right.
+    """
+    signals = sprung() | only(drive("slalom"), *more)
+    fixed, decisions = check(exchanged(signals, turn))
     (said,) = [each for each in decisions if each.kind == "sign"]
     assert f"deflections of {pair} wheels look exchanged" in said.found
     assert not set(DEFLECTIONS) & set(fixed)
     assert same(fixed, {name: signal for name, signal in signals.items() if name not in DEFLECTIONS})
+
+
+@pytest.mark.parametrize("kept", [("accel_y", "yaw_rate"), ("accel_y", "steering_wheel_angle")])
+def test_two_lateral_signals_and_the_roll_rate_outweigh_exchanged_springs(kept: tuple[str, ...]) -> None:
+    signals = only(sprung(), *kept, "roll_rate", "speed", *DEFLECTIONS)
+    fixed, _ = check(exchanged(signals, WAYS[1][0]))
+    assert same(fixed, only(signals, *kept, "roll_rate", "speed"))

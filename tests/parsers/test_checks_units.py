@@ -135,3 +135,44 @@ def test_the_path_tells_a_unit_where_it_turns_as_the_vehicle_does():
     fixed, decisions = check(scaled(signals, accel_x=1 / G, accel_y=1 / G))
     assert found(decisions, "unit") == {"accel_x", "accel_y"}
     assert np.allclose(fixed["accel_x"].values, signals["accel_x"].values)
+
+
+def held(signals, every_s):
+    """The place of each fix in the rows of a 50 Hz table until the next one."""
+    rows = signals["speed"].time_ns
+    fix = np.searchsorted(rows, rows[0] + ((rows - rows[0]) // int(every_s * 1e9)) * int(every_s * 1e9))
+    made = {}
+    for name in ("latitude", "longitude"):
+        smooth = np.interp(rows, signals[name].time_ns, signals[name].values)
+        made[name] = replace(signals[name], time_ns=rows, values=smooth[fix])
+    return signals | made
+
+
+@pytest.mark.parametrize("every_s", [1.0, 0.2])
+@pytest.mark.parametrize("others", [("accel_x", "accel_y", "yaw_rate"), ()])
+def test_places_held_between_fixes_contradict_no_speed(every_s, others):
+    signals = only(held(drive(), every_s), "speed", "latitude", "longitude", *others)
+    fixed, decisions = check(signals)
+    assert not decisions
+    assert same(fixed, signals)
+
+
+def test_a_path_at_odds_with_a_speed_that_both_accelerations_bear_out_says_nothing_of_its_unit():
+    signals = only(drive(), "speed", "latitude", "longitude", "accel_x", "accel_y", "yaw_rate")
+    latitude, longitude = signals["latitude"], signals["longitude"]
+    far = {
+        each.name: replace(each, values=each.values[0] + 1.7 * (each.values - each.values[0]))
+        for each in (latitude, longitude)
+    }
+    assert found(check(signals | far)[1], "unit") == set()
+    without = only(signals | far, "speed", "latitude", "longitude")
+    assert found(check(without)[1], "unit") == {"speed"}
+
+
+def test_a_yaw_rate_that_is_off_is_no_matter_of_a_speed_that_is_felt():
+    wrong = scaled(only(drive(), "accel_x", "accel_y", "yaw_rate", "speed"), yaw_rate=2.3)
+    fixed, decisions = check(wrong)
+    (said,) = [each for each in decisions if each.kind in ("unit", "scale")]
+    assert (said.signal, said.kind, said.applied) == ("yaw_rate", "scale", False)
+    assert "speed is right by accel_x" in said.found
+    assert same(fixed, wrong)

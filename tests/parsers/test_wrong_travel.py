@@ -7,7 +7,7 @@ import pytest
 
 from parsers.checks.check import check_all
 from parsers.checks.grid import make_grid
-from parsers.checks.travel import wrong_travel
+from parsers.checks.travel import axle_shares, wrong_travel
 from parsers.drive import Signal
 
 HZ = 50.0
@@ -65,4 +65,32 @@ def test_a_wheel_of_the_wrong_sign_is_no_unit() -> None:
     signals = _signals(1.0)
     wrong = signals["suspension_deflection_fl"]
     signals["suspension_deflection_fl"] = Signal(wrong.name, wrong.time_ns, -wrong.values, wrong.name)
+    assert not wrong_travel(signals, make_grid(signals))
+
+
+def _on_a_rough_road(scale: float) -> dict[str, Signal]:
+    """Wheels that follow what is uneven, each for itself, and a body that turns with a road's crossfall: more than it leans on its springs."""
+    signals = _signals(scale)
+    rng = np.random.default_rng(7)
+    t = signals["roll_rate"].time_ns / 1e9
+    road = np.convolve(rng.standard_normal(len(t)), np.hanning(401), mode="same")
+    banked = 0.04 * road / road.std()
+    changed = {"roll_rate": signals["roll_rate"].values + np.gradient(banked) * HZ}
+    for wheel in ("fl", "fr", "rl", "rr"):
+        bump = np.convolve(rng.standard_normal(len(t)), np.hanning(25), mode="same")
+        name = f"suspension_deflection_{wheel}"
+        changed[name] = signals[name].values + scale * 0.004 * bump / bump.std()
+    made = {name: Signal(name, signals[name].time_ns, values, name) for name, values in changed.items()}
+    return signals | made
+
+
+@pytest.mark.parametrize("scale", [0.1, 0.4, 2.54])
+def test_a_rough_road_hides_no_wrong_unit(scale: float) -> None:
+    signals = _on_a_rough_road(scale)
+    assert len(wrong_travel(signals, make_grid(signals))) == 4
+
+
+def test_a_rough_road_is_no_wrong_unit() -> None:
+    signals = _on_a_rough_road(1.0)
+    assert axle_shares(make_grid(signals)).keys() == {"f", "r"}
     assert not wrong_travel(signals, make_grid(signals))

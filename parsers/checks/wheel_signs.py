@@ -1,0 +1,178 @@
+"""Each wheel's deflection by itself: of four that stand under one body, bends press one side and braking one axle.
+
+What goes along with bends and what goes along with braking tell of a deflection whose it is, and with which sign: a wheel that does both the
+other way round has the other sign; one that does bends alone so stands on the other side. Axle and body together (`parsers.checks.springs`,
+`parsers.checks.signs`) are looked at later, when no wheel contradicts the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from parsers.channels import FloatArray
+from parsers.checks.grid import Grid, clip
+from parsers.checks.motion import seconds, smooth, vehicle_speed
+from parsers.checks.signs import MIN_LATERAL, lateral_reference, lateral_signs, lateral_votes, varied
+from parsers.checks.springs import DEFLECTIONS
+from parsers.drive import Decision
+from parsers.signals import WHEELS
+
+FOLLOWS = 0.5
+"""Least partial correlation of each wheel: right drives of all roads come to 0.6 and more."""
+_LEAST_CELLS = 200
+_APART = 0.8
+"""Correlation of bends and braking from which on they cannot be told apart."""
+_MIN_CHANGE = 0.7
+_YAW_ALONE = {"yaw_rate"}
+_PAIRS = {"front": {"fl", "fr"}, "rear": {"rl", "rr"}, "left": {"fl", "rl"}, "right": {"fr", "rr"}}
+
+
+@dataclass(frozen=True)
+class OddWheels:
+    """inverted: deflections of the other sign, put right; left_out: a decision for each that cannot be used; decisions: on the inverted."""
+
+    inverted: frozenset[str] = frozenset()
+    left_out: tuple[Decision, ...] = ()
+    decisions: tuple[Decision, ...] = ()
+
+
+@dataclass(frozen=True)
+class _Marks:
+    """+1 where a wheel moves as it should, -1 where the other way round. braking: empty where that does not tell. figures: in words."""
+
+    bends: Mapping[str, int]
+    braking: Mapping[str, int]
+    figures: str
+
+
+def odd_wheels(grid: Grid) -> OddWheels:
+    """Wheels that move otherwise than the others in bends, and mostly in braking; nothing without all four or a drive that tells."""
+    marks = _marks(grid)
+    if marks is None or (len(set(marks.bends.values())) == 1 and len(set(marks.braking.values())) < 2):
+        return OddWheels()
+    if marks.braking:
+        return _by_both(grid, marks)
+    for few in (1, -1):
+        odd = {wheel for wheel, sign in marks.bends.items() if sign == few}
+        if len(odd) == 1:
+            return _out(
+                odd,
+                "moves in bends as on the other side, unlike the other three: its sign, or its wheel, is wrong",
+                marks,
+            )
+    return _by_bends(grid, marks, dict.fromkeys(WHEELS, 1))
+
+
+def _by_both(grid: Grid, marks: _Marks) -> OddWheels:
+    """Where braking tells as well: its signs are known, those of bends up to the sign of the lateral signals."""
+    coherent = len({marks.bends[wheel] * marks.braking[wheel] for wheel in WHEELS}) == 1
+    if not coherent:
+        return _by_bends(grid, marks, marks.braking)
+    wrong = {wheel for wheel in WHEELS if marks.braking[wheel] < 0}
+    if not wrong or len(wrong) == len(WHEELS):
+        return OddWheels()
+    if len(wrong) < len(WHEELS) - 1 and wrong not in _PAIRS.values():
+        return _out(wrong, "has the sign opposite to the other wheels', in bends and in braking", marks)
+    which = next((f"the {name} wheels" for name, pair in _PAIRS.items() if pair == wrong), "three wheels")
+    names = [f"suspension_deflection_{wheel}" for wheel in WHEELS if wheel in wrong]
+    text = f"suspension deflections of {which} have the sign opposite to the rest, in bends and in braking"
+    action = f"{', '.join(names[:-1])} and {names[-1]} inverted (compression is positive)"
+    decision = Decision(names[0], "sign", text, action, marks.figures, applied=True)
+    return OddWheels(frozenset(names), (), (decision,))
+
+
+def _by_bends(grid: Grid, marks: _Marks, braking: Mapping[str, int]) -> OddWheels:
+    """Wheels that contradict the lateral signals or braking alone; all four where nothing else tells which of them are right."""
+    pitching = {wheel for wheel in WHEELS if braking[wheel] < 0}
+    if pitching in (_PAIRS["front"], _PAIRS["rear"], set(WHEELS)):
+        pitching = set()  # how an axle's links hold it in braking may be anything
+    sign = _bends_sign(grid)
+    if len(set(marks.bends.values())) == 1:
+        sign = next(iter(marks.bends.values()))
+    if sign is None:
+        text = "moves otherwise than those of other wheels in bends, and nothing tells which are right"
+        return _out(set(WHEELS), text, marks)
+    turned = {wheel for wheel in WHEELS if marks.bends[wheel] * sign < 0}
+    odd = turned | pitching
+    if turned in (_PAIRS["front"], _PAIRS["rear"]) and not pitching:
+        return _out(
+            odd, "moves in bends as on the other side: left and right of this axle look exchanged", marks
+        )
+    return _out(odd, "moves as at another wheel: channels look exchanged, or have the other sign", marks)
+
+
+def _bends_sign(grid: Grid) -> int | None:
+    """-1 where the lateral reference itself has the wrong sign, by what is no spring; None where only turning is there to tell."""
+    rest = grid.without(DEFLECTIONS)
+    reference = lateral_reference(rest)
+    if reference is None or {vote.name for vote in lateral_votes(rest, reference)} <= _YAW_ALONE:
+        return None
+    return -1 if reference[0] in lateral_signs(rest).inverted else 1
+
+
+def _out(wheels: set[str], text: str, marks: _Marks) -> OddWheels:
+    action = "left out: say the sign, or which channel is which wheel, in a mapping file"
+    names = [f"suspension_deflection_{wheel}" for wheel in WHEELS if wheel in wheels]
+    return OddWheels(
+        left_out=tuple(
+            Decision(name, "sign", f"{name} {text}", action, marks.figures, applied=True) for name in names
+        )
+    )
+
+
+def _marks(grid: Grid) -> _Marks | None:
+    reference, speed = lateral_reference(grid), vehicle_speed(grid)
+    columns = [grid.get(name) for name in DEFLECTIONS]
+    there = [column for column in columns if column is not None]
+    if (
+        reference is None
+        or speed is None
+        or len(there) < len(columns)
+        or not varied(reference[1], MIN_LATERAL)
+    ):
+        return None
+    bends, slowing = smooth(reference[1]), -grid.rate(smooth(np.abs(speed)))
+    rows = np.all(np.isfinite([*there, bends, slowing]), axis=0)
+    if np.count_nonzero(rows) < _LEAST_CELLS:
+        return None
+    drivers = [clip(bends[rows]), clip(slowing[rows])]
+    brakes = seconds(np.abs(drivers[1]) > _MIN_CHANGE) >= 1.0
+    if not _moves(drivers) or abs(_correlation(*drivers)) > _APART:
+        return None
+    followed = [_partial([clip(smooth(column)[rows]), *drivers]) for column in there]
+    if any(found is None or abs(found[0]) < FOLLOWS for found in followed):
+        return None
+    told = [found for found in followed if found is not None]
+    braking = {}
+    if brakes and all(abs(found[1]) >= FOLLOWS for found in told):
+        braking = {w: _sign(found[1], w in _PAIRS["front"]) for w, found in zip(WHEELS, told, strict=True)}
+    turning = {w: _sign(found[0], w in _PAIRS["right"]) for w, found in zip(WHEELS, told, strict=True)}
+    words = ", ".join(
+        f"{w} {found[0]:+.2f} and {found[1]:+.2f}" for w, found in zip(WHEELS, told, strict=True)
+    )
+    return _Marks(turning, braking, f"correlations with {reference[0]} and with the loss of speed: {words}")
+
+
+def _sign(correlation: float, positive: bool) -> int:
+    return 1 if (correlation > 0) == positive else -1
+
+
+def _moves(columns: Sequence[FloatArray]) -> bool:
+    return all(float(np.std(column)) > 0 for column in columns)
+
+
+def _correlation(first: FloatArray, second: FloatArray) -> float:
+    return float(np.mean((first - first.mean()) * (second - second.mean())) / first.std() / second.std())
+
+
+def _partial(columns: Sequence[FloatArray]) -> tuple[float, float] | None:
+    """Correlation of the first column with each of the other two, what the third explains taken off; None where one stands still."""
+    if not _moves(columns):
+        return None
+    first, second, third = columns
+    a, b, c = _correlation(first, second), _correlation(first, third), _correlation(second, third)
+    left = np.sqrt(np.maximum([(1 - b * b) * (1 - c * c), (1 - a * a) * (1 - c * c)], 1e-12))
+    return float((a - b * c) / left[0]), float((b - a * c) / left[1])

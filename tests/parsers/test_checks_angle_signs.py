@@ -1,0 +1,79 @@
+"""Signs of roll and pitch by what moves the body, on hills and banked roads too: a right rate is not turned to suit a wrong angle."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import G, check, drive, found, only, same, scaled
+
+from parsers.checks import unchecked
+from parsers.drive import Signal
+
+STEP = 1 / 50
+PITCH, ROLL = ("pitch", "pitch_rate"), ("roll", "roll_rate")
+
+
+def hilly(*, pedals: float = 1.0) -> dict[str, Signal]:
+    """A drive whose roads bank and rise by more than the body leans and nods, within some seconds. pedals: how hard they are pressed."""
+    signals = drive(seconds=180.0)
+    t = np.arange(len(signals["roll"].values)) * STEP
+    pushed = pedals * 2.5 * np.sin(2 * np.pi * t / 5) * np.sin(2 * np.pi * t / 23)
+    bank, hill = 0.06 * np.sin(2 * np.pi * t / 17), 0.05 * np.sin(2 * np.pi * t / 19)
+    rng = np.random.default_rng(8)
+    noise = {name: 0.002 * rng.standard_normal(len(t)) for name in ("roll_rate", "pitch_rate", "accel_x")}
+    roll, pitch = signals["roll"].values + bank, -0.005 * pushed + hill
+    made = {
+        "accel_x": pushed - G * np.sin(hill),
+        "accel_y": signals["accel_y"].values + G * np.sin(bank),
+        "speed": 20 + np.cumsum(pushed) * STEP,
+        "roll": roll,
+        "pitch": pitch,
+        "roll_rate": np.gradient(roll, STEP),
+        "pitch_rate": np.gradient(pitch, STEP),
+    }
+    wave = {n: replace(signals[n], values=v + noise.get(n, 0.0)) for n, v in made.items()}
+    return only(signals, "accel_z", "yaw_rate", "steering_wheel_angle") | wave
+
+
+@pytest.mark.parametrize(
+    "names", [(), ("roll",), ("roll_rate",), ROLL, ("pitch",), ("pitch_rate",), PITCH, ("roll", "pitch_rate")]
+)
+def test_each_sign_is_told_by_what_moves_the_body(names: tuple[str, ...]) -> None:
+    signals = hilly()
+    fixed, decisions = check(scaled(signals, **dict.fromkeys(names, -1.0)))
+    assert found(decisions, "sign") == set(names)
+    assert same(fixed, signals)
+
+
+@pytest.mark.parametrize("names", [(), PITCH])
+def test_where_nothing_tells_angle_and_rate_are_both_listed(names: tuple[str, ...]) -> None:
+    signals = scaled(hilly(pedals=0.0), **dict.fromkeys(names, -1.0))
+    assert not found(check(signals)[1], "sign") & set(PITCH)
+    said = unchecked(signals, {})
+    assert {text.split(":")[0] for text in said} >= {"sign of pitch", "sign of pitch_rate"}
+
+
+@pytest.mark.parametrize("name", PITCH)
+def test_a_contradiction_that_nothing_decides_is_said_and_left(name: str) -> None:
+    signals = scaled(hilly(pedals=0.0), **{name: -1.0})
+    fixed, decisions = check(signals)
+    (said,) = [each for each in decisions if each.signal == "pitch_rate" and each.kind == "sign"]
+    assert not said.applied
+    assert "opposite to the change of pitch" in said.found
+    assert same(fixed, signals)
+
+
+@pytest.mark.parametrize("names", [(), ("pitch",), ("pitch_rate",), PITCH])
+def test_a_rate_that_the_springs_tell_tells_its_angle(names: tuple[str, ...]) -> None:
+    """Without an acceleration along, nothing tells the sign of pitch by itself."""
+    signals = only(drive("brake"), "accel_z", "speed", *PITCH)
+    for wheel, end in (("fl", 1), ("fr", 1), ("rl", -1), ("rr", -1)):
+        name = f"suspension_deflection_{wheel}"
+        signals[name] = replace(
+            signals["pitch"], name=name, source=name, values=0.01 + end * 1.3 * signals["pitch"].values
+        )
+    wrong = scaled(signals, **dict.fromkeys(names, -1.0))
+    assert same(check(wrong)[0], signals)
+    assert not any("pitch" in text for text in unchecked(wrong, {}))
