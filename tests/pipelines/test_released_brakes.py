@@ -39,3 +39,13 @@ def test_missing_samples_stay_missing() -> None:
     assert np.isnan(brake[:50]).all()
     assert not on[:50].any()
     assert np.isfinite(brake[50:]).all()
+
+
+def test_a_pressure_on_the_standing_vehicle_is_not_its_zero() -> None:
+    """Of a manoeuvre's few seconds a foot holds the vehicle for most: its pressure is no offset of the sensor."""
+    pushed = np.full(2000, 900.0)
+    pushed[1400:] = 5.0
+    found, on = released_at_zero(pushed, 60.0)
+    assert on[:1400].all()
+    assert found[0] == pytest.approx(895.0)
+    assert found[-1] == 0.0

@@ -231,7 +231,8 @@ def _pedals(
         least = LEAST_BRAKING * known.mean[known.index("empty_mass")] * known.mean[known.index("radius")]
         found["brake"], on = released_at_zero(brake, float(least))
         if "pushed" in found:
-            found["pushed"] = found["pushed"] - _middle(found["pushed"][~on])
+            # a foot that holds the standing vehicle pushes without braking it: the pressure's zero is its own
+            found["pushed"], _ = released_at_zero(found["pushed"], float(least))
     elif pressure is not None:
         on = pressure > 1e5
     else:
