@@ -25,7 +25,8 @@ def draw_plot(spec: FigureSpec, results: DriveResults) -> Plot:
         )
     if isinstance(drawn, Missing):
         return Plot(spec.name, spec.title, (), missing=clean(drawn.reason))
-    return Plot(spec.name, spec.title, drawn.svgs, clean(drawn.caption), alt=clean(drawn.alt))
+    title = clean(drawn.title) or spec.title
+    return Plot(spec.name, title, drawn.svgs, clean(drawn.caption), alt=clean(drawn.alt))
 
 
 def build_document(results: DriveResults) -> Document:

@@ -12,12 +12,14 @@ from pipelines.results import DriveResults
 class Drawing:
     """A drawn figure. svgs: pieces one below the other, so that a page can break between them.
 
-    caption: printed below. alt: what a reader who cannot see it is told.
+    caption: printed below. alt: what a reader who cannot see it is told. title: in place of the figure's own, where what is drawn
+    depends on the drive.
     """
 
     svgs: tuple[str, ...]
     caption: str
     alt: str
+    title: str = ""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The one telling plot: roll against lateral acceleration, the fitted gradient and its 95 % band."""
+"""The one telling plot: roll against lateral acceleration with the fitted gradient and its 95 % band, or what else a drive shows best."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
         draw_scatter(figure.subplots(), scatter)
         label = clean(f"{scatter.title}: {scatter.x_label} across, {scatter.y_label} up")
         svg = to_svg(figure, "roll-scatter", label)
-    return Drawing((svg,), clean(scatter.note), label)
+    return Drawing((svg,), clean(scatter.note), label, clean(scatter.title))
 
 
 def _why(results: DriveResults) -> str:
