@@ -9,7 +9,7 @@ from parsers.checks.axle_scales import unlike_axles
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
 from parsers.checks.frozen import frozen
-from parsers.checks.grid import make_grid
+from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
@@ -88,6 +88,26 @@ def _undone(decision: Decision) -> str:
     return f"left as it is (--no-fix); would be: {decision.action}" if decision.applied else decision.action
 
 
+def _wheels_put_right(
+    work: Mapping[str, Signal], grid: Grid
+) -> tuple[dict[str, Signal], Grid, OddWheels, list[Decision]]:
+    """The signals with deflections of the wrong sign turned, the grid of these, what was turned, and what of all signals stands still or
+    is of another scale: one fault is told, as it looks like the next."""
+    work = dict(work)
+    present = make_grid(fixes(work), grid)
+    still = frozen(work, present)
+    odd = OddWheels()
+    if not any(each.applied for each in still):
+        odd = odd_wheels(present)
+        still += odd.left_out
+    if odd.inverted:
+        work = _scaled(work, dict.fromkeys(odd.inverted, -1.0))
+        present = make_grid(fixes(work), grid)
+    if not any(each.applied for each in still):
+        still += unlike_axles(work, present) or wrong_travel(work, present)
+    return work, present, odd, still
+
+
 def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[Findings, dict[str, Signal]]:
     """What is wrong with signals, and the signals with all of it applied. stated: see `check_all`."""
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
@@ -113,17 +133,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    present = make_grid(fixes(work), grid)
-    still = frozen(work, present)
-    odd = OddWheels()
-    if not any(each.applied for each in still):
-        odd = odd_wheels(present)
-        still += odd.left_out
-    if odd.inverted:
-        work = _scaled(work, dict.fromkeys(odd.inverted, -1.0))
-        present = make_grid(fixes(work), grid)
-    if not any(each.applied for each in still):
-        still += unlike_axles(work, present) or wrong_travel(work, present)
+    work, present, odd, still = _wheels_put_right(work, grid)
     dead = {each.signal: each for each in still if each.applied}
     if dead:
         wild |= dead

@@ -24,7 +24,8 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.file_check import STATED
-from pipelines.joint.unknowns import AXLES, CORNERS, Known, levelled_n
+from pipelines.joint.suspension import levelled_n
+from pipelines.joint.unknowns import AXLES, CORNERS, Known
 from pipelines.results import FloatArray
 from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle

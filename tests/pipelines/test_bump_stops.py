@@ -12,7 +12,7 @@ from parsers.drive import Drive, Signal
 from pipelines.analyze import run_estimator
 from pipelines.estimators.load_balance.data import STOPS_M, collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
-from pipelines.joint import unknowns
+from pipelines.joint import suspension
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import ParameterEstimate
 from pipelines.vehicles.vehicle import Quantity
@@ -46,7 +46,7 @@ def test_stops_that_braking_touches_do_not_lower_the_height(monkeypatch: pytest.
     assert abs(error) < 0.035
     assert abs(z) < 1.0
     # springs alone take the stop for weight that was not there, where nothing else is doubted either
-    monkeypatch.setattr(unknowns, "STOP_A_METRE", 1e-6)
+    monkeypatch.setattr(suspension, "STOP_A_METRE", 1e-6)
     monkeypatch.setattr("pipelines.estimators.load_balance.estimator.doubts_of", lambda fit, vehicle: ())
     error, z = wrong(height(car, drive), car)
     assert error < -0.06
@@ -56,7 +56,7 @@ def test_stops_that_braking_touches_do_not_lower_the_height(monkeypatch: pytest.
 def test_without_stops_their_unknown_costs_little(monkeypatch: pytest.MonkeyPatch) -> None:
     drive = drive_of(CAR)
     found = height(CAR, drive)
-    monkeypatch.setattr(unknowns, "STOP_A_METRE", 1e-6)
+    monkeypatch.setattr(suspension, "STOP_A_METRE", 1e-6)
     sure = height(CAR, drive)
     assert abs(wrong(found, CAR)[1]) < 1.0
     assert found.std is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.estimators.load_balance.data import released_at_zero
+from pipelines.estimators.load_balance.pedals import released_at_zero
 
 
 def logged(offset: float, sign: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

@@ -89,31 +89,25 @@ def test_steady_corner_and_named_figures() -> None:
     )
 
 
-def _draw(car: plant.Car, *, tyres_known: bool) -> VehicleDraws:
+def _draw(car: plant.Car) -> VehicleDraws:
     one = np.ones(1)
-    ratio = car.gradient(road=False) / car.gradient(road=True)
     return VehicleDraws(
         mass=car.mass * one, sprung=car.sprung_kg * one, unsprung=car.unsprung_kg * one, hub=car.hub_height * one,
         height=car.cg_height * one, sprung_height=car.sprung_height * one, roll_axis=car.roll_axis * one,
         arm=car.arm * one, inertia=car.roll_inertia * one, body_inertia=car.body_inertia * one,
-        imu=(car.imu_height - car.roll_axis) * one, tyre_roll=car.tyre_roll * one if tyres_known else None,
-        tyre_ratio=ratio * one, possible=np.ones(1, dtype=bool),
+        imu=(car.imu_height - car.roll_axis) * one, tyre_roll=car.tyre_roll * one,
+        possible=np.ones(1, dtype=bool),
     )  # fmt: skip
 
 
-@pytest.mark.parametrize("tyres_known", [True, False])
 @pytest.mark.parametrize("road", [True, False])
-def test_stiffness_comes_back_through_tyres_and_mirror(tyres_known: bool, road: bool) -> None:
+def test_stiffness_comes_back_through_tyres_and_mirror(road: bool) -> None:
     """The static slope of a car on its tyres, put through the mapping, gives the suspension's own stiffness."""
     car = plant.Car()
     a = np.array([GRAVITY * np.degrees(1.0) / car.gradient(road=road)])
-    stiffness, _, slope = suspension_rates(
-        _draw(car, tyres_known=tyres_known), a, np.ones(1), against_axles=not road
-    )
+    stiffness, _, slope = suspension_rates(_draw(car), a, np.ones(1), against_axles=not road)
     assert stiffness[0] == pytest.approx(car.stiffness, rel=1e-3)
-    more, _, _ = suspension_rates(
-        _draw(car, tyres_known=tyres_known), a * 1.0001, np.ones(1), against_axles=not road
-    )
+    more, _, _ = suspension_rates(_draw(car), a * 1.0001, np.ones(1), against_axles=not road)
     assert np.log(more[0] / stiffness[0]) / 1e-4 == pytest.approx(slope[0], rel=1e-2)
 
 
@@ -128,7 +122,7 @@ def test_mirror_image_has_the_same_coefficients() -> None:
 def test_draws_expect_the_plants_rate_gain() -> None:
     car = plant.Car()
     a = GRAVITY * np.degrees(1.0) / car.gradient(road=False)
-    _, gain, _ = expected_rest(_draw(car, tyres_known=True), a, 5.0, against_axles=True)
+    _, gain, _ = expected_rest(_draw(car), a, 5.0, against_axles=True)
     assert gain[0] == pytest.approx(car.gradient(road=True) / car.gradient(road=False), rel=5e-3)
 
 

@@ -13,11 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.estimators.load_balance.axle_lag import LATE_S, earlier, sensor_lag_s
+from pipelines.estimators.load_balance.lean import angles_of
 from pipelines.estimators.load_balance.levelled import levelled, tilted
 from pipelines.estimators.load_balance.nodding import nodding_columns
+from pipelines.estimators.load_balance.pedals import pedals_of
 from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
-from pipelines.joint.laden import axis_lever, roll_parts
-from pipelines.joint.unknowns import AXLES, CORNERS, STOP_POWER, TYRE_SHARE, Known, body_of
+from pipelines.joint.suspension import STOP_POWER
+from pipelines.joint.unknowns import AXLES, CORNERS, TYRE_SHARE, Known
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
@@ -31,13 +33,8 @@ tops of dampers): real friction has some of each."""
 STOPS_M = 0.025
 """Travel from where the empty vehicle stands, below which no bump stop is touched."""
 
-LEAST_BRAKING = 0.1
-"""m/s²: less is not told from a pressure sensor's offset."""
 CRAWL = 0.3
 """m/s below which wheels are taken not to roll."""
-
-BRAKING = 0.7
-"""m/s² of deceleration from which the brakes are taken to be on where no brake signal is in the log."""
 
 
 @dataclass(frozen=True)
@@ -104,55 +101,6 @@ def _into_stops(d: FloatArray, prepared: Prepared, free_m: float, from_stand: bo
     return np.asarray(np.maximum(d - from_m, 0.0) ** 2)
 
 
-def _usual_lean(p: Mapping[str, float]) -> tuple[float, float]:
-    """rad a m/s² by which a body pitches and rolls on its springs, as stated or as usual: what the links carry they do not."""
-    body = body_of(p, None)
-    share = body.x / p["wheelbase"]
-    front, rear = (2 * p[f"spring_{axle}"] for axle in AXLES)
-    held = front * body.x**2 + rear * (p["wheelbase"] - body.x) ** 2
-    arm = body.h - axis_lever(p, share)
-    upright = sum(roll_parts(p)) - GRAVITY * body.sprung * arm
-    links = 0.5 * (p["pitch_center_brake"] + p["pitch_center_drive"])
-    return body.sprung * (body.h - links) / held, body.sprung * arm / max(upright, 0.3 * sum(roll_parts(p)))
-
-
-def _angles(prepared: Prepared, known: Known, deflections: bool) -> tuple[FloatArray, FloatArray]:
-    """Pitch (nose down) and roll (right side down) of the body against the road, tyres' part included, (n,) rad.
-
-    From the deflections where they are there, else from the accelerations and springs as stated or usual.
-    """
-    p = known.at(np.zeros(len(known.names)))
-    c = prepared.columns
-    n = len(prepared.time_s)
-    fx = c.get("accel_x", np.zeros(n))
-    fy = c.get("accel_y", np.zeros(n))
-    moment = (p["empty_mass"] + p["load"]) * p["empty_h"]
-    length, track = p["wheelbase"], p["track_front"]
-    tyre = p["tyre_rate"]
-    pitch_tyre = -moment * np.nan_to_num(fx) / (tyre * length**2)
-    roll_tyre = moment * np.nan_to_num(fy) / (tyre * track**2)
-    if not deflections:
-        nods, rolls = _usual_lean(p)
-        pitch_springs, roll_springs = -nods * np.nan_to_num(fx), rolls * np.nan_to_num(fy)
-        return np.asarray(pitch_tyre + pitch_springs), np.asarray(roll_tyre + roll_springs)
-    fl, fr, rl, rr = (c[f"suspension_deflection_{w}"] for w in CORNERS)
-    pitch = (fl + fr - rl - rr) / (2 * length)
-    roll = 0.5 * ((fr - fl) / track + (rr - rl) / p["track_rear"])
-    return np.asarray(pitch + pitch_tyre), np.asarray(roll + roll_tyre)
-
-
-def _sum_of(prepared: Prepared, name: str) -> FloatArray | None:
-    """A torque over all wheels: the sum as logged, or of the wheels that are logged."""
-    c = prepared.columns
-    if f"{name}" in c and np.isfinite(c[name]).any():
-        return c[name]
-    wheels = [c[f"{name}_{w}"] for w in CORNERS if f"{name}_{w}" in c]
-    if not wheels or (name == "brake_torque" and len(wheels) < 4):
-        return None
-    # a driven axle is logged whole, or the sum would say nothing
-    return np.asarray(np.sum(wheels, axis=0)) if len(wheels) in (2, 4) else None
-
-
 def _speed(prepared: Prepared) -> FloatArray | None:
     c = prepared.columns
     wheels = [c[f"wheel_speed_{w}"] for w in CORNERS if f"wheel_speed_{w}" in c]
@@ -193,56 +141,6 @@ def _inertial(
     return found
 
 
-def _middle(values: FloatArray) -> float:
-    """Median of what is there, 0 where nothing is."""
-    return float(np.nanmedian(values)) if np.isfinite(values).any() else 0.0
-
-
-def released_at_zero(torque: FloatArray, least: float) -> tuple[FloatArray, NDArray[np.bool_]]:
-    """(n,) brake torque, + where it brakes and nought where it does not, and where it does: at a fiftieth of the hardest braking and `least` N m.
-
-    Logs have it of either sign. What a sensor reads of released brakes is its offset, and is in what it reads of applied ones.
-    """
-    hardest = float(np.nanmax(np.abs(torque), initial=0.0))
-    turned = -1.0 if _middle(torque[np.abs(torque) > 0.5 * hardest]) < 0 else 1.0
-    signed = turned * torque
-    on = signed > max(0.02 * hardest, least)
-    return np.asarray(signed - _middle(signed[~on])), np.asarray(on)
-
-
-def _pedals(
-    prepared: Prepared, known: Known, v: FloatArray | None
-) -> tuple[dict[str, FloatArray], tuple[bool, bool]]:
-    """Brake and drive torque at the full band, and where the brakes are on."""
-    c, n = prepared.columns, len(prepared.time_s)
-    brake, drive = _sum_of(prepared, "brake_torque"), _sum_of(prepared, "drive_torque")
-    found: dict[str, FloatArray] = {}
-    gain = known.mean[known.index("brake_gain")]
-    pressure = c.get("brake_pressure")
-    if pressure is not None and gain > 2e-6 and gain != 1.0:
-        pushed = gain * pressure
-        if brake is None:
-            brake = pushed
-            found["by_pressure"] = np.ones(n)
-        else:
-            found["pushed"] = pushed
-    if brake is not None:
-        # noise and offset of a sensor are no braking, in a drive without any neither
-        least = LEAST_BRAKING * known.mean[known.index("empty_mass")] * known.mean[known.index("radius")]
-        found["brake"], on = released_at_zero(brake, float(least))
-        if "pushed" in found:
-            # a foot that holds the standing vehicle pushes without braking it: the pressure's zero is its own
-            found["pushed"], _ = released_at_zero(found["pushed"], float(least))
-    elif pressure is not None:
-        on = pressure > 1e5
-    else:
-        on = c.get("accel_x", np.zeros(n)) < -BRAKING
-    if drive is not None:
-        found["drive"] = drive
-    found["on"] = np.where(on, 1.0, 0.0)
-    return found, (drive is not None, brake is not None)
-
-
 def _kinds(prepared: Prepared) -> tuple[str, ...]:
     """Sources of vertical forces that are there at every wheel (or axle)."""
     c = prepared.columns
@@ -278,30 +176,15 @@ def _at_rest(prepared: Prepared, smooth: Smoother) -> FloatArray:
     return np.asarray(state[smooth.rows])
 
 
-def collect(
+def _driven(
     prepared: Prepared,
-    known: Known,
-    band_hz: float,
-    *,
-    zero_loaded: bool = False,
-    free_m: Mapping[str, float] | None = None,
-    of: Kind = "car",
-) -> Columns:
-    """All columns of the balances from a prepared drive; empty where it has no segments.
-
-    zero_loaded: deflections are nought where the loaded vehicle stands: how far the load lowers it is then not in them.
-    free_m: axle -> deflection from which on its bump stops may be touched; None: nobody says.
-    of: what kind of vehicle, which tells how late load transfer itself is.
-    """
-    smooth = Smoother(prepared, band_hz)
-    kinds = _kinds(prepared) if prepared.segments else ()
+    smooth: Smoother,
+    pedals: Mapping[str, FloatArray],
+    angles: tuple[FloatArray, FloatArray],
+    found: dict[str, FloatArray],
+) -> None:
+    """Adds what braking, driving and bends make of the specific forces, and the speed. found: with the inertial columns."""
     c = prepared.columns
-    angles = _angles(prepared, known, "deflection" in kinds)
-    found = _inertial(prepared, smooth, angles)
-    v = _speed(prepared)
-    pedals, has_torque = _pedals(prepared, known, v)
-    rest = _at_rest(prepared, smooth)
-    found |= {"rest": rest, "move": 1.0 - rest, "one": np.ones(len(rest))}
     if "accel_x" in c:
         found["fx_brake"] = smooth(c["accel_x"] * pedals["on"])
         found["fx_drive"] = found["fx"] - found["fx_brake"]
@@ -312,6 +195,7 @@ def collect(
         found["fy3"] = smooth(c["accel_y"] ** 3)
         found["fy_tilt"] = smooth(-GRAVITY * angles[1])
     found["fz_tilt"] = smooth(tilted(prepared, angles))
+    v = _speed(prepared)
     speed = np.zeros(len(prepared.time_s)) if v is None else v
     found["v"], found["v2"] = smooth(speed), smooth(speed * speed)
     found["vdot"] = smooth(speed, 1) if v is not None else found.get("fx", found["v"])
@@ -322,7 +206,42 @@ def collect(
     if v is not None:
         found |= nodding_columns(prepared, found, smooth)
     if "by_pressure" in pedals:
-        found["by_pressure"] = np.ones(len(rest))
+        found["by_pressure"] = np.ones(len(smooth.rows))
+
+
+def _axle_columns(
+    prepared: Prepared, smooth: Smoother, rest: FloatArray, late: float
+) -> dict[str, FloatArray]:
+    """Axle loads where they belong, so much earlier [s]; from LATE_S on what the axles carry, and nothing of what moves it."""
+    found = {a: smooth(earlier(prepared.columns[f"axle_load_{a}"], prepared, late)) for a in AXLES}
+    if late > LATE_S:
+        found = {a: np.where(rest == 1, load, np.nan) for a, load in found.items()}
+    return {f"axle_{a}": load for a, load in found.items()}
+
+
+def collect(
+    prepared: Prepared,
+    known: Known,
+    band_hz: float,
+    *,
+    zero_loaded: bool = False,
+    free_m: Mapping[str, float] | None = None,
+    vehicle_kind: Kind = "car",
+) -> Columns:
+    """All columns of the balances from a prepared drive; empty where it has no segments.
+
+    zero_loaded: deflections are nought where the loaded vehicle stands: how far the load lowers it is then not in them.
+    free_m: axle -> deflection from which on its bump stops may be touched; None: nobody says.
+    vehicle_kind: tells how late load transfer itself is.
+    """
+    smooth = Smoother(prepared, band_hz)
+    kinds = _kinds(prepared) if prepared.segments else ()
+    angles = angles_of(prepared, known, "deflection" in kinds)
+    found = _inertial(prepared, smooth, angles)
+    pedals, has_torque = pedals_of(prepared, known)
+    rest = _at_rest(prepared, smooth)
+    found |= {"rest": rest, "move": 1.0 - rest, "one": np.ones(len(rest))}
+    _driven(prepared, smooth, pedals, angles, found)
     sag = None
     if "deflection" in kinds:
         free = free_m or dict.fromkeys(AXLES, 0.0 if zero_loaded else STOPS_M)
@@ -331,15 +250,10 @@ def collect(
             sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):
         if kind in kinds:
-            found |= {f"{kind}_{w}": smooth(c[f"{name}_{w}"]) for w in CORNERS}
-    late = 0.0
+            found |= {f"{kind}_{w}": smooth(prepared.columns[f"{name}_{w}"]) for w in CORNERS}
+    late = sensor_lag_s(prepared, vehicle_kind) if "axle" in kinds else 0.0
     if "axle" in kinds:
-        late = sensor_lag_s(prepared, of)
-        loads = {a: c[f"axle_load_{a}"] for a in AXLES}
-        found |= {f"axle_{a}": smooth(earlier(load, prepared, late)) for a, load in loads.items()}
-        if late > LATE_S:
-            # what the axles carry, and nothing of what moves it
-            found |= {f"axle_{a}": np.where(rest == 1, found[f"axle_{a}"], np.nan) for a in AXLES}
+        found |= _axle_columns(prepared, smooth, rest, late)
     time_s = prepared.time_s[smooth.rows]
     block = np.floor((time_s - (time_s[0] if len(time_s) else 0.0)) / BLOCK_S).astype(np.int64)
     rest_s = float(np.nansum(rest)) * smooth.step / prepared.rate_hz if prepared.rate_hz else 0.0

@@ -135,7 +135,7 @@ class LoadBalance:
         data = collect(
             prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz),
             zero_loaded=vehicle.deflection_zero == "loaded", free_m=free_travel(vehicle),
-            of=kind_of(vehicle),
+            vehicle_kind=kind_of(vehicle),
         )  # fmt: skip
         along = along_relation(data, known)
         empty = vehicle.get("mass_kg")

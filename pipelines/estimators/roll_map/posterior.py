@@ -96,9 +96,7 @@ def _tyre_share(
     """
     own = d.sprung * d.arm
     ground = d.sprung * d.roll_axis + d.unsprung * d.hub
-    if d.tyre_roll is None:
-        kappa = (1 - d.tyre_ratio) / (1 + d.tyre_ratio * ground / own)
-    elif suspension is not None:
+    if suspension is not None:
         kappa = suspension / (suspension + d.tyre_roll)
     else:
         assert road is not None
@@ -118,10 +116,8 @@ def suspension_rates(
     stiffness = a * moment / (1 - kappa)
     # twice the lean: tyres that carry the axles' part answer late as well (`roll_series`)
     damping = b * moment**2 / own / (1 - kappa) ** 2
-    slope = np.ones_like(a)
-    if d.tyre_roll is not None:
-        ground = d.sprung * d.roll_axis + d.unsprung * d.hub
-        slope = 1 / np.maximum(1 - a * ground / d.tyre_roll, 0.2) / (1 - kappa)
+    ground = d.sprung * d.roll_axis + d.unsprung * d.hub
+    slope = 1 / np.maximum(1 - a * ground / d.tyre_roll, 0.2) / (1 - kappa)
     return np.asarray(stiffness), np.asarray(damping), np.asarray(slope)
 
 

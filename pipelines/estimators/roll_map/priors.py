@@ -49,7 +49,7 @@ class VehicleDraws:
     """Draws of the loaded vehicle, each (n,): SI. height: of the whole vehicle; arm: sprung CG above the roll axis.
 
     body_inertia: of the sprung mass about its own CG. imu: accelerometer above the roll axis. tyre_roll: roll
-    stiffness of the tyres in N·m/rad, or None where `tyre_ratio` (road stiffness over suspension stiffness) is drawn.
+    stiffness of the tyres in N·m/rad.
     """
 
     mass: FloatArray
@@ -63,8 +63,7 @@ class VehicleDraws:
     inertia: FloatArray
     body_inertia: FloatArray
     imu: FloatArray
-    tyre_roll: FloatArray | None
-    tyre_ratio: FloatArray
+    tyre_roll: FloatArray
     possible: np.ndarray
 
 
@@ -198,7 +197,7 @@ def _inertia(book: _Book, vehicle: Vehicle, mass: FloatArray, track: Quantity | 
     return mass * (np.maximum(share, 0.2) * width) ** 2
 
 
-def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> tuple[FloatArray, FloatArray]:
+def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> FloatArray:
     rate = vehicle.get("tire_vertical_rate_npm")
     rigid = book.rng.random(book.count) < RIGID_TYRES[rate is not None]
     width = track or Quantity(*TYPICAL_TRACK, "usual track")
@@ -208,7 +207,7 @@ def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> tuple[Float
     else:
         each = book.assumed(name, usual_tyre_rate(vehicle), "N/m", SILENT)
     stiffness = np.maximum(each, 0.2 * np.median(each)) * book.normal(width.value, width.std) ** 2
-    return np.where(rigid, STIFFER * stiffness, stiffness), np.ones(book.count)
+    return np.where(rigid, STIFFER * stiffness, stiffness)
 
 
 def draw_vehicle(
@@ -243,7 +242,7 @@ def draw_vehicle(
             "accelerometer above ground", IMU_HEIGHT, "m", "the vehicle file has no imu_above_ground_m"
         )
     )
-    tyre_roll, tyre_ratio = _tyres(book, vehicle, track)
+    tyre_roll = _tyres(book, vehicle, track)
     mass = empty + load
     height = (empty * empty_height + load * load_height) / mass
     sprung = mass - unsprung
@@ -264,7 +263,7 @@ def draw_vehicle(
     )
     draws = VehicleDraws(
         mass, sprung, unsprung, hub, height, sprung_height, roll_axis, arm, inertia, body_inertia,
-        imu - roll_axis, tyre_roll, tyre_ratio, possible,
+        imu - roll_axis, tyre_roll, possible,
     )  # fmt: skip
     return draws, tuple(book.assumptions), height_source
 
