@@ -189,7 +189,7 @@ def _bound(binding: Binding, columns: Mapping[str, FloatArray], *, in_place: boo
 def given(binding: Binding, columns: Mapping[str, FloatArray]) -> int:
     """How many rows have a number for a binding that may refuse some; 0 where it takes what it gets, or picks rows."""
     if not _by_covariance(binding) and (
-        binding.where is not None or (binding.valid_range is None and binding.kind == "scale")
+        binding.where is not None or (binding.valid_range is None and binding.kind in ("scale", "length"))
     ):
         return 0
     whole = np.logical_and.reduce([np.isfinite(columns[name]) for name in binding.channels])
@@ -205,7 +205,7 @@ def refused(binding: Binding) -> str:
     """Why the record counts a value that a binding had and did not take."""
     if _by_covariance(binding):
         return f"{binding.signal}: message that says it has none (covariance below 0), or value outside of its valid range"
-    if binding.kind == "scale":
+    if binding.kind in ("scale", "length"):
         return f"{binding.signal}: value outside of its valid range"
     return f"{binding.signal}: quaternion that is none, or value outside of its valid range"
 

@@ -11,7 +11,7 @@ import numpy as np
 from parsers.channels import FloatArray
 from parsers.units import Unit
 
-BindingKind = Literal["scale", "roll_of_quaternion", "pitch_of_quaternion"]
+BindingKind = Literal["scale", "length", "roll_of_quaternion", "pitch_of_quaternion"]
 
 _MIN_QUATERNION_NORM = 0.5
 """A unit quaternion has norm 1; drivers that do not estimate attitude publish zeros."""
@@ -22,7 +22,8 @@ class Binding:
     """One way to make a signal from channels of one group.
 
     signal: canonical name ("accel_y"). channels: the main channel, then channels that are added to it (Toyota
-    STEER_ANGLE + STEER_FRACTION); for the quaternion kinds x, y, z, w. unit: of the channels.
+    STEER_ANGLE + STEER_FRACTION); for the quaternion kinds x, y, z, w; for "length" the parts of a vector. unit: of the
+    channels.
     unit_from: "log", "profile toyota", "map file", "name", "assumed SI", or "magnitude" once a check decided.
     scale, offset: value = sum * scale + offset, in `unit`, before conversion to SI. sign_channel: where it is not
     zero the value is negative (VW). valid_range: in `unit`, after scale and offset; outside it there is no sample.
@@ -73,6 +74,8 @@ def bind(binding: Binding, columns: Mapping[str, FloatArray]) -> FloatArray:
         values = np.asarray(parts[0], dtype=np.float64)
         for part in parts[1:]:
             values = values + part
+    elif binding.kind == "length":
+        values = np.sqrt(np.sum(np.square(parts), axis=0))
     else:
         values = _angle_of_quaternion(binding.kind, parts)
     values = values * binding.scale + binding.offset

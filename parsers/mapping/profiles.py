@@ -16,7 +16,7 @@ require_unit = true                   # instead: no guess, the log must say the 
 scale, offset, invert, valid_range    # as in a mapping file
 rank = 2                              # added to the profile's rank
 rank_worse = { topic = ".*camera.*" } # tag -> pattern: such channels rank 4 lower
-kind = "roll_of_quaternion"           # needs `add` with the y, z and w channels
+kind = "roll_of_quaternion"           # needs `add` with the y, z and w channels; "length": of the vector with those of `add`
 add = [{ signal = "STEER_FRACTION", optional = true }]
 sign = { signal = "ESP_VZ_Gierrate" }         # not zero: negative
 where = { signal = "Axle", low = 0, high = 15, optional = true }

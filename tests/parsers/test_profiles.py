@@ -144,6 +144,36 @@ COMMANDS = [
 ]
 
 
+@pytest.mark.parametrize(
+    ("topic", "kind", "path"),
+    [
+        ("/ublox/fix_velocity", "geometry_msgs/TwistWithCovarianceStamped", "twist.twist."),
+        ("/vel", "geometry_msgs/TwistStamped", "twist."),
+        ("/nmea/vel", "geometry_msgs/TwistStamped", "twist."),
+        ("/mavros/global_position/raw/gps_vel", "geometry_msgs/TwistStamped", "twist."),
+        ("/local/enu/twist", "geometry_msgs/Twist", ""),
+        ("/gps/odom", "nav_msgs/Odometry", "twist.twist."),
+    ],
+)
+def test_a_receivers_velocity_along_the_worlds_axes_is_its_length(topic, kind, path):
+    found = propose([ros(topic, kind, f"{path}linear.{axis}") for axis in "xyz"], None)
+    assert set(found) == {"gps_speed_2d"}
+    (binding,) = found["gps_speed_2d"]
+    x, y = (f"{topic}.{path}linear.{axis}" for axis in "xy")
+    assert binding.channels == (x, y)
+    east, north = np.array([3.0, -3.0, 0.0, np.nan]), np.array([-4.0, 0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(bind(binding, {x: east, y: north}), [5.0, 3.0, 0.0, np.nan])
+
+
+@pytest.mark.parametrize(
+    "topic", ["/vehicle/twist", "/menu/twist", "/velocity", "/gps/velocity_body", "/vel/raw", "/turned/twist"]
+)
+def test_a_twist_in_body_axes_keeps_its_sign(topic):
+    found = propose([ros(topic, "geometry_msgs/TwistStamped", f"twist.linear.{axis}") for axis in "xy"], None)
+    assert set(found) == {"speed"}
+    assert found["speed"][0].channels == (f"{topic}.twist.linear.x",)
+
+
 @pytest.mark.parametrize(("kind", "field", "unit"), COMMANDS)
 def test_what_a_controller_wants_is_no_measurement(kind, field, unit):
     command = ros("/drive", kind, field, unit)
