@@ -28,6 +28,7 @@ class Binding:
     scale, offset: value = sum * scale + offset, in `unit`, before conversion to SI. sign_channel: where it is not
     zero the value is negative (VW). valid_range: in `unit`, after scale and offset; outside it there is no sample.
     where: (channel, low, high), only rows in which that channel lies inside (J1939 axle location, ROS covariance).
+    beside: of a latitude the longitude, and the other way round: where both are exactly zero there was no fix.
     rank: lower is better. rule: why ("profile vbox: Y_Accel", "column name 'ay'", "map.toml").
     """
 
@@ -44,6 +45,7 @@ class Binding:
     where: tuple[str, float, float] | None = None
     rank: int = 0
     kind: BindingKind = "scale"
+    beside: str | None = None
 
     @property
     def unit_stated(self) -> bool:
@@ -56,6 +58,8 @@ class Binding:
         extra = [self.sign_channel] if self.sign_channel else []
         if self.where:
             extra.append(self.where[0])
+        if self.beside:
+            extra.append(self.beside)
         return (*self.channels, *extra)
 
 
@@ -78,8 +82,11 @@ def bind(binding: Binding, columns: Mapping[str, FloatArray]) -> FloatArray:
         values = np.sqrt(np.sum(np.square(parts), axis=0))
     else:
         values = _angle_of_quaternion(binding.kind, parts)
+    nowhere = (values == 0) & (columns[binding.beside] == 0) if binding.beside else None
     values = values * binding.scale + binding.offset
     valid = np.isfinite(values)
+    if nowhere is not None:
+        valid &= ~nowhere
     if binding.valid_range is not None:
         low, high = binding.valid_range
         valid &= (values >= low) & (values <= high)

@@ -298,3 +298,15 @@ def test_user_channels_of_two_groups_cannot_be_combined(tmp_path):
     channels = [ChannelInfo("a", "one"), ChannelInfo("b", "two")]
     with pytest.raises(MappingError, match="do not share one clock"):
         propose(channels, read_map(path))
+
+
+def test_a_place_at_nought_is_told_by_both_coordinates(tmp_path):
+    found = propose([column("lat", "deg"), column("lon", "deg"), column("other", "deg")], None)
+    assert (found["latitude"][0].beside, found["longitude"][0].beside) == ("lon", "lat")
+    assert found["latitude"][0].needed == ("lat", "lon")
+    alone = propose([column("lat", "deg")], None)
+    assert all(each.beside is None for each in alone.get("latitude", ()))
+    path = tmp_path / "map.toml"
+    path.write_text('[signals.latitude]\nchannel = "other"\nunit = "deg"\n')
+    mapped = propose([column("lat", "deg"), column("lon", "deg"), column("other", "deg")], read_map(path))
+    assert mapped["longitude"][0].beside == "other"

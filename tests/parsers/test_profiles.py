@@ -174,6 +174,22 @@ def test_a_twist_in_body_axes_keeps_its_sign(topic):
     assert found["speed"][0].channels == (f"{topic}.twist.linear.x",)
 
 
+def test_a_fix_that_says_it_is_none_is_no_position():
+    fields = ("status.status", "latitude", "longitude", "altitude")
+    found = propose([ros("/fix", "sensor_msgs/NavSatFix", field) for field in fields], None)
+    # no fix, no fix with an old place, a fix, a fix without a place, a fix on the equator
+    columns = {
+        "/fix.status.status": np.array([-1.0, -1, 0, 0, 2]),
+        "/fix.latitude": np.array([0.0, 48, 48, 0, 0]),
+        "/fix.longitude": np.array([0.0, 11, 11, 0, 11]),
+        "/fix.altitude": np.array([0.0, 500, 500, 500, 500]),
+    }
+    values = {name: bind(found[name][0], columns) for name in ("latitude", "longitude", "altitude")}
+    np.testing.assert_array_equal(values["latitude"], [np.nan, np.nan, 48, np.nan, 0])
+    np.testing.assert_array_equal(values["longitude"], [np.nan, np.nan, 11, np.nan, 11])
+    np.testing.assert_array_equal(values["altitude"], [np.nan, np.nan, 500, 500, 500])
+
+
 @pytest.mark.parametrize(("kind", "field", "unit"), COMMANDS)
 def test_what_a_controller_wants_is_no_measurement(kind, field, unit):
     command = ros("/drive", kind, field, unit)
