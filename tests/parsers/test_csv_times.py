@@ -358,3 +358,11 @@ def test_times_of_day_run_on_over_the_seams_of_blocks(zone: str, tmp_path: Path)
     chunks = list(reader.read(frozenset({"a"})))
     assert len(chunks) > 20
     assert set(np.diff(np.concatenate([chunk.time_ns for chunk in chunks])).tolist()) == {60 * 10**9}
+
+
+def test_a_column_called_time_whose_texts_are_none_is_shown(tmp_path: Path) -> None:
+    rows = [f"a quarter past {k},{k},{k}" for k in range(1, 9)]
+    with pytest.raises(
+        LogError, match=r'column "Time" holds no time that cogest knows \(.a quarter past 1.\)'
+    ):
+        read(tmp_path, "Time,speed,yaw\n" + "\n".join(rows))
