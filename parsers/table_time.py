@@ -17,6 +17,7 @@ from parsers.table_cells import (
     DATE_CELL,
     DURATION_CELL,
     ELAPSED_CELL,
+    WITH_DATE,
     NumberStyle,
     is_missing,
 )
@@ -66,7 +67,10 @@ _TIME_WORDS = """
     elapseds timeelapseds datenum exceltime serialdate xvalue
 """
 _TIME_NAMES = frozenset(_TIME_WORDS.split())
-_WITH_ZONE = re.compile(r"(?:[zZ]|UTC|:\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$")
+_SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
+_WITH_ZONE = re.compile(
+    r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
+)
 _HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 _STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
@@ -283,7 +287,7 @@ def _first(cells: Sequence[str]) -> str:
 def _dates(cells: Sequence[str]) -> list[str]:
     """The cells with a date, of a column of dates; a single one among times of day is damage."""
     kept = [cell for cell in cells if not is_missing(cell)]
-    dates = [cell for cell in kept if DATE_CELL.match(cell)]
+    dates = [cell for cell in kept if WITH_DATE.match(cell)]
     return dates if len(dates) > 0.5 * len(kept) else []
 
 
@@ -302,6 +306,9 @@ def _calendar_plan(
     if not re.match(r"\d{4}", dates[0]):
         order, note = _date_order(dates, cells)
         notes += [note] if note else []
+        if _SHORT_YEAR.match(dates[0]):
+            parts = "month, day" if order == MONTH_FIRST else "day, month"
+            notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
     if not any(_WITH_ZONE.search(cell) for cell in cells):
         notes.append(f"the times in {clock} state no time zone: taken as UTC")
     return TimePlan("calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes))

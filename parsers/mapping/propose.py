@@ -106,7 +106,9 @@ def _with_places(
 
     The VBO reader leaves such rows out itself.
     """
-    places = {name: proposals[name] for name in ("latitude", "longitude") if name in proposals}
+    places: dict[str, tuple[Binding, ...]] = {
+        name: proposals[name] for name in ("latitude", "longitude") if name in proposals
+    }
     if len(places) < 2:
         return proposals
     bound = {each.channels[0] for bindings in places.values() for each in bindings}
