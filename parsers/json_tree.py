@@ -108,12 +108,11 @@ class _SchemaWalk:
         if isinstance(properties, dict):
             for key, each in properties.items():
                 self.add(node.keys.setdefault(str(key), JsonNode()), each, depth + 1)
-            # a schema that says so has keys that it does not name; one that says nothing is taken to name them all, as messages are
-            # looked at in chunks that may hold cameras too
-            more = [
-                schema[word] for word in ("additionalProperties", "unevaluatedProperties") if word in schema
-            ]
-            node.open |= "patternProperties" in schema or any(each is not False for each in more)
+            # by the specification a schema allows keys that it does not name, unless it says that there are none
+            closed = any(
+                schema.get(word) is False for word in ("additionalProperties", "unevaluatedProperties")
+            )
+            node.open |= "patternProperties" in schema or not closed
         if "array" in kinds or "items" in schema or "prefixItems" in schema:
             self._array(node, schema, depth)
         nothing = not (node.keys or node.items or node.number or node.text)

@@ -34,7 +34,9 @@ def floats(column: pl.Series) -> FloatArray:
 def time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[IntArray, BoolArray]:
     """time_ns and whether it is valid, each of shape (rows,)."""
     if plan.kind in ("calendar", "elapsed"):
-        stamps = part[headers[0]].dt.cast_time_unit("ns").cast(pl.Int64)
+        column = part[headers[0]]
+        # a time of day has no unit: it is in nanoseconds
+        stamps = (column if column.dtype == pl.Time else column.dt.cast_time_unit("ns")).cast(pl.Int64)
         return stamps.fill_null(0).to_numpy(), stamps.is_not_null().to_numpy()
     units = (plan.unit_ns,) if plan.kind == "decimal" else (1_000_000_000, 1)
     total = np.full(part.height, plan.origin_ns, dtype=np.int64)

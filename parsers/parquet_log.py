@@ -22,6 +22,7 @@ from parsers.table_cells import NumberStyle
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rasters import Columns, without_other_rasters
 from parsers.table_repeats import RepeatedStamps
+from parsers.table_stamps import unwrap_days
 from parsers.table_time import TimePlan, find_time, may_be_time
 
 if TYPE_CHECKING:
@@ -147,16 +148,25 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
     )
     columns = Columns(unique_names(names)[0], cells, NumberStyle("."))
     plan = _calendar_time(names, types, options) or find_time(names, cells, columns.style, options, path)
-    if plan.kind in ("calendar", "elapsed") and not types[plan.columns[0]].is_temporal():
+    if plan.kind in ("calendar", "elapsed") and not all(types[k].is_temporal() for k in plan.columns):
         raise LogError(
             f'the time in column "{names[plan.columns[0]].name}" is text',
             path=path,
             hint="write it as a timestamp or as nanoseconds in a column time_ns",
         )
     left_out, said = without_other_rasters(columns, plan, options, path)
-    for note in (*plan.notes, *filter(None, [said])):
+    for note in (*plan.notes, *filter(None, [said, _nested_note(names, types)])):
         log.note(note)
     return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, far, left_out)
+
+
+def _nested_note(names: Sequence[ColumnName], types: Sequence[pl.DataType]) -> str | None:
+    """A sentence on columns that hold several values a row, which are no channels."""
+    nested = [f'"{c.header or c.name}"' for c, kind in zip(names, types, strict=True) if kind.is_nested()]
+    if not nested:
+        return None
+    shown = ", ".join(nested[:6]) + (f" and {len(nested) - 6} more" if len(nested) > 6 else "")
+    return f"columns of structures or lists are not read: {shown}; write their fields as columns of their own"
 
 
 def _partly_filled(path: Path) -> PartlyFilled | None:
@@ -180,7 +190,7 @@ def _fetched_sample(
         header
         for column, (header, kind) in zip(names, schema.items(), strict=True)
         if kind == pl.String
-        or isinstance(kind, pl.Duration)
+        or isinstance(kind, (pl.Duration, pl.Time))
         or (kind.is_numeric() and may_be_time(column, options))
     ]
     far.fill(columns, SAMPLE_ROWS)
@@ -199,7 +209,7 @@ def _cells(column: pl.Series, kind: pl.DataType) -> list[str]:
     if isinstance(kind, pl.Duration):
         # as pandas writes a stretch of time
         return ["" if v is None else f"{v.days} days {v - timedelta(v.days)}" for v in column.to_list()]
-    if not kind.is_numeric() and kind != pl.String:
+    if not kind.is_numeric() and kind not in (pl.String, pl.Time):
         return []
     return ["" if value is None else str(value) for value in column.to_list()]
 
@@ -313,6 +323,7 @@ class ParquetReader:
         frame = group.frame([*times, *columns.values()])
         step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
         repeats: RepeatedStamps | None = None
+        last: int | None = None
         for start in range(0, group.rows, step):
             try:
                 with quiet_panics():
@@ -333,6 +344,10 @@ class ParquetReader:
                 continue
             keep = slice(None) if bad == 0 else valid
             time_ns = time_ns[keep]
+            if group.time.kind == "calendar" and not group.time.absolute:
+                # times of day run on over midnight
+                time_ns = unwrap_days(time_ns.copy(), last)
+                last = int(time_ns[-1])
             values = {name: floats(part[header])[keep] for name, header in columns.items()}
             if start == 0 and values and stamps_repeat(time_ns):
                 repeats = RepeatedStamps(self._log)

@@ -189,8 +189,8 @@ def _bound(binding: Binding, columns: Mapping[str, FloatArray], *, in_place: boo
 
 def given(binding: Binding, columns: Mapping[str, FloatArray]) -> int:
     """How many rows have a number for a binding that may refuse some; 0 where it takes what it gets, or picks rows."""
-    if not _by_covariance(binding) and (
-        binding.where is not None or (binding.valid_range is None and binding.kind == "scale")
+    if not (_by_covariance(binding) or _by_fix(binding)) and (
+        binding.where is not None or (binding.valid_range is None and binding.kind in ("scale", "length"))
     ):
         return 0
     whole = np.logical_and.reduce([np.isfinite(columns[name]) for name in binding.channels])
@@ -202,11 +202,20 @@ def _by_covariance(binding: Binding) -> bool:
     return binding.where is not None and "covariance" in binding.where[0].rsplit("/", 1)[-1]
 
 
+def _by_fix(binding: Binding) -> bool:
+    """Whether a receiver itself says that it has no fix, by a status below zero or a place at 0° and 0°."""
+    return binding.beside is not None or (
+        binding.where is not None and binding.where[0].endswith("status.status")
+    )
+
+
 def refused(binding: Binding) -> str:
     """Why the record counts a value that a binding had and did not take."""
     if _by_covariance(binding):
         return f"{binding.signal}: message that says it has none (covariance below 0), or value outside of its valid range"
-    if binding.kind == "scale":
+    if _by_fix(binding):
+        return f"{binding.signal}: row without a position fix, or value outside of its valid range"
+    if binding.kind in ("scale", "length"):
         return f"{binding.signal}: value outside of its valid range"
     return f"{binding.signal}: quaternion that is none, or value outside of its valid range"
 

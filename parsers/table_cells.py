@@ -20,11 +20,17 @@ _ZONE = r"(?:\s*(?:[zZ]|UTC|[+-]\d{2}(?::?\d{2})?))?"
 _MONTH = rf"(?:{'|'.join(name for names in MONTHS for name in names)})[A-Za-z]*"
 _DATE = (
     r"(?:\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{4}"
-    rf"|\d{{1,2}}([-/.])(?i:{_MONTH})\3\d{{4}}|\d{{4}}([-/.])(?i:{_MONTH})\4\d{{1,2}})"
+    rf"|\d{{1,2}}([-/.])(?i:{_MONTH})\3\d{{4}}|\d{{4}}([-/.])(?i:{_MONTH})\4\d{{1,2}}"
+    # two digits of a year behind dots alone: with other signs it may stand first
+    r"|\d{1,2}\.\d{1,2}\.\d{2}(?!\d))"
 )
+_BASIC = r"\d{8}[tT]\d{4}(?:\d{2}(?:[.,]\d+)?)?"
+"""ISO 8601 without signs: 20251009T085320.000."""
 DATE_CELL = re.compile(rf"{_DATE}{_ZONE}")
 CLOCK_CELL = re.compile(rf"\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm])?{_ZONE}")
-CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}")
+CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}|{_BASIC}{_ZONE}")
+WITH_DATE = re.compile(rf"{_DATE}|{_BASIC}")
+"""What a cell with a date begins with."""
 DURATION_CELL = re.compile(rf"{_SIGN}\d+(?:[.,]\d*)?{_EXPONENT} (?P<unit>[num]?s|[mu]?sec|min|hr|h)")
 """A number and its unit, as MATLAB writes durations: "0.02 sec"."""
 ELAPSED_CELL = re.compile(

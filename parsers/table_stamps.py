@@ -247,6 +247,29 @@ def _zone(start: int, stop: int) -> tuple[int, int]:
 
 
 @kernel
+def _basic(start: int, stop: int) -> tuple[int, int, int]:
+    """Day number and nanoseconds since midnight of 20140411T083856.3 or 20140411T0838, and where it ends (`start`: none)."""
+    date, i = _digits(start, stop, 8)
+    if i != start + 8 or i >= stop or byte_at(i) | 32 != 116:
+        return 0, 0, start
+    clock, j = _digits(i + 1, stop, 6)
+    if j == i + 5:
+        clock *= 100
+    elif j != i + 7:
+        return 0, 0, start
+    nanos = 0
+    if j == i + 7 and j < stop and (byte_at(j) == 46 or byte_at(j) == 44):
+        nanos, j = _fraction(j + 1, stop)
+    year, month, day = date // 10000, date // 100 % 100, date % 100
+    hour, minute, second = clock // 10000, clock // 100 % 100, clock % 100
+    if not (1 <= month <= 12 and 1 <= day <= 31 and 1900 <= year <= 2200):
+        return 0, 0, start
+    if hour > 24 or minute > 59 or second > 60:
+        return 0, 0, start
+    return _days(year, month, day), (hour * 3600 + minute * 60 + second) * _SECOND_NS + nanos, j
+
+
+@kernel
 def calendar_stamp(start: int, stop: int, order: int) -> tuple[bool, int, int]:
     """A date, a time of day or both ("2014-04-11T08:38:56.3+02:00"): midnight of the date since 1970 (0 without a
     date), and the nanoseconds from there, at Greenwich.
@@ -260,6 +283,8 @@ def calendar_stamp(start: int, stop: int, order: int) -> tuple[bool, int, int]:
         while i < stop and (byte_at(i) == 32 or byte_at(i) == 44):
             i += 1
     clock, j = _clock(i, stop)
+    if j == start:
+        day, clock, j = _basic(start, stop)
     zone, k = _zone(j, stop)
     if k > j:
         clock -= zone * _MINUTE_NS

@@ -17,6 +17,7 @@ from parsers.table_cells import (
     DATE_CELL,
     DURATION_CELL,
     ELAPSED_CELL,
+    WITH_DATE,
     NumberStyle,
     is_missing,
 )
@@ -66,7 +67,10 @@ _TIME_WORDS = """
     elapseds timeelapseds datenum exceltime serialdate xvalue
 """
 _TIME_NAMES = frozenset(_TIME_WORDS.split())
-_WITH_ZONE = re.compile(r"(?:[zZ]|UTC|:\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$")
+_SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
+_WITH_ZONE = re.compile(
+    r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
+)
 _HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 _STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
@@ -128,6 +132,9 @@ def find_time(
         if (rank := _rank(names[place], samples[place], shapes[place])) is not None
     )
     if not ranked:
+        called = next((k for k, c in enumerate(names) if _is_called_time(c) and _first(samples[k])), None)
+        if called is not None and shapes[called] == "text":
+            raise _no_time(names[called], samples[called], path)
         raise LogError(
             f"no time column among {_listed(names)}",
             path=path,
@@ -189,6 +196,24 @@ def _stands(cells: Sequence[str]) -> bool:
     return len(cells) > 1 and len({cell for cell in cells if cell}) == 1
 
 
+def _plain(column: ColumnName) -> str:
+    """A column's name without its unit, in small letters and digits alone."""
+    return re.sub(r"[^a-z0-9%]+", "", _UNIT_TAIL.sub("", column.name.strip().lower()))
+
+
+def _is_called_time(column: ColumnName) -> bool:
+    return _plain(column) in _TIME_NAMES
+
+
+def _no_time(column: ColumnName, cells: Sequence[str], path: Path) -> LogError:
+    """The error for a column of texts that are no times."""
+    return LogError(
+        f'column "{column.name}" holds no time that cogest knows ({_first(cells)!r})',
+        path=path,
+        hint="a time is a number, an ISO 8601 date and time, or a time of day",
+    )
+
+
 def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
     """How well a column stands for the time: lower is better, None not at all."""
     if shape == "text" or (_stands(cells) and shape != "date"):
@@ -198,10 +223,10 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
         return 0
     if name == "time_ns":
         return 1
-    plain = re.sub(r"[^a-z0-9%]+", "", _UNIT_TAIL.sub("", name.lower()))
-    if shape in ("moment", "clock", "duration") and plain in _TIME_NAMES:
+    called = _is_called_time(column)
+    if shape in ("moment", "clock", "duration") and called:
         return 2
-    if plain in _TIME_NAMES and not (shape == "number" and plain in ("date", "datum")):
+    if called and not (shape == "number" and _plain(column) in ("date", "datum")):
         return 4 if shape in ("date", "elapsed") else 3
     if shape in ("moment", "duration"):
         return 5
@@ -226,12 +251,7 @@ def _plan_for(
     """The plan for a chosen column."""
     shape, column = shapes[place], names[place]
     if shape == "text":
-        shown = _first(samples[place])
-        raise LogError(
-            f'column "{column.name}" holds no time that cogest knows ({shown!r})',
-            path=path,
-            hint="a time is a number, an ISO 8601 date and time, or a time of day",
-        )
+        raise _no_time(column, samples[place], path)
     if shape in ("number", "duration"):
         if (options.time_unit or "").lower().startswith("iso"):
             raise LogError(
@@ -267,7 +287,7 @@ def _first(cells: Sequence[str]) -> str:
 def _dates(cells: Sequence[str]) -> list[str]:
     """The cells with a date, of a column of dates; a single one among times of day is damage."""
     kept = [cell for cell in cells if not is_missing(cell)]
-    dates = [cell for cell in kept if DATE_CELL.match(cell)]
+    dates = [cell for cell in kept if WITH_DATE.match(cell)]
     return dates if len(dates) > 0.5 * len(kept) else []
 
 
@@ -286,6 +306,9 @@ def _calendar_plan(
     if not re.match(r"\d{4}", dates[0]):
         order, note = _date_order(dates, cells)
         notes += [note] if note else []
+        if _SHORT_YEAR.match(dates[0]):
+            parts = "month, day" if order == MONTH_FIRST else "day, month"
+            notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
     if not any(_WITH_ZONE.search(cell) for cell in cells):
         notes.append(f"the times in {clock} state no time zone: taken as UTC")
     return TimePlan("calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes))

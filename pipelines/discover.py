@@ -16,7 +16,8 @@ def nearest(name: str, log: Path) -> Path | None:
     except (OSError, RuntimeError):
         # a loop of links, a name too long: opening the log says it better
         return None
-    own = [start.with_name(f"{start.stem}.{name}")]
+    # the root of all folders has no name, and so no file of its own
+    own = [start.with_name(f"{start.stem}.{name}")] if start.name else []
     for place in (*own, *(folder / name for folder in folders)):
         try:
             if place.is_file():

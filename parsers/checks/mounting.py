@@ -42,21 +42,26 @@ def judge_signs(grid: Grid) -> AllSigns:
 def _perhaps_backwards(grid: Grid, inverted: frozenset[str]) -> bool:
     """Whether both horizontal accelerations seem opposite (the lateral one, or yaw rate that is held against it), gravity not.
 
-    Without gravity, accelerations that are all logged as their reactions look alike: then what the unit says of turning must, too.
+    What the unit says of turning must seem opposite as well, where it says anything: else two accelerations have their signs wrong, and no more.
+    Without gravity, accelerations that are all logged as their reactions look alike: then some rate or angle must.
     """
     lateral = bool(inverted & {"accel_y", "yaw_rate"}) and "accel_y" in grid.columns
-    told = "accel_z" in grid.columns or bool(inverted & set(_TURNS))
+    told = bool(inverted & set(_TURNS)) or ("accel_z" in grid.columns and not _own_turns(grid))
     return "accel_x" in inverted and lateral and told and "accel_z" not in inverted
 
 
 def _unit(grid: Grid, inverted: frozenset[str]) -> tuple[str, ...]:
     """What is logged of the unit: both accelerations, and what comes with them, or seems opposite as they do."""
-    group = {name: signal.group for name, signal in grid.made_of.items()}
+    own = _own_turns(grid)
     return _FORCES + tuple(
-        name
-        for name in _TURNS
-        if name in grid.columns and (name in inverted or group.get(name) == group.get("accel_x"))
+        name for name in _TURNS if name in grid.columns and (name in inverted or name in own)
     )
+
+
+def _own_turns(grid: Grid) -> frozenset[str]:
+    """What the table of the accelerations holds of rolling and pitching."""
+    group = {name: signal.group for name, signal in grid.made_of.items()}
+    return frozenset(n for n in _TURNS if n in grid.columns and group.get(n) == group.get("accel_x"))
 
 
 def _backwards(unit: tuple[str, ...], alone: AllSigns) -> Decision:

@@ -11,7 +11,7 @@ import numpy as np
 from parsers.channels import FloatArray
 from parsers.units import Unit
 
-BindingKind = Literal["scale", "roll_of_quaternion", "pitch_of_quaternion"]
+BindingKind = Literal["scale", "length", "roll_of_quaternion", "pitch_of_quaternion"]
 
 _MIN_QUATERNION_NORM = 0.5
 """A unit quaternion has norm 1; drivers that do not estimate attitude publish zeros."""
@@ -22,13 +22,15 @@ class Binding:
     """One way to make a signal from channels of one group.
 
     signal: canonical name ("accel_y"). channels: the main channel, then channels that are added to it (Toyota
-    STEER_ANGLE + STEER_FRACTION); for the quaternion kinds x, y, z, w. unit: of the channels.
+    STEER_ANGLE + STEER_FRACTION); for the quaternion kinds x, y, z, w; for "length" the parts of a vector. unit: of the
+    channels.
     unit_from: "log", "profile toyota", "map file", "name", "assumed SI", or "magnitude" once a check decided.
     scale, offset: value = sum * scale + offset, in `unit`, before conversion to SI. sign_channel: where it is not
     zero the value is negative (VW). valid_range: in `unit`, after scale and offset; outside it there is no sample.
     where: (channel, low, high), only rows in which that channel lies inside (J1939 axle location, ROS covariance).
     sum_axles: of those rows, the sum over all axles that the channel of `where` tells (see parsers.axle_rows).
     group: of rows that were made for it; None for those of its channels.
+    beside: of a latitude the longitude, and the other way round: where both are exactly zero there was no fix.
     rank: lower is better. rule: why ("profile vbox: Y_Accel", "column name 'ay'", "map.toml").
     """
 
@@ -47,6 +49,7 @@ class Binding:
     group: str | None = None
     rank: int = 0
     kind: BindingKind = "scale"
+    beside: str | None = None
 
     @property
     def unit_stated(self) -> bool:
@@ -59,6 +62,8 @@ class Binding:
         extra = [self.sign_channel] if self.sign_channel else []
         if self.where:
             extra.append(self.where[0])
+        if self.beside:
+            extra.append(self.beside)
         return (*self.channels, *extra)
 
 
@@ -77,10 +82,15 @@ def bind(binding: Binding, columns: Mapping[str, FloatArray]) -> FloatArray:
         values = np.asarray(parts[0], dtype=np.float64)
         for part in parts[1:]:
             values = values + part
+    elif binding.kind == "length":
+        values = np.sqrt(np.sum(np.square(parts), axis=0))
     else:
         values = _angle_of_quaternion(binding.kind, parts)
+    nowhere = (values == 0) & (columns[binding.beside] == 0) if binding.beside else None
     values = values * binding.scale + binding.offset
     valid = np.isfinite(values)
+    if nowhere is not None:
+        valid &= ~nowhere
     if binding.valid_range is not None:
         low, high = binding.valid_range
         valid &= (values >= low) & (values <= high)

@@ -155,6 +155,14 @@ def _read_signal(name: str, value: object, path: Path) -> MapEntry:
     if not channel and not ignore:
         hint = 'say which channel it is: channel = "…" (or ignore = true)'
         raise MappingError("the key 'channel' is missing", path=path, place=place, hint=hint)
+    if channel and ignore:
+        hint = "remove one of the two keys"
+        raise MappingError(
+            f"'ignore = true' leaves the signal out, and 'channel' maps it to {channel!r}",
+            path=path,
+            place=place,
+            hint=hint,
+        )
     text = reader.text("unit")
     unit = None if text is None else _unit(text, name, path, place)
     span = reader.numbers("valid_range", 2)

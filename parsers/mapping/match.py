@@ -147,12 +147,13 @@ def _bind_rule(profile: Profile, rule: Rule, index: ChannelIndex, at: int) -> Bi
         extra.append(found)
     sign, where = extra
     worse = bool(rule.worse) and fits(rule.worse, index.tags[at])
+    way = ", the vector's length" if rule.kind == "length" else ""
     return Binding(
         signal=rule.signal,
         channels=tuple(channels),
         unit=unit[0],
         unit_from=unit[1],
-        rule=f"{source}: {_what(index.tags[at], main)}",
+        rule=f"{source}: {_what(index.tags[at], main)}{way}",
         scale=rule.scale,
         offset=rule.offset,
         invert=rule.invert,

@@ -3,6 +3,7 @@
 title = "Toyota (public DBCs)"
 families = ["can", "mdf", "table"]    # which ChannelInfo.family the rules look at
 rank = 10                             # of all its rules; lower wins over other profiles
+words = { camera = "(realsense|zed)" }        # "{camera}" in any pattern below stands for this
 
 [[rules]]
 signal = "yaw_rate"                   # canonical name; "{w}" is each wheel of `wheels`
@@ -16,7 +17,7 @@ require_unit = true                   # instead: no guess, the log must say the 
 scale, offset, invert, valid_range    # as in a mapping file
 rank = 2                              # added to the profile's rank
 rank_worse = { topic = ".*camera.*" } # tag -> pattern: such channels rank 4 lower
-kind = "roll_of_quaternion"           # needs `add` with the y, z and w channels
+kind = "roll_of_quaternion"           # needs `add` with the y, z and w channels; "length": of the vector with those of `add`
 add = [{ signal = "STEER_FRACTION", optional = true }]
 sign = { signal = "ESP_VZ_Gierrate" }         # not zero: negative
 where = { signal = "Axle", low = 0, high = 15, optional = true }
@@ -67,7 +68,7 @@ _RULE_KEYS = {
     "signal", "match", "wheels", "unit", "require_unit", "scale", "offset", "invert", "valid_range",
     "rank", "rank_worse", "kind", "add", "sign", "where", "sum_axles",
 }  # fmt: skip
-_FILE_KEYS = {"title", "families", "rank", "rules", "unusable"}
+_FILE_KEYS = {"title", "families", "rank", "words", "rules", "unusable"}
 
 
 @dataclass(frozen=True)
@@ -191,6 +192,7 @@ def parse_profile(name: str, text: str) -> Profile:
     unknown = set(data) - _FILE_KEYS
     if unknown:
         raise MappingError(f"unknown key {min(unknown)!r}", place=place)
+    data = _spelt_out(data, data.get("words", {}))
     rules: list[Rule] = []
     for number, table in enumerate(data.get("rules", []), start=1):
         rules += _parse_rule(table, int(data.get("rank", 10)), f"{place}, rule {number}")
@@ -202,6 +204,18 @@ def parse_profile(name: str, text: str) -> Profile:
     )
     families = frozenset(data.get("families", []))
     return Profile(name, str(data.get("title", name)), families, tuple(rules), unusable)
+
+
+def _spelt_out(node: Any, words: Mapping[str, str]) -> Any:
+    """What a file holds, with the words in braces that it explains in place of them."""
+    if isinstance(node, dict):
+        return {key: _spelt_out(each, words) for key, each in node.items()}
+    if isinstance(node, list):
+        return [_spelt_out(each, words) for each in node]
+    if isinstance(node, str):
+        for word, meaning in words.items():
+            node = node.replace(f"{{{word}}}", meaning)
+    return node
 
 
 def _parse_rule(table: Mapping[str, Any], rank: int, place: str) -> list[Rule]:

@@ -49,6 +49,7 @@ def propose_and_say(
     proposals = _ranked(found, channels)
     if user is not None:
         proposals = _with_user(proposals, channels, user)
+    proposals = _with_places(proposals, channels)
     wanted = set(SIGNALS) - proposals.keys() - (user.signals.keys() if user is not None else set())
     bound = {name for bindings in proposals.values() for each in bindings for name in each.channels}
     left_out = (refused[signal] for signal in SIGNALS if signal in refused and signal in wanted)
@@ -102,6 +103,40 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches)
+
+
+def _with_places(
+    proposals: dict[str, tuple[Binding, ...]], channels: Sequence[ChannelInfo]
+) -> dict[str, tuple[Binding, ...]]:
+    """Latitudes and longitudes that know each other, where they are of one group: a receiver without a fix writes 0° and 0°.
+
+    The VBO reader leaves such rows out itself.
+    """
+    places: dict[str, tuple[Binding, ...]] = {
+        name: proposals[name] for name in ("latitude", "longitude") if name in proposals
+    }
+    if len(places) < 2:
+        return proposals
+    bound = {each.channels[0] for bindings in places.values() for each in bindings}
+    groups = {
+        channel.name: channel.group
+        for channel in channels
+        if channel.name in bound and channel.family != "vbo"
+    }
+
+    def paired(binding: Binding, others: tuple[Binding, ...]) -> Binding:
+        own = binding.channels[0]
+        near = (each.channels[0] for each in others if each.channels[0] != own)
+        at = groups.get(own)
+        return replace(
+            binding, beside=next((n for n in near if at is not None and groups.get(n) == at), None)
+        )
+
+    pairs = {
+        name: tuple(paired(each, places[other]) for each in places[name])
+        for name, other in (("latitude", "longitude"), ("longitude", "latitude"))
+    }
+    return proposals | pairs
 
 
 def missing_channels(channels: Sequence[ChannelInfo], user: MapFile) -> tuple[str, ...]:

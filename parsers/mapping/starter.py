@@ -69,8 +69,9 @@ def _mapped(found: tuple[Binding, ...]) -> list[str]:
 
 
 def _derived(signal: str, best: Binding) -> list[str]:
+    what = "vector" if best.kind == "length" else "quaternion"
     return [
-        f"# {signal}: computed from the quaternion {_comment(', '.join(best.channels))};",
+        f"# {signal}: computed from the {what} {_comment(', '.join(best.channels))};",
         f"# to leave it out: [signals.{signal}] with ignore = true",
     ]
 

@@ -200,6 +200,15 @@ def _identification(file: BlockFile) -> tuple[int, int]:
     version = int.from_bytes(head[28:30], "little")
     if not 400 <= version < 500:
         found = head[8:16].split(b"\0")[0].decode("latin-1").strip()
+        if found.startswith("4") and 200 <= version < 400:
+            found = f"{version / 100:.2f}"
+        elif found.startswith("4"):
+            raise LogError(
+                f"the file says that it is of MDF version {found}, and its version number is {version}: its beginning is damaged",
+                path=file.path,
+                place="byte 28",
+                hint="copy the file again",
+            )
         raise LogError(
             f"MDF version {found or version} found, version 4 expected",
             path=file.path,

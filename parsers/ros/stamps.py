@@ -11,6 +11,7 @@ from parsers.channels import FloatArray, IntArray
 from parsers.importer import ImportLog
 from parsers.jit import kernel
 from parsers.quantiles import quantile
+from parsers.ros.clock_offsets import ClockOffset
 from parsers.ros.clock_steps import ClockSteps
 
 SAME_CLOCK_NS = 60_000_000_000
@@ -77,6 +78,7 @@ class _Topic:
     other_clock_s: float = 0.0
     step_s: float | None = None
     steps: ClockSteps = field(default_factory=ClockSteps)
+    offset: ClockOffset = field(default_factory=ClockOffset)
 
 
 @dataclass
@@ -86,8 +88,8 @@ class StampChooser:
     A topic's first messages decide: their header stamps are used where the median is within 60 s of the receive
     time, and stamps move on with the messages (some drivers fill in whole seconds, or the first one's for all). Single messages
     without a stamp, or with one further off than that, get the receive time; so do, less the usual delay, those behind a step of
-    the headers' clock against the receive times. All topics keep the one clock on which the recorder
-    ran; nothing is shifted. Usage: `choose` for every batch, then `finish`.
+    the headers' clock against the receive times. Stamps that are off by the same seconds all along are shifted by them. All
+    topics so keep the one clock on which the recorder ran. Usage: `choose` for every batch, then `finish`.
     """
 
     topics: dict[str, _Topic] = field(default_factory=dict)
@@ -126,6 +128,9 @@ class StampChooser:
             state.empty += int(np.count_nonzero(header_ns <= 0))
             return receive_ns
         header_ns, receive_ns = np.ascontiguousarray(header_ns), np.ascontiguousarray(receive_ns)
+        if not state.offset.take(header_ns, receive_ns):
+            return receive_ns
+        header_ns = state.offset.apply(header_ns, in_place=in_place)
         chosen = header_ns if in_place else np.empty(len(receive_ns), dtype=np.int64)
         delays = np.empty(min(_KEPT, len(receive_ns)), dtype=np.float64)
         instead = state.steps.follow(header_ns, receive_ns, SAME_CLOCK_NS)
@@ -184,6 +189,8 @@ class StampChooser:
     def _differences(name: str, state: _Topic, log: ImportLog) -> None:
         if (empty := state.empty - state.unread) > 0:
             log.note(f"{name}: {empty} messages have no header stamp; they got the receive time")
+        for note in state.offset.notes(name):
+            log.note(note)
         if state.far:
             log.note(f"{name}: {state.far} header stamps are more than 60 s off; they got the receive time")
         if (stepped := state.steps.note(name)) is not None:

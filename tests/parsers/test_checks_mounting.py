@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 from check_drives import check, drive, found, only, same, scaled
 
@@ -47,3 +50,23 @@ def test_accelerations_that_are_all_reactions_are_no_unit_mounted_backwards() ->
     assert not any("mounted backwards" in each.found for each in decisions)
     assert found(decisions, "sign") >= {"accel_x", "accel_z"}
     assert all((fixed[name].values == signals[name].values).all() for name in ("accel_x", "accel_z", "pitch"))
+
+
+@pytest.mark.parametrize("turns", [ANGLES, ("roll_rate", "pitch_rate"), ("roll", "pitch")])
+def test_two_accelerations_of_the_other_sign_are_no_unit_mounted_backwards(turns: tuple[str, ...]) -> None:
+    signals = only(drive(), *FORCES, *turns, *OTHERS)
+    fixed, decisions = check(scaled(signals, accel_x=-1.0, accel_y=-1.0))
+    assert found(decisions, "sign") == set(FORCES)
+    assert same(fixed, signals)
+
+
+def test_angles_that_no_bend_or_braking_moves_make_no_unit_mounted_backwards() -> None:
+    """Rates that are noise alone say nothing of how the unit is held."""
+    rng = np.random.default_rng(6)
+    signals = only(drive(), *FORCES, *OTHERS, "roll_rate", "pitch_rate")
+    for name in ("roll_rate", "pitch_rate"):
+        noise = 0.02 * rng.standard_normal(len(signals[name].values))
+        signals[name] = replace(signals[name], values=noise)
+    fixed, decisions = check(scaled(signals, accel_x=-1.0, accel_y=-1.0))
+    assert not any(each.applied and "mounted backwards" in each.found for each in decisions)
+    assert same(fixed, signals)

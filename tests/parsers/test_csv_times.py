@@ -358,3 +358,50 @@ def test_times_of_day_run_on_over_the_seams_of_blocks(zone: str, tmp_path: Path)
     chunks = list(reader.read(frozenset({"a"})))
     assert len(chunks) > 20
     assert set(np.diff(np.concatenate([chunk.time_ns for chunk in chunks])).tolist()) == {60 * 10**9}
+
+
+def test_a_column_called_time_whose_texts_are_none_is_shown(tmp_path: Path) -> None:
+    rows = [f"a quarter past {k},{k},{k}" for k in range(1, 9)]
+    with pytest.raises(
+        LogError, match=r'column "Time" holds no time that cogest knows \(.a quarter past 1.\)'
+    ):
+        read(tmp_path, "Time,speed,yaw\n" + "\n".join(rows))
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "apart_ns", "start"),
+    [
+        ("20251009T085320.000Z", "20251009T085320.010Z", 10_000_000, (2025, 10, 9, 8, 53, 20)),
+        ("20251009T105320,25+0200", "20251009T105321,25+0200", 1_000_000_000, (2025, 10, 9, 8, 53, 20, 250_000)),
+        ("20251231T2359", "20260101T0001", 120_000_000_000, (2025, 12, 31, 23, 59)),
+        ("09.10.25 08:53:20.000", "09.10.25 08:53:20.010", 10_000_000, (2025, 10, 9, 8, 53, 20)),
+        ("9.1.07 08:53", "10.1.07 08:54", 86_460_000_000_000, (2007, 1, 9, 8, 53)),
+    ],
+)  # fmt: skip
+def test_dates_without_signs_and_with_short_years(
+    first: str, second: str, apart_ns: int, start: tuple[int, ...], tmp_path: Path
+) -> None:
+    found = read(tmp_path, f"Time;a\n{first};1\n{second};2\n")
+    begin = datetime(*start, tzinfo=UTC)  # type: ignore[misc,arg-type]
+    at = round(begin.timestamp()) * 1_000_000_000 + begin.microsecond * 1000
+    assert found.time.tolist() == [at, at + apart_ns]
+    assert found.reader.absolute
+    zone = first.endswith(("Z", "+0200"))
+    assert ("state no time zone" in found.said) != zone
+    assert ("are taken as day, month, year from 2000 on" in found.said) == ("." in first[:3])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "20251309T085320",
+        "20250009T085320",
+        "20251009T256000",
+        "20251009T08532",
+        "20251009T",
+        "2025100T085320",
+        "20251009T0853.5",
+    ],
+)
+def test_digits_that_are_no_date_are_none(text: str) -> None:
+    assert not calendar_bytes(np.frombuffer(text.encode(), dtype=np.uint8))[0]

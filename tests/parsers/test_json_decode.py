@@ -138,6 +138,7 @@ def test_schema_gives_fields_units_and_comments() -> None:
             "v": {
                 "type": "object",
                 "properties": {"x": {"type": "number"}, "y": {"$ref": "#/$defs/n"}},
+                "additionalProperties": False,
             },
             "n": {"type": ["null", "integer"]},
         },
@@ -172,9 +173,10 @@ def test_schema_gives_fields_units_and_comments() -> None:
     assert decoded.columns["accel.y"].tolist() == [2.0]
 
 
-@pytest.mark.parametrize("more", [True, {"type": "number"}, {}])
-def test_keys_that_a_schema_announces_and_does_not_name_are_read(more: object) -> None:
-    schema = {"type": "object", "properties": {"a": {"type": "number"}}, "additionalProperties": more}
+@pytest.mark.parametrize("more", [True, {"type": "number"}, {}, None])
+def test_keys_that_a_schema_allows_and_does_not_name_are_read(more: object) -> None:
+    schema: dict[str, object] = {"type": "object", "properties": {"a": {"type": "number"}}}
+    schema |= {} if more is None else {"additionalProperties": more}
     data = json.dumps(schema).encode()
     assert needs_samples(data)
     decoder = make_json_decoder(data, [b'{"a": 1, "e": 2, "n": {"x": 3}}'])

@@ -325,3 +325,14 @@ def test_an_error_does_not_wait_for_the_hash(tmp_path, monkeypatch):
     with pytest.raises(KeyError):
         work()
     assert seen == [True]
+
+
+def test_rows_without_a_fix_are_counted_and_no_places(tmp_path: Path) -> None:
+    path = tmp_path / "drive.csv"
+    rows = [f"{k / 10},{0 if k < 30 else 48.1},{0 if k < 30 else 11.5},9.81" for k in range(100)]
+    path.write_text("\n".join(["time [s],latitude [deg],longitude [deg],accel_z [m/s2]", *rows]))
+    drive = load_drive([path], LoadOptions(fix=False))
+    assert len(drive.signals["latitude"].values) == len(drive.signals["longitude"].values) == 70
+    assert drive.signals["latitude"].values.min() == 48.1
+    said = "row without a position fix, or value outside of its valid range"
+    assert drive.record.rejected == {f"latitude: {said}": 30, f"longitude: {said}": 30}

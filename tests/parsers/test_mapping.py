@@ -276,6 +276,18 @@ def test_more_samples_win_between_equals():
     assert [each.channels[0] for each in propose([few, many], None)["accel_y"]] == ["/b.y", "/a.y"]
 
 
+def test_a_place_at_nought_is_told_by_both_coordinates(tmp_path):
+    found = propose([column("lat", "deg"), column("lon", "deg"), column("other", "deg")], None)
+    assert (found["latitude"][0].beside, found["longitude"][0].beside) == ("lon", "lat")
+    assert found["latitude"][0].needed == ("lat", "lon")
+    alone = propose([column("lat", "deg")], None)
+    assert all(each.beside is None for each in alone.get("latitude", ()))
+    path = tmp_path / "map.toml"
+    path.write_text('[signals.latitude]\nchannel = "other"\nunit = "deg"\n')
+    mapped = propose([column("lat", "deg"), column("lon", "deg"), column("other", "deg")], read_map(path))
+    assert mapped["longitude"][0].beside == "other"
+
+
 def test_user_entries_win_outright(tmp_path):
     path = tmp_path / "map.toml"
     path.write_text('[signals.accel_y]\nchannel = "Foo"\nunit = "g"\n[signals.speed]\nignore = true\n')

@@ -144,3 +144,12 @@ def test_a_channel_in_volts_needs_its_unit_in_the_map(tmp_path):
     path.write_text(f'{entry}unit = "mm"\n')
     (only,) = propose(channels, read_map(path))["suspension_deflection_fl"]
     assert (only.scale, only.unit.scale) == (20.0, 1e-3)
+
+
+def test_a_signal_is_ignored_or_mapped_not_both(tmp_path):
+    path = written(tmp_path, '[signals.pitch]\nchannel = "P"\nignore = true\n')
+    with pytest.raises(MappingError, match=r"leaves the signal out, and 'channel' maps it to 'P'") as caught:
+        read_map(path)
+    assert caught.value.place == "[signals.pitch]"
+    path = written(tmp_path, '[signals.pitch]\nchannel = "P"\nignore = false\n')
+    assert read_map(path).signals["pitch"].channel == "P"

@@ -73,7 +73,11 @@ def test_channels_say_what_a_profile_needs(tmp_path: Path) -> None:
     )
     assert dict(ax.tags) == {"topic": "vehicle", "type": "my.Vehicle", "field": "ax"}
     assert channels["vehicle.name"].kind == "text"
-    assert "vehicle.on" not in channels
+    # the schema does not name it, and does not say that there is no other
+    assert channels["vehicle.on"].kind == "number"
+    closed = schema | {"additionalProperties": False}
+    reader, _ = open_log(write(tmp_path / "b.mcap", json_schema=closed))
+    assert "vehicle.on" not in {channel.name for channel in reader.channels}
     assert reader.absolute
     assert reader.start_utc_ns is None
     assert reader.clock == "header stamp (receive time for vehicle)"

@@ -12,9 +12,13 @@ import numpy as np
 import pytest
 from mcap.writer import CompressionType, IndexType, Writer
 from mcap_files import MS, START, N, check_values, imu_definition, imu_ros1, open_log, read, spans_of, write
+from remote_files import with_camera
 
 from parsers import mcap_flow, mcap_train
+from parsers.importer import ImportLog
 from parsers.mcap_chunks import ChunkSpan, LooseSpan, McapFile, Scratch, load_chunk
+from parsers.mcap_messages import messages_in
+from parsers.mcap_survey import Surveyor
 from parsers.mcap_unpack import NEXT
 
 
@@ -182,3 +186,34 @@ def test_camera_chunks_may_be_garbage_when_nobody_asks_for_them(tmp_path: Path) 
     columns, _, log = read(path, "vehicle")
     assert columns["vehicle.ax"].tolist() == [*range(500)] * 20
     assert log.status == "complete"
+
+
+def test_messages_looked_at_are_the_same_with_pictures_stepped_over(
+    tmp_path: Path, samples: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = tmp_path / "camera.mcap"
+    with_camera(samples / "mcap" / "drive_json.mcap", path, 0.1, 50, CompressionType.NONE)
+    with path.open("rb", buffering=0) as raw:
+        file = McapFile(path, raw)
+        survey = Surveyor(file, ImportLog()).survey()
+        names = {channel.id: channel.topic for channel in survey.definitions.channels.values()}
+        keep = frozenset(number for number, name in names.items() if "camera" not in name)
+        assert len(keep) == len(names) - 1
+
+        def looked_at() -> list[tuple[int, int, bytes]]:
+            found = [
+                (
+                    int(m.log_ns[i]),
+                    int(m.channel[i]),
+                    m.data[m.offset[i] : m.offset[i] + m.length[i]].tobytes(),
+                )
+                for span in survey.spans
+                for m in messages_in(file, span, keep)
+                for i in range(len(m.offset))
+            ]
+            return sorted(each for each in found if each[1] in keep)
+
+        sparsely = looked_at()
+        monkeypatch.setattr("parsers.mcap_messages.may_skip", lambda *_: False)
+        assert sparsely == looked_at()
+        assert {channel for _, channel, _ in sparsely} == keep

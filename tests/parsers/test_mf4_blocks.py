@@ -215,7 +215,12 @@ def test_other_versions_and_stumps(tmp_path: Path) -> None:
     b = simple("")
     b.version = 330
     path = tmp_path / "a.mdf"
-    with pytest.raises(LogError, match="convert the file to MDF 4"):
+    with pytest.raises(LogError, match=r"MDF version 3\.30 found.*convert the file to MDF 4"):
+        opened(path, b.build())
+    b.version = 54000
+    with pytest.raises(
+        LogError, match=r"version 4\.10, and its version number is 54000: its beginning is damaged"
+    ):
         opened(path, b.build())
     for size in (8, 63, 64, 80, 130):
         with pytest.raises(LogError) as error:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from datetime import UTC, datetime
+from datetime import UTC, datetime, time
 from pathlib import Path
 
 import numpy as np
@@ -243,3 +243,31 @@ def test_rows_of_one_signal_each_become_one_row(tmp_path: Path) -> None:
     assert sum(len(c.time_ns) for c in chunks) == 300
     for name, value in (("accel_x_mps2", 1.0), ("accel_y_mps2", 2.0)):
         assert all((c.columns[name] == value).all() for c in chunks)
+
+
+def test_a_time_of_day_runs_on_over_midnight(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parsers.parquet_log, "_CHUNK_BYTES", 1)
+    clock = [time(23, 59, 59, 500_000 + 10 * k) for k in range(1500)] + [time(0, 0, 0, k) for k in range(3)]
+    frame = pl.DataFrame({"time": [None, *clock], "speed": [float(k) for k in range(1504)]})
+    frame.write_parquet(tmp_path / "a.parquet")
+    reader, chunks, log = read(tmp_path / "a.parquet")
+    assert not reader.absolute
+    assert len(chunks) > 1
+    day = 86_400_000_000_000
+    found = np.concatenate([chunk.time_ns for chunk in chunks])
+    first = day - 500_000_000
+    assert found.tolist() == [*range(first, first + 15_000_000, 10_000), day, day + 1000, day + 2000]
+    assert log.rejected == {"row without a valid time": 1}
+    assert any("the time of day without a date" in note for note in log.notes)
+
+
+def test_columns_of_structures_and_lists_are_named(tmp_path: Path) -> None:
+    frame = pl.DataFrame(
+        {"time_ns": [0, 1], "imu": [{"ax": 1.0}, {"ax": 2.0}], "all": [[1.0], [2.0]], "v": [1.0, 2.0]}
+    )
+    frame.write_parquet(tmp_path / "a.parquet")
+    _, chunks, log = read(tmp_path / "a.parquet")
+    assert list(chunks[0].columns) == ["v"]
+    assert [note for note in log.notes if "structures or lists" in note] == [
+        'columns of structures or lists are not read: "imu", "all"; write their fields as columns of their own'
+    ]

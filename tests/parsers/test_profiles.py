@@ -74,6 +74,23 @@ def test_a_new_profile_is_one_text():
     assert bind(found, {"Q7": np.array([180.0])}) == pytest.approx([-np.pi])
 
 
+def test_a_word_that_a_profile_explains_stands_for_its_pattern():
+    profile = parse_profile(
+        "mine",
+        """
+        families = ["table"]
+        words = { tilt = "(bank|lean)" }
+        [[rules]]
+        signal = "roll"
+        match = { name = "{tilt}_[0-9]{1,2}" }
+        unit = "deg"
+        """,
+    )
+    names = ("bank_1", "lean_12", "tilt_1", "bank_123")
+    found = profile_bindings(profile, index_channels([ChannelInfo(name, "t") for name in names]))
+    assert [each.channels for each in found] == [("bank_1",), ("lean_12",)]
+
+
 def imu(topic="/imu"):
     fields = [f"{part}.{axis}" for part in ("linear_acceleration", "angular_velocity") for axis in "xyz"]
     fields += [f"orientation.{axis}" for axis in "xyzw"]
@@ -142,6 +159,52 @@ COMMANDS = [
     ("autoware_msgs/ControlCommandStamped", "cmd.linear_velocity", None),
     ("px4_msgs/VehicleRatesSetpoint", "yaw_rate", "rad/s"),
 ]
+
+
+@pytest.mark.parametrize(
+    ("topic", "kind", "path"),
+    [
+        ("/ublox/fix_velocity", "geometry_msgs/TwistWithCovarianceStamped", "twist.twist."),
+        ("/vel", "geometry_msgs/TwistStamped", "twist."),
+        ("/nmea/vel", "geometry_msgs/TwistStamped", "twist."),
+        ("/mavros/global_position/raw/gps_vel", "geometry_msgs/TwistStamped", "twist."),
+        ("/local/enu/twist", "geometry_msgs/Twist", ""),
+        ("/gps/odom", "nav_msgs/Odometry", "twist.twist."),
+    ],
+)
+def test_a_receivers_velocity_along_the_worlds_axes_is_its_length(topic, kind, path):
+    found = propose([ros(topic, kind, f"{path}linear.{axis}") for axis in "xyz"], None)
+    assert set(found) == {"gps_speed_2d"}
+    (binding,) = found["gps_speed_2d"]
+    x, y = (f"{topic}.{path}linear.{axis}" for axis in "xy")
+    assert binding.channels == (x, y)
+    east, north = np.array([3.0, -3.0, 0.0, np.nan]), np.array([-4.0, 0.0, 0.0, 1.0])
+    np.testing.assert_array_equal(bind(binding, {x: east, y: north}), [5.0, 3.0, 0.0, np.nan])
+
+
+@pytest.mark.parametrize(
+    "topic", ["/vehicle/twist", "/menu/twist", "/velocity", "/gps/velocity_body", "/vel/raw", "/turned/twist"]
+)
+def test_a_twist_in_body_axes_keeps_its_sign(topic):
+    found = propose([ros(topic, "geometry_msgs/TwistStamped", f"twist.linear.{axis}") for axis in "xy"], None)
+    assert set(found) == {"speed"}
+    assert found["speed"][0].channels == (f"{topic}.twist.linear.x",)
+
+
+def test_a_fix_that_says_it_is_none_is_no_position():
+    fields = ("status.status", "latitude", "longitude", "altitude")
+    found = propose([ros("/fix", "sensor_msgs/NavSatFix", field) for field in fields], None)
+    # no fix, no fix with an old place, a fix, a fix without a place, a fix on the equator
+    columns = {
+        "/fix.status.status": np.array([-1.0, -1, 0, 0, 2]),
+        "/fix.latitude": np.array([0.0, 48, 48, 0, 0]),
+        "/fix.longitude": np.array([0.0, 11, 11, 0, 11]),
+        "/fix.altitude": np.array([0.0, 500, 500, 500, 500]),
+    }
+    values = {name: bind(found[name][0], columns) for name in ("latitude", "longitude", "altitude")}
+    np.testing.assert_array_equal(values["latitude"], [np.nan, np.nan, 48, np.nan, 0])
+    np.testing.assert_array_equal(values["longitude"], [np.nan, np.nan, 11, np.nan, 11])
+    np.testing.assert_array_equal(values["altitude"], [np.nan, np.nan, 500, 500, 500])
 
 
 @pytest.mark.parametrize(("kind", "field", "unit"), COMMANDS)

@@ -167,3 +167,53 @@ def test_header_stamps_stay_where_the_network_or_a_second_sender_is_late() -> No
         times, notes = chosen_in_batches(header, receive, 500)
         assert np.array_equal(times, header)
         assert "clock of the header" not in notes
+
+
+@pytest.mark.parametrize("size", [1, 5, 40, 5000])
+@pytest.mark.parametrize("off_s", [37, -18, 12.345])
+def test_a_topic_whose_headers_are_by_another_clock_lies_beside_the_others(off_s: float, size: int) -> None:
+    rng = np.random.default_rng(2)
+    true = np.arange(1, 3001, dtype=np.int64) * SECOND // 100 + 1_700_000_000 * SECOND
+    receive = true + rng.integers(2_000_000, 20_000_000, 3000)
+    header = true - round(off_s * SECOND)
+    header[50] = 0
+    times, notes = chosen_in_batches(header, receive, size)
+    exact = 0 if off_s == round(off_s) else 20_000_000
+    # until a few stamps are known, the receive time
+    assert np.abs(times[8:50] - true[8:50]).max() <= exact
+    assert np.abs(times[51:] - true[51:]).max() <= exact
+    assert np.abs(times - true).max() <= 20_000_000
+    side = "before" if off_s > 0 else "after"
+    said = f"{abs(off_s):g} s" if exact == 0 else "12.3"
+    assert f"/imu: header stamps are {said}" in notes
+    assert f"s {side} the receive time all along" in notes
+
+
+@pytest.mark.parametrize("off_s", [0.5, 1.5, 3])
+def test_a_delay_that_messages_can_have_shifts_nothing(off_s: float) -> None:
+    receive = np.arange(1, 501, dtype=np.int64) * SECOND // 100 + 1_700_000_000 * SECOND
+    header = receive - round(off_s * SECOND)
+    times, notes = chosen_in_batches(header, receive, 40)
+    assert np.array_equal(times, header)
+    assert f"{off_s:.2f} s before the receive time (median)" in notes
+    assert "all along" not in notes
+
+
+def test_a_delay_that_changes_is_no_clocks_offset() -> None:
+    receive = np.arange(1, 501, dtype=np.int64) * SECOND // 100 + 1_700_000_000 * SECOND
+    header = receive - np.linspace(4, 20, 500).astype(np.int64) * SECOND
+    times, notes = chosen_in_batches(header, receive, 500)
+    assert np.array_equal(times, header)
+    assert "all along" not in notes
+
+
+def test_a_first_message_that_waited_tells_no_offset() -> None:
+    receive = np.arange(1, 101, dtype=np.int64) * SECOND + 1_700_000_000 * SECOND
+    header = receive - SECOND // 100
+    header[0] -= 20 * SECOND
+    times, notes = chosen_in_batches(header, receive, 1)
+    # the median of two is half of it
+    assert np.array_equal(times[2:], header[2:])
+    assert np.array_equal(times[:2], receive[:2])
+    assert "2 messages with header stamps more than 5 s off" in notes
+    assert "all along" not in notes

@@ -255,3 +255,14 @@ def test_a_log_of_nothing_but_time(tmp_path: Path) -> None:
     (chunk,) = reader.read(frozenset())
     assert chunk.time_ns.tolist() == [10**9, 2 * 10**9]
     assert not chunk.columns
+
+
+@pytest.mark.parametrize("codec", ["utf-16", "utf-16-le", "utf-16-be"])
+def test_a_log_saved_with_two_bytes_a_letter_is_named(codec: str, tmp_path: Path) -> None:
+    data = vbo([row("083856.300"), row("083856.400")]).decode("cp1252").encode(codec)
+    assert VboImporter().claims(tmp_path, data[:4096])
+    path = tmp_path / "a.vbo"
+    path.write_bytes(data)
+    with pytest.raises(LogError, match="a VBO file that was saved as UTF-16"):
+        VboImporter().open(path, ReadOptions(), ImportLog())
+    assert not VboImporter().claims(tmp_path, "time,speed\n0,1\n1,2\n".encode(codec))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from pipelines.discover import databases_beside, nearest
@@ -74,3 +76,8 @@ def test_what_is_not_there_has_nothing_beside_it(tmp_path):
     for path in (tmp_path / "none" / "deep" / "x.csv", loop, tmp_path / ("n" * 400)):
         assert nearest("vehicle.toml", path) is None
         assert databases_beside(path) == ()
+
+
+def test_the_root_folder_has_no_file_of_its_own():
+    root = Path(Path.cwd().anchor)
+    assert nearest("vehicle.toml-that-nobody-has", root) is None
