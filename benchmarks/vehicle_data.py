@@ -11,9 +11,11 @@ measured   a vehicle that was weighed at its corners, tilted for its CG's height
 - kinematics and compliance rigs: wheel travel to 0.1 mm and forces to 0.3 % give wheel and roll rates to 1-2 %, and the
   slopes of the contact patch's path, from which roll and pitch centres follow, to 0.005-0.01: 5 mm at half a track or half a
   wheelbase for the brakes, 8 mm for driving, where the shafts' torque comes in;
+- what the wheels' loads take off an axle's roll stiffness, a newton of them: rates and bars less what the pads' forces in roll say, each
+  to 0.5 % on one rig, 25 mm; the pads' way along as the body pitches, 10 mm a rad; wheels' centres along a metre of travel, 8 mm;
 - the same rigs' camber a degree of roll: 0.05; wheel rates 50 mm above and below ride height beside that at it: 1 %; where bump
   stops begin: 3 mm; how far roll centres come down with the body: 0.1 m a m;
-- a tyre rig's sideways give of the patch: 10 %, and a tenth of what is usual (the simulated tyres' patches do not move);
+- a tyre rig's give of the patch, along 10 %, sideways that and a tenth of what is usual (the simulated tyres' patches do not move);
 - a scale for wheel, hub and half of the links: 1.5 %; tape and laser: 2 mm.
 
 levelled   measured, and what the inertial unit shows with the empty vehicle on a level floor to 0.1 degrees (a bubble level of
@@ -42,6 +44,8 @@ FARTHEST = 2.5
 
 RATE_STD, DROP_STD, STOP_STD_M = 0.01, 0.1, 0.003
 """Of wheel rates above and below ride height (a share), of roll centres' drop, of where bump stops begin."""
+EASED_STD_MPRAD, PATH_STD_MPRAD, SLOPE_STD = 0.025, 0.01, 0.008
+"""Of what wheels' loads take off the roll stiffness, of their way in pitch, and of the hubs' along a metre of travel."""
 
 STIFF_NPM = 1e9
 """Of the simulated tyres sideways: what they give is a lag, and not a place of the patch."""
@@ -101,6 +105,25 @@ def curves(plant: PlantVehicle, file: Mapping[str, Quantity]) -> dict[str, tuple
     return found
 
 
+def paths(plant: PlantVehicle) -> dict[str, tuple[float, float]]:
+    """True figure and std of the ways that wheels' loads and hubs go, and of the tyres' give along, by the vehicle file's keys.
+
+    The plant's feet go with their hubs along straight lines in the body's axes; its tyres' patches lag by the rolling radius less
+    the hub's height, two thirds of the squash, of force over load.
+    """
+    ahead, length = truth(plant, ())["cg_to_front_axle_m"], plant.wheelbase_m
+    front, rear = plant.side_slope_drive_front, plant.side_slope_drive_rear
+    vertical = 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm)
+    return {
+        "patch_path_front_mprad": (plant.roll_center_height_front_m, EASED_STD_MPRAD),
+        "patch_path_rear_mprad": (plant.roll_center_height_rear_m, EASED_STD_MPRAD),
+        "patch_path_pitch_mprad": (ahead * (length - ahead) / length * (front - rear), PATH_STD_MPRAD),
+        "wheel_recession_front": (-front, SLOPE_STD),
+        "wheel_recession_rear": (-rear, SLOPE_STD),
+        "tire_longitudinal_rate_npm": (1.5 * vertical, 0.1 * 1.5 * vertical),
+    }
+
+
 def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, errors: float = 1.0) -> Vehicle:
     """The vehicle file with what the rigs found in place of the data sheet's figures, each off by its spread times `errors`.
 
@@ -115,7 +138,7 @@ def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, error
         draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
         value = true[key] + errors * std * draw
         found[key] = Quantity(min(value, 1.0) if key == "camber_compensation" else value, std, RIG)
-    for key, (value, std) in curves(plant, found).items():
+    for key, (value, std) in (curves(plant, found) | paths(plant)).items():
         draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
         found[key] = Quantity(value + errors * std * draw, std, RIG)
     found["tire_lateral_rate_npm"] = Quantity(STIFF_NPM, 0.1 * STIFF_NPM, RIG)

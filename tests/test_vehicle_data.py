@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.vehicle_data import ABSOLUTE_M, FARTHEST, RELATIVE, curves, measured, upright
+from benchmarks.vehicle_data import ABSOLUTE_M, FARTHEST, RELATIVE, curves, measured, paths, upright
 from pipelines.simulation.loads import truth
 from pipelines.simulation.logs.vehicle import data_sheet, sheet_values
 from pipelines.simulation.plant.vehicle import PRESETS
@@ -43,7 +43,7 @@ def test_without_errors_the_figures_are_the_truth_and_say_how_sure_they_would_be
 
 def test_what_no_rig_measures_stays_as_the_data_sheet_has_it() -> None:
     before, after = sheet().quantities, measured(sheet(), PLANT, np.random.default_rng(3)).quantities
-    curves_told = {*curves(PLANT, after), "tire_lateral_rate_npm"}
+    curves_told = {*curves(PLANT, after), *paths(PLANT), "tire_lateral_rate_npm"}
     assert set(after) - set(before) == {
         "cg_height_m",
         "cg_lateral_offset_m",

@@ -28,13 +28,15 @@ from pipelines.joint.suspension import levelled_n
 from pipelines.joint.unknowns import AXLES, CORNERS, Known
 from pipelines.results import FloatArray
 from pipelines.vehicles.kinds import kind_of
+from pipelines.vehicles.kinematics import spring_curve
 from pipelines.vehicles.vehicle import Vehicle
 
 WRONG_FILE = 0.015
 """Chance beforehand that a stated figure (or a pair that belongs together) is wrong by several of its own spreads."""
 
 OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05}
-"""The same of what data sheets mean in several ways: kerb, empty or permitted mass; rates at the spring or at the wheel."""
+"""The same of what data sheets mean in several ways: kerb, empty or permitted mass; rates at the spring or at the wheel. Who states where
+the CG lies across has weighed the wheels, and who states wheel rates above and below ride height has had them measured at the wheel."""
 
 SIMPLE = 0.25
 """Chance beforehand that a log comes from a simple model, which leaves each piece of physics out or not, as a coin falls."""
@@ -114,6 +116,15 @@ class Weighed:
         return float(c @ self.moved), float(c @ self.spread @ c)
 
 
+def chance_wrong(title: str, vehicle: Vehicle) -> float:
+    """Chance beforehand that stated figures are wrong: as data sheets are, or as rigs are where the file holds what only those find."""
+    if title == "stated spring rates" and all(spring_curve(vehicle.quantities, axle) for axle in AXLES):
+        return WRONG_FILE
+    if title == "stated mass" and vehicle.get("cg_lateral_offset_m") is not None:
+        return WRONG_FILE
+    return OFTEN_WRONG.get(title, WRONG_FILE)
+
+
 def _file_doubts(vehicle: Vehicle) -> list[Doubt]:
     """Every stated figure: each of a pair by itself, and both wrong alike."""
     found = []
@@ -128,7 +139,7 @@ def _file_doubts(vehicle: Vehicle) -> list[Doubt]:
         if size > 1:
             ways.append((f"{title} wrong", np.eye(size) * WIDER**-2))
         found += [
-            Doubt(text, names, np.zeros(size), precision, OFTEN_WRONG.get(title, WRONG_FILE) / len(ways))
+            Doubt(text, names, np.zeros(size), precision, chance_wrong(title, vehicle) / len(ways))
             for text, precision in ways
         ]
     return found
@@ -151,11 +162,14 @@ def _silent(vehicle: Vehicle, figures: Mapping[str, tuple[str, float]]) -> Figur
 def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
     """The pieces of physics that simple models leave out, and where their unknowns are then."""
     known = joint.known
+    # who had these measured has a vehicle on the road, or a model of all of it
+    tyres = vehicle.get("tire_longitudinal_rate_npm") is not None
+    pitches = vehicle.get("patch_path_pitch_mprad") is not None
     kilos, radius = (float(known.mean[known.index(n)]) for n in ("empty_mass", "radius"))
     low = 0.02 * radius
     pieces = {
-        WHEELS: {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002)},
-        UPRIGHT: _upright(joint),
+        WHEELS: {} if tyres else {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002)},
+        UPRIGHT: {} if pitches else _upright(joint),
         "no anti-dive": _silent(
             vehicle,
             {

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts import OFTEN_WRONG, WRONG_FILE
+from pipelines.joint.doubts import chance_wrong
 from pipelines.joint.file_check import STATED
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.rigid_tyres import log_odds
@@ -79,5 +79,5 @@ def file_ways(
         found = joined_again(joint, evidence, known, free)
         if max(abs(found.u[known.index(n)]) for n in names) > FARTHEST:
             continue
-        chance = OFTEN_WRONG.get(title, WRONG_FILE)
+        chance = chance_wrong(title, vehicle)
         yield title, log_odds(joint, found) + math.log(chance / (1 - chance)), found, free

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pipelines.joint.body import Body
+from pipelines.joint.suspension import STOP_POWER
 from pipelines.models.roll import GRAVITY
 
 AXLES = ("front", "rear")
@@ -19,6 +20,11 @@ Values = Mapping[str, Any]
 Number = Any
 TRAVEL_M = (-0.1, 0.25)
 """How far a load may press a spring, or lift it."""
+
+STEPS = 8
+"""Of Newton's, until a stop's share of a load is known to the micrometre."""
+TOUCH_M = 0.002
+"""By how much a wheel that rests just before its stop is in it in the mean, as drives move it by 8 mm rms."""
 
 
 def _on_wheel(p: Values, axle: str) -> Number:
@@ -30,15 +36,27 @@ def _on_wheel(p: Values, axle: str) -> Number:
 def pressed(p: Values, axle: str) -> Number:
     """How much shorter the load makes a spring, at the wheel, m: no more than a suspension has travel.
 
-    Where rates are hardly known some vehicles of a search have next to none, and would sink without end.
+    Where rates are hardly known some vehicles of a search have next to none, and would sink without end. Beyond `free_*` a bump
+    stop holds along, with `stop_*` times the travel into it to the power STOP_POWER.
     """
-    return np.clip(_on_wheel(p, axle) / p[f"spring_{axle}"], *TRAVEL_M)
+    rate, free, stop = p[f"spring_{axle}"], p[f"free_{axle}"], np.maximum(p[f"stop_{axle}"], 0.0)
+    alone = _on_wheel(p, axle) / rate
+    left = np.maximum(alone - free, 0.0) * rate
+    if not np.any(left > 0):
+        return np.clip(alone, *TRAVEL_M)
+    # y² of travel into the stop: stop y³ + rate y² = left, which rises and bends upwards, from above
+    y = np.sqrt(left / rate)
+    for _ in range(STEPS):
+        y = y - (stop * y**3 + rate * y**2 - left) / np.maximum(3 * stop * y**2 + 2 * rate * y, 1e-12)
+    return np.clip(np.where(left > 0, free + y**2, alone), *TRAVEL_M)
 
 
 def rate_under_load(p: Values, axle: str) -> Number:
-    """A wheel's spring rate where the load has it rest, N/m."""
+    """A wheel's spring rate where the load has it rest, N/m: with the stop, where it rests on that or moves into it."""
     d = pressed(p, axle)
-    return p[f"spring_{axle}"] + 2 * p[f"square_{axle}"] * d + 3 * p[f"cube_{axle}"] * d**2
+    into = TOUCH_M * np.logaddexp(0.0, (d - p[f"free_{axle}"]) / TOUCH_M)
+    stop = STOP_POWER * np.maximum(p[f"stop_{axle}"], 0.0) * into ** (STOP_POWER - 1)
+    return p[f"spring_{axle}"] + 2 * p[f"square_{axle}"] * d + 3 * p[f"cube_{axle}"] * d**2 + stop
 
 
 def roll_center(p: Values, axle: str) -> Number:
@@ -104,11 +122,16 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     radius R below the hub, the foot comes up by R c² roll²/2 beside the hub's travel: the weight then adds c² R times the roll to
     what the springs hold. Wide tyres that lean stand on their edges instead, and models of feet that are points have none of it
     (`wheel_plane`: 1 a thin disc).
+
+    A rig that rolls the body over pads has both in one (`path_*`, where `paths_told` is 1): the stiffness by wheel rates and bars less
+    that by the pads' forces, over the load. It sinks with the roll centre.
     """
     behind = body.x / p["wheelbase"]
     weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)
     disc = p["wheel_plane"] * p["camber"] ** 2 * p["radius"]
-    return weight * (p["side_path"] * roll_center(p, axle) - disc)
+    by_geometry = p["side_path"] * roll_center(p, axle) - disc
+    measured = p[f"path_{axle}"] + roll_center(p, axle) - p[f"roll_center_{axle}"]
+    return weight * (by_geometry + p["paths_told"] * (measured - by_geometry))
 
 
 def roll_springs(p: Values, body: Body, springs: Number) -> Number:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.joint.book import AXLES, SILENT, Book
-from pipelines.models.axle_load import patch_shift
+from pipelines.joint.book import AXLES, Book
+from pipelines.joint.feet import feet
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_inertia
 from pipelines.vehicles.spring_base import rigid_axle
@@ -112,27 +112,6 @@ def _sinking(book: Book) -> None:
             book.put(f"sinks_{axle}", drop.value, drop.std, f"roll_center_drop_{axle}", drop.source)
 
 
-PATCH_FOLLOWS = (1.0, 0.15)
-"""Share of a tyre's sideways give by which its vertical force goes along, and how sure that is: crowned treads stay a little behind."""
-LEAST_GIVE = 0.1
-"""Of what tyres usually give: no rig tells a patch's place better."""
-
-
-def _sideways_give(book: Book) -> None:
-    """m that the patches of a wheel go sideways a m/s² of lateral acceleration, all wheels alike."""
-    # two thirds of the vertical rate is usual
-    quarter = 0.25 * book.rows["empty_mass"][0]
-    usual = quarter / (0.65 * book.rows["tyre_rate"][0])
-    rate = book.vehicle.get("tire_lateral_rate_npm")
-    if rate is None:
-        # most simulators leave it out
-        book.put("patch_side", 0.15 * usual, 0.5 * usual)
-        return
-    give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
-    spread = float(np.hypot(np.hypot(share * rate.std / rate.value, unsure) * give, LEAST_GIVE * usual))
-    book.put("patch_side", share * give, spread, "tire_lateral_rate_npm", rate.source)
-
-
 def _pitch_links(book: Book) -> None:
     """Pitch centres in braking and in driving."""
     vehicle = book.vehicle
@@ -156,27 +135,6 @@ def _pitch_links(book: Book) -> None:
     book.put("pitch_center_drive", mean, std, "pitch_center_height_drive_m (anti-squat)", source)
 
 
-def _feet(book: Book) -> None:
-    """Where the tyres' patches stand as the body pitches, brakes and corners."""
-    vehicle = book.vehicle
-    radius = book.rows["radius"][0]
-    # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
-    # model without gravity's part in pitching: the CG's height
-    book.put(
-        "pitch_path",
-        0.6 * radius,
-        0.6 * radius,
-        "height about which the body pitches over its wheels, m",
-        SILENT,
-    )
-    mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
-    # a braked tyre's patch lags behind its axle, a driven one's runs ahead (`patch_shift`): by two thirds of the squash where no
-    # power comes from nowhere, by nothing where torque is force on the loaded radius
-    third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
-    book.put("patch_lag", 1.2 * third, 1.0 * third)
-    _sideways_give(book)
-
-
 def links(book: Book) -> None:
     """What the links carry: roll centres, pitch centre, jacking."""
     vehicle = book.vehicle
@@ -193,10 +151,7 @@ def links(book: Book) -> None:
     share = vehicle.get("drive_front_share")
     book.put("drive_front", *((0.5, 0.5) if share is None else (share.value, share.std)))
     book.put("shaft_roll", 0.0, _shaft_roll(book))
-    _feet(book)
-    # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
-    # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
-    book.put("hubs_past", 0.1, 0.25)
+    feet(book)
     book.put("jack_brake", 0.0, 0.04)
     book.put("jack_drive", *drive_jacking(book))
     book.put("jack_side", *side_jacking(book))

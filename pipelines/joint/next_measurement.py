@@ -12,9 +12,11 @@ from typing import Literal
 
 import numpy as np
 
+from pipelines.joint.laden import side_moment
 from pipelines.joint.outputs import body_at, roll_axis_of, roll_stiffness_of
 from pipelines.joint.posterior import STEP, Joint, values_at
 from pipelines.joint.stated import LEVEL, shown_on_level_ground
+from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray, NextMeasurement
 
 LEAST_GAIN = 0.9
@@ -81,6 +83,14 @@ def _height(v: Mapping[str, FloatArray]) -> list[FloatArray]:
     return [np.asarray(body_at(v, {}).whole_h)]
 
 
+def _paths(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    """m a rad: what each axle's load takes off its roll stiffness, over that load."""
+    body = body_at(v, {})
+    front = body.sprung * (1 - body.x / v["wheelbase"])
+    shares = {"front": front, "rear": body.sprung - front}
+    return [np.asarray(side_moment(v, body, axle) / (GRAVITY * share)) for axle, share in shares.items()]
+
+
 def _level(v: Mapping[str, FloatArray]) -> list[FloatArray]:
     return [shown_on_level_ground(key, v) for key in LEVEL]
 
@@ -108,6 +118,14 @@ CANDIDATES: tuple[Candidate, ...] = (
     Candidate(
         "figure", "wheel rates 50 mm above and below ride height and how far roll centres come down with the body, from a kinematics rig",
         _known("axis_sinks", "square_front", "square_rear", "cube_front", "cube_rear"), (0.25, 0.35, 0.35, 0.12, 0.12),
+    ),
+    Candidate(
+        "figure", "what the wheels' loads take off the roll stiffness, from a kinematics rig (patch_path, 25 mm a rad)", _paths,
+        (0.025, 0.025), False,
+    ),
+    Candidate(
+        "figure", "how far patches and wheel centres go along in pitch and braking, from a kinematics and a tyre rig (patch_path_pitch, "
+        "wheel_recession, tire_longitudinal_rate)", _known("pitch_path", "hubs_past", "patch_lag"), (0.01, 0.03, 0.002), False,
     ),
     Candidate("figure", "the tyres' lateral rate (10 %)", _known("patch_side"), (1.2,)),
     Candidate("figure", "the empty vehicle weighed (5 kg, 5 mm)", _known("empty_mass", "empty_x"), (0.003, 0.002)),

@@ -39,6 +39,8 @@ STATED_STOP = (25.0, 20.0)
 stops of three to six spring rates from the first touch."""
 
 
+FAR_M = 10.0
+
 USUAL_CURVE = ((0.01, 0.02), (0.02, 0.04))
 """Square and cube of a spring's force over its linear part at TRAVEL_M, mean and spread: wheel rates rise with travel rather than fall,
 at rear axles by a third where a load reaches their stops."""
@@ -116,6 +118,17 @@ def _curve(book: Book, axle: str, rate: float) -> None:
         book.put(f"{name}_{axle}", usual, spread)
 
 
+def _free(book: Book, axle: str, told: bool) -> None:
+    """Travel from where the empty vehicle stands to the bump stop, m; beyond all travel where the file does not tell it."""
+    clearance = book.vehicle.get(f"bump_stop_clearance_{axle}_m")
+    if clearance is None or not told:
+        book.put(f"free_{axle}", FAR_M, 0.0)
+    else:
+        book.put(
+            f"free_{axle}", clearance.value, clearance.std, f"bump_stop_clearance_{axle}_m", clearance.source
+        )
+
+
 def suspension(book: Book, kilos: float) -> bool:
     """Springs, bars, dampers, friction; whether the spring rates are known."""
     vehicle = book.vehicle
@@ -132,6 +145,7 @@ def suspension(book: Book, kilos: float) -> bool:
         book.put(
             f"stop_{axle}", *((0.0, rate * STOP_A_METRE) if free is None else (rate * x for x in STATED_STOP))
         )
+        _free(book, axle, free is not None)
         usual = 0.3 * 2 * np.sqrt(rate * corner)
         known = vehicle.get(f"damper_rate_{axle}_nspm")
         mean, spread = (usual, 0.5) if known is None else (known.value, 0.3)

@@ -1,5 +1,5 @@
 """What a kinematics and compliance rig tells beyond rates at ride height: how wheel rates rise with travel, where bump stops begin,
-how roll centres come down with the body."""
+how roll centres come down with the body, which way wheels' loads go as it rolls."""
 
 from __future__ import annotations
 
@@ -22,6 +22,8 @@ STEEPEST = 2.5
 """Rate at TRAVEL_M over that at ride height, or the reverse, beyond which a stop must be in it."""
 
 PAIRS = {
+    "patch_path_{}_mprad": "a rigid axle's, whose wheels do not move in its axes, is that of its links: its roll centre's height",
+    "wheel_recession_{}": "0 for an axle whose wheel centres go straight up",
     "roll_center_drop_{}": "0 for an axle whose roll centre keeps its height, as beam axles' do",
     "bump_stop_clearance_{}_m": "an axle without bump stops has the whole of its travel for it",
 }

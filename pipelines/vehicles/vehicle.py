@@ -47,6 +47,7 @@ POSITIVE = frozenset(
         "damper_rate_rear_nspm",
         "tire_vertical_rate_npm",
         "tire_lateral_rate_npm",
+        "tire_longitudinal_rate_npm",
         "wheel_radius_m",
         "wheel_inertia_kgm2",
         "steering_ratio",
@@ -63,6 +64,11 @@ ANY_SIGN = frozenset(
         "roll_center_height_rear_m",
         "roll_center_drop_front",
         "roll_center_drop_rear",
+        "patch_path_front_mprad",
+        "patch_path_rear_mprad",
+        "patch_path_pitch_mprad",
+        "wheel_recession_front",
+        "wheel_recession_rear",
         "pitch_center_height_m",
         "pitch_center_height_drive_m",
         "cg_lateral_offset_m",
@@ -85,6 +91,10 @@ LEAST_STD = {
     "cg_lateral_offset_m": 0.005,
     "roll_center_drop_front": 0.2,
     "roll_center_drop_rear": 0.2,
+    "patch_path_front_mprad": 0.03,
+    "patch_path_rear_mprad": 0.03,
+    "wheel_recession_front": 0.015,
+    "wheel_recession_rear": 0.015,
     "imu_roll_deg": 0.2,
     "imu_pitch_deg": 0.2,
     "behind_front_axle_m": 0.1,
@@ -107,6 +117,7 @@ RELATIVE_STD = {
     "bump_stop_clearance_front_m": 0.1,
     "bump_stop_clearance_rear_m": 0.1,
     "tire_lateral_rate_npm": 0.1,
+    "tire_longitudinal_rate_npm": 0.1,
 }
 """What a bare number in a vehicle file is worth: a data sheet's figure, not a calibration."""
 DEFAULT_RELATIVE_STD = 0.05

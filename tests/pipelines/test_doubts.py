@@ -10,13 +10,23 @@ import pytest
 from scipy.stats import t as student
 
 from pipelines.joint.answers import Told
-from pipelines.joint.doubts import BETWEEN, OFTEN_WRONG, WIDER, doubts_of, said
+from pipelines.joint.doubts import (
+    BETWEEN,
+    OFTEN_WRONG,
+    UPRIGHT,
+    WHEELS,
+    WIDER,
+    WRONG_FILE,
+    chance_wrong,
+    doubts_of,
+    said,
+)
 from pipelines.joint.mixture import doubted
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.tails import FREEDOM
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import INNER, FloatArray
-from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
 KNOWN = before_the_log(vehicle())
@@ -42,6 +52,38 @@ def _only(title: str) -> Vehicle:
     """A file that states nothing that could be doubted but one figure."""
     whole = vehicle()
     return replace(whole, quantities={k: v for k, v in whole.quantities.items() if k == title})
+
+
+def _with(**figures: float) -> Vehicle:
+    whole = vehicle()
+    more = {key: Quantity(value, 0.01 * abs(value), "rig") for key, value in figures.items()}
+    return replace(whole, quantities={**whole.quantities, **more})
+
+
+def test_figures_of_a_rig_are_wrong_less_often_than_a_data_sheets() -> None:
+    sheet, weighed = _only("mass_kg"), _with(cg_lateral_offset_m=0.004)
+    assert chance_wrong("stated mass", sheet) == OFTEN_WRONG["stated mass"]
+    assert chance_wrong("stated mass", weighed) == WRONG_FILE
+    rates = {
+        f"spring_rate_{axle}{end}_npm": 28e3
+        for axle in ("front", "rear")
+        for end in ("", "_bump", "_rebound")
+    }
+    one_axle = {key: rate for key, rate in rates.items() if "rear" not in key}
+    assert chance_wrong("stated spring rates", _with(**rates)) == WRONG_FILE
+    assert chance_wrong("stated spring rates", _with(**one_axle)) == OFTEN_WRONG["stated spring rates"]
+    assert chance_wrong("stated tracks", _with(**rates)) == WRONG_FILE
+
+
+def test_what_a_rig_found_is_not_left_out_by_a_simple_author() -> None:
+    joint = find_mode([linear({"empty_mass": 1.0}, 1900.0, 15.0)], KNOWN)
+
+    def left_out(file: Vehicle) -> set[str]:
+        return {piece for d in doubts_of(joint, file) for piece in d.doubt.text.split(BETWEEN)}
+
+    assert left_out(vehicle()) >= {WHEELS, UPRIGHT}
+    assert UPRIGHT not in left_out(_with(patch_path_pitch_mprad=0.38))
+    assert WHEELS not in left_out(_with(tire_longitudinal_rate_npm=3e5))
 
 
 @pytest.mark.parametrize("seen", [1900.0, 1960.0, 2100.0])

@@ -1,4 +1,4 @@
-"""What a kinematics rig tells in a vehicle file: springs' curves, bump stops, roll centres' drop, tyres' lateral rate."""
+"""What a kinematics rig tells in a vehicle file: springs' curves, bump stops, roll centres' drop, the ways of patches and hubs."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import pytest
 
 from parsers.errors import VehicleError
 from pipelines.estimators.roll_map.touched_stops import stops_touched, with_stops
+from pipelines.joint.body import past_the_springs
 from pipelines.joint.laden import pressed, rate_under_load, roll_center
 from pipelines.joint.next_measurement import CANDIDATES
 from pipelines.joint.unknowns import Known, before_the_log
@@ -103,6 +104,38 @@ def test_a_tyre_that_gives_sideways_moves_its_patch_by_what_the_file_says() -> N
     assert 0 < stiff[1] < 0.3 * usual[1]
 
 
+PATHS = """
+patch_path_front_mprad = {value = 0.02, std = 0.02}
+patch_path_rear_mprad = {value = 0.05, std = 0.03}
+patch_path_pitch_mprad = {value = 0.38, std = 0.01}
+wheel_recession_front = {value = -0.03, std = 0.008}
+wheel_recession_rear = {value = 0.09, std = 0.01}
+tire_longitudinal_rate_npm = {value = 300000, std = 30000}
+"""
+
+
+def test_the_ways_of_patches_and_hubs_are_those_of_the_file() -> None:
+    silent, told = parsed(), parsed(PATHS)
+    assert [row(each, "paths_told")[0] for each in (silent, told)] == [0.0, 1.0]
+    assert row(told, "paths_told")[1] < 1e-9
+    assert row(told, "path_rear") == (0.05, 0.03)
+    assert row(told, "pitch_path") == (0.38, 0.01)
+    lag, spread = row(told, "patch_lag")
+    assert lag == pytest.approx(0.25 * 9.80665 * 1600 / 300e3)
+    assert 0.1 * lag < spread < 0.25 * lag
+    assert spread < 0.7 * row(silent, "patch_lag")[1]
+    assert row(told, "hubs_past")[1] < 0.3 * row(silent, "hubs_past")[1]
+
+
+def test_hubs_that_go_their_own_way_push_along_it() -> None:
+    """Virtual work: m_u a along the way that a hub goes a metre of travel, front ones on their lever, rear ones on theirs."""
+    known = before_the_log(parsed(PATHS))
+    p = at_mean(known)
+    rear = p["wheelbase"] - p["empty_x"]
+    expected = p["unsprung_front"] * -0.03 * p["empty_x"] - p["unsprung_rear"] * 0.09 * rear
+    assert past_the_springs(p) == pytest.approx(expected)
+
+
 def test_stops_are_looked_for_from_where_the_file_has_them() -> None:
     text = "bump_stop_clearance_front_m = {value = 0.06, std = 0.004}\nbump_stop_clearance_rear_m = {value = 0.08, std = 0.004}\n"
     assert free_travel(parsed(text)) == {
@@ -122,6 +155,10 @@ def test_stops_are_looked_for_from_where_the_file_has_them() -> None:
         ("bump_stop_clearance_rear_m = 0.08\n", "stated without bump_stop_clearance_front_m"),
         ("spring_rate_rear_bump_npm = 90000\nspring_rate_rear_rebound_npm = 26000\n", "3.33 times the rate"),
         ("tire_lateral_rate_npm = 160\n", "expected 1000"),
+        ("tire_longitudinal_rate_npm = 300\n", "expected 1000"),
+        ("patch_path_front_mprad = 0.02\n", "stated without patch_path_rear_mprad"),
+        ("wheel_recession_rear = 0.09\n", "stated without wheel_recession_front"),
+        ("patch_path_pitch_mprad = 6.6\n", "mm a degree"),
         ("spring_rate_rear_bump = 33000\n", "unknown key"),
     ],
 )
@@ -134,6 +171,8 @@ def test_the_rig_is_named_where_it_would_help() -> None:
     actions = [c.action for c in CANDIDATES]
     assert any("50 mm above and below ride height" in a for a in actions)
     assert any("lateral rate" in a for a in actions)
+    assert any("patch_path," in a for a in actions)
+    assert any("wheel_recession" in a for a in actions)
 
 
 def test_a_roll_gradient_on_stops_is_one_of_the_drive_s_bends() -> None:

@@ -42,11 +42,12 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
         "empty_mass": empty["mass_kg"], "empty_x": empty["cg_to_front_axle_m"], "empty_y": empty["cg_lateral_offset_m"],
         "empty_h": empty["cg_height_m"], "wheelbase": plant.wheelbase_m, "radius": plant.wheel_radius_front_m,
         "tyre_rate": 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm),
-        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0,
+        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0,
     }  # fmt: skip
     for axle in ("front", "rear"):
         values |= {
             f"spring_{axle}": getattr(plant, f"spring_rate_{axle}_npm"), f"square_{axle}": 0.0, f"cube_{axle}": 0.0,
+            f"free_{axle}": 10.0, f"stop_{axle}": 0.0,
             f"track_{axle}": getattr(plant, f"track_{axle}_m"),
             f"bar_{axle}": getattr(plant, f"anti_roll_stiffness_{axle}_nmprad"),
             f"roll_center_{axle}": getattr(plant, f"roll_center_height_{axle}_m"),
@@ -62,8 +63,8 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
 def test_known_answers() -> None:
     p = {
         "load": 400.0, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "spring_front": 25e3, "square_rear": 0.0,
-        "cube_rear": 25e3 * 8, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
-        "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "bar_front": 0.0, "bar_rear": 0.0,
+        "cube_rear": 25e3 * 8, "free_front": 10.0, "free_rear": 10.0, "stop_front": 0.0, "stop_rear": 0.0, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
+        "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0, "bar_front": 0.0, "bar_rear": 0.0,
     }  # fmt: skip
     d = 200 * GRAVITY / 25e3
     assert pressed(p, "rear") == pytest.approx(d)
@@ -79,8 +80,62 @@ def test_known_answers() -> None:
 
 
 def test_springs_of_next_to_no_rate_sink_no_further_than_they_can() -> None:
-    p = {"load": 400.0, "load_x": 2.0, "wheelbase": 2.6, "spring_rear": np.array([1e-9, -50.0, 1e9])}
+    p = {
+        "load": 400.0,
+        "load_x": 2.0,
+        "wheelbase": 2.6,
+        "spring_rear": np.array([1e-9, -50.0, 1e9]),
+        "free_rear": 10.0,
+        "stop_rear": 0.0,
+    }
     assert pressed(p, "rear") == pytest.approx([0.25, -0.1, 0.0], abs=1e-5)
+
+
+def test_a_stop_takes_its_share_of_the_load_and_is_in_the_rate() -> None:
+    loads = np.linspace(0.0, 900.0, 19)
+    p = {
+        "load": loads, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "square_rear": 0.0, "cube_rear": 0.0,
+        "free_rear": 0.06, "stop_rear": 25.0 * 25e3,
+    }  # fmt: skip
+    d = pressed(p, "rear")
+    into = np.maximum(d - 0.06, 0.0)
+    assert 25e3 * d + 25.0 * 25e3 * into**1.5 == pytest.approx(0.5 * GRAVITY * loads)
+    assert 0.005 < into.max() < 0.06
+    rate, before = rate_under_load(p, "rear"), rate_under_load({**p, "stop_rear": 0.0}, "rear")
+    assert before == pytest.approx(np.full(19, 25e3))
+    deep, far = into > 0.01, d < 0.045
+    assert deep.any()
+    assert far.any()
+    assert rate[deep] == pytest.approx(25e3 * (1 + 37.5 * np.sqrt(into[deep])), rel=1e-3)
+    assert rate[far] == pytest.approx(25e3, rel=0.02)
+    assert (np.diff(rate) > 0).all()
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_a_load_on_the_stops_stands_where_the_plants_equilibrium_has_it(seed: int) -> None:
+    plant = replace(plain(seed), bump_clearance_m=0.03)
+    load = Load(0.3 * plant.mass_kg, 0.95 * plant.wheelbase_m, 0.0, 0.8)
+    rear = float(posture(loaded(plant, [load])).coordinates[5:].mean())
+    assert rear > 0.031
+    p = values_of(plant, load) | {"free_rear": 0.03, "stop_rear": 25.0 * plant.spring_rate_rear_npm}
+    # the plant's stops are linear ones
+    assert float(pressed(p, "rear")) == pytest.approx(rear, rel=0.25)
+    assert float(pressed({**p, "stop_rear": 0.0}, "rear")) > 1.15 * rear
+
+
+def test_what_a_rig_says_of_the_loads_paths_takes_the_place_of_geometry() -> None:
+    plant = plain(2)
+    p = values_of(plant, None) | {"side_path": 0.3, "wheel_plane": 0.9, "camber": 0.6}
+    body = body_of(p, None)
+    weight = GRAVITY * body.sprung * body.x / plant.wheelbase_m
+    told = p | {"paths_told": 1.0, "path_rear": 0.07}
+    assert side_moment(told, body, "rear") == pytest.approx(0.07 * weight)
+    geometry = 0.3 * plant.roll_center_height_rear_m - 0.9 * 0.36 * plant.wheel_radius_front_m
+    assert side_moment(p, body, "rear") == pytest.approx(geometry * weight)
+    # and it sinks with the roll centre
+    laden = told | {"load": 300.0, "load_x": 2.0, "axis_sinks": 1.5}
+    down = 1.5 * float(pressed(laden, "rear"))
+    assert side_moment(laden, body, "rear") == pytest.approx((0.07 - down) * weight)
 
 
 @pytest.mark.parametrize("seed", range(6))

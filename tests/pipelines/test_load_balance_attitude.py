@@ -44,7 +44,8 @@ def test_compliance_equals_the_hand_calculation() -> None:
         "load": 0.0,
         "load_x": 1.0,
     }
-    p |= {f"{kind}_{axle}": 0.0 for kind in ("square", "cube") for axle in ("front", "rear")}
+    p |= {f"{kind}_{axle}": 0.0 for kind in ("square", "cube", "stop") for axle in ("front", "rear")}
+    p |= {"free_front": 10.0, "free_rear": 10.0}
     moment = 5000.0
     force = moment / 2.5
     springs, tyres = pitch_compliance(p)

@@ -34,7 +34,7 @@ CARRIER = "hub accelerations"
 BODY = (
     "empty_mass", "empty_x", "empty_y", "load", "load_x", "load_y", "unsprung_front", "unsprung_rear", "wheelbase",
 )  # fmt: skip
-SPRINGS = tuple(f"{name}_{axle}" for axle in AXLES for name in ("spring", "square", "cube"))
+SPRINGS = tuple(f"{name}_{axle}" for axle in AXLES for name in ("spring", "square", "cube", "free", "stop"))
 DAMPERS = tuple(f"{name}_{axle}" for axle in AXLES for name in ("rebound", "bump"))
 
 

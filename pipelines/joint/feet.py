@@ -1,0 +1,116 @@
+"""Where the tyres' patches and the hubs go as the body rolls, pitches, brakes and corners: the weight and the hubs' inertia go along."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipelines.joint.book import AXLES, SILENT, Book
+from pipelines.models.axle_load import patch_shift
+from pipelines.models.roll import GRAVITY
+
+
+def _patch_paths(book: Book) -> None:
+    """What an axle's load takes off its roll stiffness, over that load, m a rad: as a rig found it, in place of what geometry says."""
+    stated = {axle: book.vehicle.get(f"patch_path_{axle}_mprad") for axle in AXLES}
+    book.put("paths_told", float(all(path is not None for path in stated.values())), 0.0)
+    for axle, path in stated.items():
+        if path is None:
+            book.put(f"path_{axle}", 0.0, 0.0)
+        else:
+            book.put(f"path_{axle}", path.value, path.std, f"patch_path_{axle}_mprad", path.source)
+
+
+PATCH_FOLLOWS = (1.0, 0.15)
+"""Share of a tyre's sideways give by which its vertical force goes along, and how sure that is: crowned treads stay a little behind."""
+LEAST_GIVE = 0.1
+"""Of what tyres usually give: no rig tells a patch's place better."""
+
+
+def _sideways_give(book: Book) -> None:
+    """m that the patches of a wheel go sideways a m/s² of lateral acceleration, all wheels alike."""
+    # two thirds of the vertical rate is usual
+    quarter = 0.25 * book.rows["empty_mass"][0]
+    usual = quarter / (0.65 * book.rows["tyre_rate"][0])
+    rate = book.vehicle.get("tire_lateral_rate_npm")
+    if rate is None:
+        # most simulators leave it out
+        book.put("patch_side", 0.15 * usual, 0.5 * usual)
+        return
+    give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
+    spread = float(np.hypot(np.hypot(share * rate.std / rate.value, unsure) * give, LEAST_GIVE * usual))
+    book.put("patch_side", share * give, spread, "tire_lateral_rate_npm", rate.source)
+
+
+def _pitch_path(book: Book) -> None:
+    """Height about which the body pitches over its wheels, m: how far their loads go along a rad of pitch."""
+    stated = book.vehicle.get("patch_path_pitch_mprad")
+    if stated is not None:
+        book.put("pitch_path", stated.value, stated.std, "patch_path_pitch_mprad", stated.source)
+        return
+    # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
+    # model without gravity's part in pitching: the CG's height
+    radius = book.rows["radius"][0]
+    book.put(
+        "pitch_path",
+        0.6 * radius,
+        0.6 * radius,
+        "height about which the body pitches over its wheels, m",
+        SILENT,
+    )
+
+
+LAG_FOLLOWS = (1.0, 0.15)
+"""Share of a tyre's give along by which its vertical force goes along, and how sure that is."""
+
+
+def _patch_lag(book: Book) -> None:
+    """m of height that braked tyres' patches, which lag behind their axles, seem to add to the CG; driven ones run ahead.
+
+    A patch that gives F / k under a wheel's load W takes the moment W F / k of all four: that of W / k more height.
+    """
+    mass, rate = (book.vehicle.get(key) for key in ("mass_kg", "tire_vertical_rate_npm"))
+    along = book.vehicle.get("tire_longitudinal_rate_npm")
+    if along is not None:
+        give = 0.25 * GRAVITY * book.rows["empty_mass"][0] / along.value
+        share, unsure = LAG_FOLLOWS
+        spread = float(np.hypot(share * along.std / along.value, unsure)) * give
+        book.put("patch_lag", share * give, spread, "tire_longitudinal_rate_npm", along.source)
+        return
+    # by two thirds of the squash where no power comes from nowhere, by nothing where torque is force on the loaded radius
+    third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
+    book.put("patch_lag", 1.2 * third, 1.0 * third)
+
+
+def _hubs(book: Book) -> None:
+    """What part of the braked hubs' inertia their links take past the springs (`body.past_the_springs`), over the radius."""
+    stated = [book.vehicle.get(f"wheel_recession_{axle}") for axle in AXLES]
+    front, rear = stated
+    if front is None or rear is None:
+        # braking hubs lean on their side-view swing arms: half the wheelbase over an arm's length of what they carry at hub height
+        # goes past the springs. Long arms of front axles 0.1 to 0.3, parallel links none, short arms that point at the middle all
+        book.put("hubs_past", 0.1, 0.25)
+        return
+    weights = [book.rows[f"unsprung_{axle}"][0] for axle in AXLES]
+    ahead = book.rows["empty_x"][0]
+    levers = [weights[0] * ahead, -weights[1] * (book.rows["wheelbase"][0] - ahead)]
+    # hubs push forward along the way that their links let them go: anti-dive that a rising wheel's way back undoes
+    centre = -(levers[0] * front.value + levers[1] * rear.value) / sum(weights)
+    spread = float(np.hypot(levers[0] * front.std, levers[1] * rear.std)) / sum(weights)
+    radius = book.rows["radius"][0]
+    carried = book.rows["pitch_center_brake"][0] - centre
+    book.put(
+        "hubs_past",
+        carried / radius,
+        spread / radius,
+        "wheel_recession_front, wheel_recession_rear",
+        front.source,
+    )
+
+
+def feet(book: Book) -> None:
+    """The paths of patches and hubs. Roll and pitch centres are in the book."""
+    _patch_paths(book)
+    _pitch_path(book)
+    _patch_lag(book)
+    _sideways_give(book)
+    _hubs(book)
