@@ -38,7 +38,9 @@ def _sideways_give(book: Book) -> None:
         return
     give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
     spread = float(np.hypot(np.hypot(share * rate.std / rate.value, unsure) * give, LEAST_GIVE * usual))
-    book.put("patch_side", share * give, spread, "tire_lateral_rate_npm", rate.source)
+    book.put(
+        "patch_side", share * give, spread, "patches sideways by tire_lateral_rate_npm, m a m/s²", rate.source
+    )
 
 
 def _pitch_path(book: Book) -> None:
@@ -74,7 +76,13 @@ def _patch_lag(book: Book) -> None:
         give = 0.25 * GRAVITY * book.rows["empty_mass"][0] / along.value
         share, unsure = LAG_FOLLOWS
         spread = float(np.hypot(share * along.std / along.value, unsure)) * give
-        book.put("patch_lag", share * give, spread, "tire_longitudinal_rate_npm", along.source)
+        book.put(
+            "patch_lag",
+            share * give,
+            spread,
+            "patches along by tire_longitudinal_rate_npm, m a g",
+            along.source,
+        )
         return
     # by two thirds of the squash where no power comes from nowhere, by nothing where torque is force on the loaded radius
     third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
@@ -102,7 +110,7 @@ def _hubs(book: Book) -> None:
         "hubs_past",
         carried / radius,
         spread / radius,
-        "wheel_recession_front, wheel_recession_rear",
+        "hubs past the springs by wheel_recession_front and _rear, a share",
         front.source,
     )
 
