@@ -14,6 +14,7 @@ from pipelines.estimators.load_balance.data import collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.relations import Relation, relations
 from pipelines.estimators.load_balance.solve import LEAST_SHARE, jacobian, solve
+from pipelines.joint.doubts import WRONG_FILE, doubts_of
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.unknowns import CORNERS, before_the_log, body_of
 from pipelines.needs import readiness
@@ -131,6 +132,20 @@ def test_solver_equals_the_closed_form_of_a_line() -> None:
     untouched = np.delete(fit.u, i)
     assert np.abs(untouched).max() < 1e-9
     assert np.allclose(np.delete(np.diag(fit.covariance), i), 1.0)
+
+
+def test_balances_that_contradict_each_other_raise_no_doubt_of_what_they_do_not_see() -> None:
+    """What widens all answers must not make a prior wider than it was: bars came out hundreds of spreads off by that."""
+    bars = {"anti_roll_stiffness_front_nmprad": 30e3, "anti_roll_stiffness_rear_nmprad": 20e3}
+    file = Vehicle("test", "Pickup", {k: Quantity(v, 0.02 * v, "sheet") for k, v in bars.items()})
+    rng = np.random.default_rng(4)
+    fit = solve([linear_relation(rng, radius) for radius in (0.31, 0.35)], before_the_log(file))
+    assert fit.inflation > 2
+    assert np.linalg.eigvalsh(fit.covariance).max() < 1 + 1e-9
+    for doubt in doubts_of(fit, file):
+        if doubt.doubt.names == ("bar_front", "bar_rear"):
+            assert doubt.weight == pytest.approx(0.5 * WRONG_FILE, rel=0.05)
+            assert np.abs(doubt.moved).max() < 1e-6
 
 
 def test_jacobian_knows_every_unknown_that_matters(driven: tuple[Car, dict[str, FloatArray]]) -> None:

@@ -174,7 +174,8 @@ def test_a_leaf_sprung_pickup_is_told_right(
     assert std < 0.06 * truth
     wrong, unsure = arm(run(at_the_wheels(drive, silent), silent))
     if dropped == "suspension_force":
-        assert wrong > truth + 3 * abs(value - truth)
+        # by what the stiffness is too high, as the file has it
+        assert truth + 3 * abs(value - truth) < wrong < 1.4 * truth
     else:
         assert abs(wrong - truth) < 2.5 * unsure
         assert unsure > 1.2 * std

@@ -83,7 +83,7 @@ def _taught(fit: Fit, gradient: FloatArray, std: float, digits: int) -> list[str
     """The balances without which the spread would be clearly larger, the first the most."""
     found = []
     for i, reduced in enumerate(fit.reduced):
-        alone = math.sqrt(float(gradient @ without(fit, i) @ gradient))
+        alone = fit.inflation * math.sqrt(float(gradient @ without(fit, i) @ gradient))
         if alone > 1.03 * std:
             found.append((alone, f"{reduced.relation.title} (± {alone:.{digits}f} without it)"))
     return [words for _, words in sorted(found, reverse=True)]
@@ -130,7 +130,7 @@ def answers(
     found: dict[str, ParameterEstimate] = {}
     for name, value in last.items():
         prior = prior_of(name, first[name], before[name])
-        std = math.sqrt(float(after[name] @ fit.covariance @ after[name]))
+        std = fit.inflation * math.sqrt(float(after[name] @ fit.covariance @ after[name]))
         answer = doubted(Told(value, std, value - 1.96 * std, value + 1.96 * std, None), after[name], doubts)
         status = _status(name, answer.value, answer.std, prior)
         taught = _taught(fit, after[name], std, _digits(name))

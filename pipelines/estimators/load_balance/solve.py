@@ -47,7 +47,8 @@ class Reduced:
 class Fit:
     """The fit. u: (k,) unknowns in prior standard deviations; covariance: (k, k) of u. information: of each balance.
 
-    inflation: factor on the standard deviations for balances that contradict each other or the vehicle file.
+    inflation: factor on all standard deviations for balances that contradict each other or the vehicle file; `covariance` is without
+    it, as doubts are weighed by it: what widens priors too would say that the log knows less than nothing.
     """
 
     known: Known
@@ -199,11 +200,11 @@ def solve(relations: Sequence[Relation], known: Known) -> Fit:
     misfit = sum(r.chi2 for r in reduced) + float(u @ u)
     products = sum(r.total.shape[0] for r in reduced)
     inflation = float(np.sqrt(max(1.0, misfit / max(products, 1))))
-    return Fit(known, u, covariance * inflation**2, reduced, tuple(information), inflation)
+    return Fit(known, u, covariance, reduced, tuple(information), inflation)
 
 
 def without(fit: Fit, left_out: int) -> FloatArray:
-    """(k, k) covariance of u had one balance not been there."""
+    """(k, k) covariance of u had one balance not been there, before anything widens it."""
     rest = [info for i, info in enumerate(fit.information) if i != left_out]
     total = np.eye(len(fit.u)) + (np.sum(rest, axis=0) if rest else 0.0)
-    return np.asarray(np.linalg.inv(total)) * fit.inflation**2
+    return np.asarray(np.linalg.inv(total))
