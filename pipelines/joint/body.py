@@ -77,6 +77,20 @@ def pitch_centres(p: Values, body: Body) -> tuple[float, float]:
     return p["pitch_center_brake"] - back * p["jack_brake"], p["pitch_center_drive"] - back * p["jack_drive"]
 
 
+BRAKED_FRONT = 0.65
+"""Share of the front axle in braking: about its share of the load meanwhile."""
+
+
+def dip_levers(p: Values, body: Body) -> tuple[float, float]:
+    """m by which the pitch centre in braking, and in driving, rises for a rad that the body's nose is down.
+
+    Wheels go up along the body's own axis, which then leans forward: braked front wheels push it up by F times the angle, rear ones down.
+    """
+    behind = p["wheelbase"] - body.x
+    drive = p["drive_front"]
+    return BRAKED_FRONT * body.x - (1 - BRAKED_FRONT) * behind, drive * body.x - (1 - drive) * behind
+
+
 def past_the_springs(p: Values) -> float:
     """kg m of the hubs' inertia that their links take to the tyres when speed changes.
 

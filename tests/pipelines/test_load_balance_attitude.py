@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from plant_balance import Car, demand, logged, simulate, vehicle_file
+from scipy.optimize import fsolve
 
 from pipelines.estimators.load_balance.attitude import (
     attitude_relation,
@@ -16,9 +18,11 @@ from pipelines.estimators.load_balance.attitude import (
 )
 from pipelines.estimators.load_balance.data import Columns, collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
-from pipelines.estimators.load_balance.nodding import nodding_columns
+from pipelines.estimators.load_balance.nodding import QUICK, nodding_columns
 from pipelines.estimators.load_balance.smoothing import Smoother, friction_state
+from pipelines.joint.body import BRAKED_FRONT, dip_levers
 from pipelines.joint.unknowns import Known, before_the_log, body_of
+from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import FloatArray
 
@@ -51,6 +55,44 @@ def test_compliance_equals_the_hand_calculation() -> None:
     springs, tyres = pitch_compliance(p)
     assert springs * moment == pytest.approx((force / 60e3 + force / 40e3) / 2.5)
     assert tyres * moment == pytest.approx((force / 400e3 + force / 400e3) / 2.5)
+
+
+def stopped(a: float, b: float, h: float, rate: float, fx: float) -> tuple[float, float, float]:
+    """Springs' moment on a body of 1 kg whose massless wheels go up along its own axis, braked to the specific force fx (body axes): the
+    moment, the nose-down pitch, and fz; from the equilibrium of forces and moments at the wheels' true places."""
+
+    def unknowns(x: FloatArray) -> tuple[FloatArray, float, float]:
+        # compressions beside those at rest, pitch, decelerating force: road axes
+        front, rear, tilt, force = x
+        rest = GRAVITY * np.array([b, a]) / (a + b)
+        springs = rest + rate * np.array([front, rear])
+        pull = force * np.array([BRAKED_FRONT, 1 - BRAKED_FRONT])
+        normal = (springs + pull * np.sin(tilt)) / np.cos(tilt)
+        along = -pull * np.cos(tilt) - normal * np.sin(tilt)
+        height = h - np.array([front, rear])
+        moment = a * springs[0] - b * springs[1]
+        level = np.arctan2(front - rear, a + b) - tilt
+        balance = moment + float(height @ along)
+        weight = float(normal.sum()) - GRAVITY
+        return np.array([balance, level, weight, float(along.sum()) - fx]), moment, float(springs.sum())
+
+    found = fsolve(lambda x: unknowns(x)[0], np.array([0.0, 0.0, 0.0, -fx]), xtol=1e-12)
+    _, moment, up = unknowns(found)
+    return moment, float(found[2]), up
+
+
+@pytest.mark.parametrize("fx", [-2.0, -6.0])
+def test_wheels_that_go_up_along_a_dipped_body_hold_it(fx: float) -> None:
+    a, b, h = 1.2, 1.5, 0.6
+    moment, tilt, _ = stopped(a, b, h, 25.0, fx)
+    p = {"wheelbase": a + b, "drive_front": 0.0}
+    brake, drive = dip_levers(p, SimpleNamespace(x=a, mass=1.0))
+    assert tilt > 0.01
+    bare, dipped = -h * fx, -(h - tilt * brake) * fx
+    assert abs(bare / moment - 1) > 3 * abs(dipped / moment - 1)
+    assert dipped == pytest.approx(moment, rel=0.004)
+    # driven rear wheels lift the tail of a body that sits back
+    assert drive == pytest.approx(-b)
 
 
 def test_links_take_from_the_nose_and_the_patch_adds() -> None:
@@ -159,9 +201,7 @@ def test_quick_columns_lose_a_steady_grade_and_weigh_slow_straight_driving() -> 
     )
     rows = len(smooth.rows)
     ones, wave = np.ones(rows), np.sin(2 * np.pi * 0.4 * t[smooth.rows])
-    found = dict.fromkeys(
-        ("fx_brake", "fx_drive", "dfx", "v2", "v2_on", "on_rolling", "pitch_acc", "on", "yaw"), ones * 0
-    )
+    found = dict.fromkeys((*QUICK, "on", "yaw"), ones * 0)
     slow = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 2}, smooth)
     fast = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 30}, smooth)
     turning = nodding_columns(
@@ -260,7 +300,7 @@ def test_what_held_brakes_leave_of_the_pitch_at_rest_is_an_unknown_of_its_own() 
         smooth = Smoother(prepared, 2.0)
         rows = len(smooth.rows)
         found = dict.fromkeys(
-            ("fx_brake", "fx_drive", "dfx", "v2", "v2_on", "on_rolling", "pitch_acc", "on", "yaw", "vdot"),
+            (*QUICK, "on", "yaw"),
             np.zeros(rows),
         )
         return nodding_columns(prepared, found | {"v": speed[smooth.rows]}, smooth)

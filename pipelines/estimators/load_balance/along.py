@@ -15,15 +15,12 @@ from pipelines.estimators.load_balance.attitude import nod
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Coefficients, Relation, make_relation
-from pipelines.joint.body import even_factor
+from pipelines.joint.body import BRAKED_FRONT, even_factor
 from pipelines.joint.unknowns import Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
 SLOWEST = 3.0
 """m/s: slower than that the brakes hold what they must, and wheel speeds are coarse."""
-
-BRAKED_FRONT = 0.65
-"""Share of the front axle in braking: about its share of the load meanwhile."""
 
 
 def rolling_radius(p: Values, body: Body, front: float) -> tuple[float, float]:

@@ -15,7 +15,7 @@ import numpy as np
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
-from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
+from pipelines.joint.body import body_inertias, dip_levers, past_the_springs, pitch_centres
 from pipelines.joint.laden import rate_under_load
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
@@ -69,6 +69,8 @@ def attitude_terms(sag: float | None) -> Coefficients:
         gain = 1 + p["gain_pitch_attitude"]
         for mode in ("brake", "drive"):
             add(terms, f"quick_fx_{mode}", -gain * nod(p, mode, sag))
+        for mode, lever_m in zip(("brake", "drive"), dip_levers(p, body), strict=True):
+            add(terms, f"quick_dip_{mode}", -gain * springs * body.mass * lever_m)
         add(terms, "quick_dfx", lag * tyres * body.moment - p["late_pitch_attitude"] * both * body.moment)
         add(terms, "quick_vdot", both * 4 * p["wheel_inertia"] / p["radius"])
         pressure = air_pressure(p) * p["drag"]

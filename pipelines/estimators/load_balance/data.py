@@ -190,6 +190,9 @@ def _driven(
         found["fx_drive"] = found["fx"] - found["fx_brake"]
         found["fx_tilt"] = smooth(GRAVITY * angles[0])
         found["fx_tilt_brake"] = smooth(GRAVITY * angles[0] * pedals["on"])
+        dipped = c["accel_x"] * angles[0]
+        found["dip_brake"] = smooth(dipped * pedals["on"])
+        found["dip_drive"] = smooth(dipped) - found["dip_brake"]
     if "accel_y" in c:
         found["fy2"] = smooth(c["accel_y"] ** 2)
         found["fy3"] = smooth(c["accel_y"] ** 3)

@@ -12,6 +12,11 @@ from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
 
+QUICK = (
+    "fx_brake", "fx_drive", "dip_brake", "dip_drive", "dfx", "vdot", "v2", "v2_on", "on_rolling", "pitch_acc",
+)  # fmt: skip
+"""Columns of `data` that the balance holds high-passed."""
+
 SLOWEST_HZ = 0.1
 """What changes slower is grade, offset and drift."""
 
@@ -60,7 +65,7 @@ def nodding_columns(
 ) -> dict[str, FloatArray]:
     """The balance's columns and instruments, on the thinned rows; empty where a signal is missing."""
     tip = _tip(prepared)
-    if tip is None or not {"fx_brake", "fx_drive", "dfx", "vdot", "v", "yaw", "on", "v2_on"} <= set(found):
+    if tip is None or not {*QUICK, "v", "yaw", "on"} <= {*found}:
         return {}
     rate = prepared.rate_hz / smooth.step
     segment = np.full(len(prepared.time_s), -1.0)
@@ -76,7 +81,7 @@ def nodding_columns(
     made = {"tip": quick(smooth(tip)), "dtip": quick(smooth(tip, 1))}
     for name, limit in (("tip_stick", STICK_RAD), ("tip_yield", YIELD_RAD)):
         made[name] = quick(smooth(friction_state(nodded, prepared, limit)))
-    for name in ("fx_brake", "fx_drive", "dfx", "vdot", "v2", "v2_on", "on_rolling", "pitch_acc"):
+    for name in QUICK:
         made[f"quick_{name}"] = quick(found[name])
     made["quick_held"] = quick(smooth(_held(prepared)))
     made["quick_fz"] = quick(found["fz"]) if "fz" in found else np.zeros(len(breaks))

@@ -39,7 +39,7 @@ from pipelines.estimators.load_balance.forces import (
     stiffness_of,
 )
 from pipelines.estimators.load_balance.specific_force import forward, sideways, upward
-from pipelines.joint.body import body_inertias, past_the_springs, pitch_centres
+from pipelines.joint.body import body_inertias, dip_levers, past_the_springs, pitch_centres
 from pipelines.joint.laden import axis_lever, side_patches, widened
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
@@ -110,6 +110,9 @@ def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         mean = 0.5 * (brake + drive)
         forward(p, body, mean, terms, (brake, drive))
         add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])
+        if not whole:
+            for name, lever_m in zip(("dip_brake", "dip_drive"), dip_levers(p, body), strict=True):
+                add(terms, name, -gain * body.mass * lever_m)
         path = p["unsprung_front"] + p["unsprung_rear"]
         add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
         add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
