@@ -128,6 +128,23 @@ def test_wild_samples_go_and_real_motion_stays() -> None:
     assert without_spikes(signal("roll", t, step))[1] == 0
 
 
+def test_the_first_bite_of_the_brakes_in_a_quiet_log_is_no_wild_sample() -> None:
+    """Simulated logs have no noise: what jolts ten times in an hour is far beyond the usual there."""
+    t = np.arange(0, 120, 0.01)
+    torque, accel = np.zeros(len(t)), np.zeros(len(t))
+    for at in range(1000, 11000, 2000):
+        since = t[at : at + 300] - t[at]
+        torque[at : at + 300] = 900 * since + 500 * np.exp(-since / 0.012)
+        accel[at : at + 300] = -6 * (1 - np.exp(-since / 0.1) * np.cos(40 * since)) - 2 * np.exp(-since / 0.01)
+    for name, values in (("brake_torque", torque), ("accel_x", accel)):
+        assert without_spikes(signal(name, t, values))[1] == 0
+        wild = values.copy()
+        wild[[500, 1100, 1101, 8000]] += 5000.0
+        kept, dropped = without_spikes(signal(name, t, wild))
+        assert dropped == 4
+        np.testing.assert_array_equal(kept.values, np.delete(values, [500, 1100, 1101, 8000]))
+
+
 def test_offsets_come_from_the_rest_before_motion() -> None:
     rng = np.random.default_rng(8)
     t = np.arange(0, 40, 0.01)

@@ -79,7 +79,9 @@ def attitude_terms(sag: float | None) -> Coefficients:
         # drag passes the tyres by, and rolling resistance is no brake's
         apart = springs * (braking - driving)
         add(terms, "quick_v2_on", -apart * pressure)
-        add(terms, "quick_on_rolling", -apart * p["rolling"] * body.mass * GRAVITY)
+        resistance = p["rolling"] * body.mass * GRAVITY
+        add(terms, "quick_on_rolling", -apart * resistance)
+        add(terms, "quick_rolls", both * p["rolling_shift"] * resistance * p["radius"])
         add(terms, "quick_pitch_acc", both * body_inertias(p)[1])
         add(terms, "quick_fz", -tipped(p, body) * body.sprung)
         # brakes that hold a vehicle keep its axles pushing against each other as they came to rest, and the links turn that into pitch

@@ -46,6 +46,12 @@ def _held(prepared: Prepared) -> FloatArray:
     return np.asarray(still & np.maximum.accumulate(~still), dtype=np.float64)
 
 
+def _rolls(prepared: Prepared) -> FloatArray:
+    """(n,) 1 while the wheels roll, 0 at rest: tyres that stand resist nothing."""
+    still = prepared.standstill
+    return np.ones(len(prepared.time_s)) if len(still) == 0 else np.asarray(~still, dtype=np.float64)
+
+
 def _tip(prepared: Prepared) -> FloatArray | None:
     """(n,) pitch against the horizon where it is logged, else what the gyro sums to; None without either."""
     c = prepared.columns
@@ -84,6 +90,7 @@ def nodding_columns(
     for name in QUICK:
         made[f"quick_{name}"] = quick(found[name])
     made["quick_held"] = quick(smooth(_held(prepared)))
+    made["quick_rolls"] = quick(smooth(_rolls(prepared)))
     made["quick_fz"] = quick(found["fz"]) if "fz" in found else np.zeros(len(breaks))
     weight = 1 / (1 + (found["v"] / SLOW_MPS) ** 2) / (1 + (found["yaw"] / STRAIGHT_RADPS) ** 2)
     slope = found["vdot"]
