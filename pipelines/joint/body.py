@@ -91,6 +91,12 @@ def dip_levers(p: Values, body: Body) -> tuple[float, float]:
     return BRAKED_FRONT * body.x - (1 - BRAKED_FRONT) * behind, drive * body.x - (1 - drive) * behind
 
 
+def held_rate(p: Values, axle: str) -> float:
+    """N/m by which each standing tyre of an axle holds its wheel where it is: going up, it would go sideways by its roll centre's height."""
+    side: float = 2 * p[f"roll_center_{axle}"] / p[f"track_{axle}"]
+    return p[f"standing_{axle}"] * side * side
+
+
 def past_the_springs(p: Values) -> float:
     """kg m of the hubs' inertia that their links take to the tyres when speed changes.
 

@@ -7,6 +7,7 @@ import numpy as np
 from pipelines.joint.book import AXLES, SILENT, Book
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
+from pipelines.vehicles.spring_base import rigid_axle
 
 
 def _patch_paths(book: Book) -> None:
@@ -41,6 +42,23 @@ def _sideways_give(book: Book) -> None:
     book.put(
         "patch_side", share * give, spread, "patches sideways by tire_lateral_rate_npm, m a m/s²", rate.source
     )
+
+
+STANDING = {False: (0.8, 0.5), True: (0.4, 0.4)}
+"""Of a standing tyre's sideways rate what resists that its wheel goes up, by the way it then goes sideways: by whether the axle is
+rigid, whose wheels go straight up on the road, if not in every simulator."""
+USUAL_SIDE_RATE = 0.5
+"""A tyre's sideways rate over its vertical one, where nobody says; no tyre is stiffer sideways than upright."""
+
+
+def _standing(book: Book) -> None:
+    """N/m of a tyre by which a vehicle that stands is held where it is sideways."""
+    rate = book.vehicle.get("tire_lateral_rate_npm")
+    upright = book.rows["tyre_rate"][0]
+    usual = USUAL_SIDE_RATE * upright if rate is None else min(rate.value, upright)
+    for axle in AXLES:
+        share, spread = STANDING[rigid_axle(book.vehicle, axle)]
+        book.put(f"standing_{axle}", share * usual, spread * usual)
 
 
 def _pitch_path(book: Book) -> None:
@@ -121,4 +139,5 @@ def feet(book: Book) -> None:
     _pitch_path(book)
     _patch_lag(book)
     _sideways_give(book)
+    _standing(book)
     _hubs(book)

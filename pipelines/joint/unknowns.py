@@ -73,8 +73,9 @@ class Known:
 ANY_H, TALL_H = (0.8, 0.3), (1.0, 0.3)
 """m above ground: an empty vehicle's CG where no measured vehicle is like it, and that of lorries and buses."""
 
-NOD_WOUND = 0.004
-"""rad of pitch that held brakes leave: a fifth of a stop's force between the axles, on links that dive and lift by a tenth of it."""
+WOUND = 0.25
+"""Spread of the height at which held brakes leave a stop's force pushing on the body, over the pitch centre's: a sixth of the force
+stays between the axles, on links of which one axle's may dive and lift more than the other's."""
 
 
 def _geometry(book: Book) -> None:
@@ -228,7 +229,7 @@ def _long(book: Book, kilos: float) -> None:
     # what brakes that hold wind up in the links: 6 mm of CG place at rest; dampers' one-sidedness and the like: 3 mm moving
     book.put("pitch_bias", 0.0, 0.003 * GRAVITY * kilos)
     book.put("pitch_wound", 0.0, 0.006 * GRAVITY * kilos)
-    book.put("nod_wound", 0.0, NOD_WOUND)
+    book.put("nod_wound", 0.0, WOUND * float(np.hypot(*book.rows["pitch_center_brake"])))
     book.put("late_long", 0.0, 0.05)
     book.put("tilt", 1.0, 0.3)
     book.put("gain_long", 0.0, 0.01)

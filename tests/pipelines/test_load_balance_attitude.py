@@ -12,7 +12,6 @@ from scipy.optimize import fsolve
 
 from pipelines.estimators.load_balance.attitude import (
     attitude_relation,
-    attitude_terms,
     nod,
     pitch_compliance,
 )
@@ -195,17 +194,17 @@ def test_the_relation_vanishes_for_the_right_height_and_for_no_other() -> None:
 def test_quick_columns_lose_a_steady_grade_and_weigh_slow_straight_driving() -> None:
     n = round(200 * RATE)
     t = np.arange(n) / RATE
-    base = {"pitch": 0.05 + 1e-4 * t, "pitch_rate": np.full(n, 0.01)}
+    base = {"pitch": 0.05 + 1e-4 * t, "pitch_rate": np.full(n, 0.01), "accel_x": np.zeros(n)}
     smooth = Smoother(
         Prepared(RATE, 15.0, t, base, (Segment(0, n),), {}, frozenset(base), np.zeros(n, dtype=bool)), 2.0
     )
     rows = len(smooth.rows)
     ones, wave = np.ones(rows), np.sin(2 * np.pi * 0.4 * t[smooth.rows])
     found = dict.fromkeys((*QUICK, "on", "yaw"), ones * 0)
-    slow = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 2}, smooth)
-    fast = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 30}, smooth)
+    slow = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 2}, smooth, np.full(n, 2.0))
+    fast = nodding_columns(smooth.prepared, found | {"vdot": wave, "v": ones * 30}, smooth, np.full(n, 30.0))
     turning = nodding_columns(
-        smooth.prepared, found | {"vdot": wave, "v": ones * 2, "yaw": ones * 0.5}, smooth
+        smooth.prepared, found | {"vdot": wave, "v": ones * 2, "yaw": ones * 0.5}, smooth, np.full(n, 2.0)
     )
     middle = slice(rows // 4, 3 * rows // 4)
     assert np.abs(slow["tip"][middle]).max() < 1e-4
@@ -213,7 +212,7 @@ def test_quick_columns_lose_a_steady_grade_and_weigh_slow_straight_driving() -> 
     assert size[0] > 10 * size[1] > 0
     assert size[0] > 10 * size[2] > 0
     lacking = Prepared(RATE, 15.0, t, {}, (Segment(0, n),), {}, frozenset(), np.zeros(n, dtype=bool))
-    assert nodding_columns(lacking, found | {"vdot": wave, "v": ones}, smooth) == {}
+    assert nodding_columns(lacking, found | {"vdot": wave, "v": ones}, smooth, np.ones(n)) == {}
 
 
 def test_friction_remembers_and_keeps_to_its_limit() -> None:
@@ -284,31 +283,3 @@ def test_vectors_of_many_vehicles_are_those_of_each(driven: tuple[Car, dict[str,
         assert np.allclose(many[:, i], relation.vector(known.at(row)))
     far = replace(relation, columns=relation.columns[:1])
     assert far.vector(known.at(u[0])).shape == (1,)
-
-
-def test_what_held_brakes_leave_of_the_pitch_at_rest_is_an_unknown_of_its_own() -> None:
-    n = round(120 * RATE)
-    t = np.arange(n) / RATE
-    still = (t < 10) | ((t > 40) & (t < 55))
-    speed = np.where(still, 0.0, 3.0)
-    wave = 0.01 * np.sin(2 * np.pi * 0.4 * t) * ~still
-
-    def made_of(wound: float) -> dict[str, FloatArray]:
-        # the vehicle stood at the beginning too, but had not come to rest there
-        columns = {"pitch": wave + wound * (still & (t > 20)), "speed": speed}
-        prepared = Prepared(RATE, 15.0, t, columns, (Segment(0, n),), {}, frozenset(columns), still)
-        smooth = Smoother(prepared, 2.0)
-        rows = len(smooth.rows)
-        found = dict.fromkeys(
-            (*QUICK, "on", "yaw"),
-            np.zeros(rows),
-        )
-        return nodding_columns(prepared, found | {"v": speed[smooth.rows]}, smooth)
-
-    clean, wound = made_of(0.0), made_of(0.008)
-    off = wound["tip"] - clean["tip"]
-    assert np.nanmax(np.abs(off)) > 0.004
-    assert np.allclose(off, 0.008 * wound["quick_held"], atol=1e-6, equal_nan=True)
-    known = before_the_log(vehicle_file(Car(), None))
-    terms = attitude_terms(None)(known.at(np.zeros(len(known.names))) | {"nod_wound": -0.008})
-    assert terms["quick_held"] == -0.008

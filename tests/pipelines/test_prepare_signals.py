@@ -135,7 +135,9 @@ def test_the_first_bite_of_the_brakes_in_a_quiet_log_is_no_wild_sample() -> None
     for at in range(1000, 11000, 2000):
         since = t[at : at + 300] - t[at]
         torque[at : at + 300] = 900 * since + 500 * np.exp(-since / 0.012)
-        accel[at : at + 300] = -6 * (1 - np.exp(-since / 0.1) * np.cos(40 * since)) - 2 * np.exp(-since / 0.01)
+        accel[at : at + 300] = -6 * (1 - np.exp(-since / 0.1) * np.cos(40 * since)) - 2 * np.exp(
+            -since / 0.01
+        )
     for name, values in (("brake_torque", torque), ("accel_x", accel)):
         assert without_spikes(signal(name, t, values))[1] == 0
         wild = values.copy()

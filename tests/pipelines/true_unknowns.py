@@ -9,6 +9,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 from pipelines.simulation.loads import Load
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, default_mount, preset, simulate_log
@@ -62,6 +63,9 @@ def _of_the_plant(plant: PlantVehicle, loads: Sequence[Load], mount: Mount) -> d
             f"spring_{axle}": rate, f"square_{axle}": 0.0, f"cube_{axle}": rate * plant.spring_stiffening_pm2,
             f"bar_{axle}": sheet[f"anti_roll_stiffness_{axle}_nmprad"],
             f"roll_center_{axle}": sheet[f"roll_center_height_{axle}_m"],
+            # a standing tyre is a spring: what a slip would give, over its relaxation length
+            f"standing_{axle}": 0.25 * GRAVITY * plant.mass_kg / plant.relaxation_lateral_m
+            * (plant.cornering_stiffness_front_prad if axle == "front" else plant.cornering_stiffness_rear_prad),
         }  # fmt: skip
     total = sum(load.mass_kg for load in loads)
     found["load"] = total

@@ -15,7 +15,7 @@ import numpy as np
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
-from pipelines.joint.body import body_inertias, dip_levers, past_the_springs, pitch_centres
+from pipelines.joint.body import body_inertias, dip_levers, held_rate, past_the_springs, pitch_centres
 from pipelines.joint.laden import rate_under_load
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
@@ -45,6 +45,14 @@ def nod(p: Values, mode: str, sag: float | None) -> float:
     # links carry a moment by lifting the body at one axle: what that takes off the axles' springs is not even
     lifted = tipped(p, body) * body.sprung * p[f"jack_{mode}"]
     return -(springs * (moment - past) + tyres * moment) - lifted
+
+
+def held_share(p: Values) -> float:
+    """Of the pitch since the wheels last rolled, what standing tyres hold of it, over what the springs do."""
+    rates = {axle: rate_under_load(p, axle) for axle in AXLES}
+    whole = sum(1 / rate for rate in rates.values())
+    held: float = sum(held_rate(p, axle) / (rate * rate) for axle, rate in rates.items()) / whole
+    return held
 
 
 def _damping_s(p: Values) -> float:
@@ -84,8 +92,10 @@ def attitude_terms(sag: float | None) -> Coefficients:
         add(terms, "quick_rolls", both * p["rolling_shift"] * resistance * p["radius"])
         add(terms, "quick_pitch_acc", both * body_inertias(p)[1])
         add(terms, "quick_fz", -tipped(p, body) * body.sprung)
-        # brakes that hold a vehicle keep its axles pushing against each other as they came to rest, and the links turn that into pitch
-        add(terms, "quick_held", p["nod_wound"])
+        # tyres that stand hold the body as it came to rest, until they have rolled: sideways by the wheels' own way, along by brakes that
+        # keep the axles pushing against each other, which the links turn into pitch
+        add(terms, "quick_scrub", held_share(p))
+        add(terms, "quick_held", springs * body.mass * p["nod_wound"])
         rub = sum(p[f"friction_{a}"] / p[f"spring_{a}"] for a in AXLES) / p["wheelbase"]
         add(terms, "tip_stick", p["rub"] * rub * (1 - p["yielding"]))
         add(terms, "tip_yield", p["rub"] * rub * p["yielding"])

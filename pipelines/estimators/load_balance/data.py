@@ -207,7 +207,7 @@ def _driven(
     found["on_rolling"] = smooth(pedals["on"] * (speed > CRAWL))
     found["v2_on"] = smooth(pedals["on"] * speed * speed)
     if v is not None:
-        found |= nodding_columns(prepared, found, smooth)
+        found |= nodding_columns(prepared, found, smooth, speed)
     if "by_pressure" in pedals:
         found["by_pressure"] = np.ones(len(smooth.rows))
 

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
+from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state, held_by_tyres
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
@@ -26,6 +26,9 @@ SLOW_MPS, STRAIGHT_RADPS = 8.0, 0.08
 STICK_RAD, YIELD_RAD = 0.0006, 0.0032
 """Pitch within which the axles' dry friction turns round: `STICK_M` and `YIELD_M` at each."""
 
+SIDE_MEMORY_M, LONG_MEMORY_M = 0.5, 0.3
+"""How far tyres roll until they have forgotten how they were bent sideways, and along: their relaxation lengths."""
+
 
 def _quick(column: FloatArray, rate_hz: float, breaks: FloatArray) -> FloatArray:
     """High-passed stretch by stretch, zero phase; rows that are missing stay so."""
@@ -36,14 +39,6 @@ def _quick(column: FloatArray, rate_hz: float, breaks: FloatArray) -> FloatArray
         if np.isfinite(part).all() and stop - start > rate_hz / SLOWEST_HZ:
             out[start:stop] = part - lowpass(part, rate_hz, SLOWEST_HZ)
     return out
-
-
-def _held(prepared: Prepared) -> FloatArray:
-    """(n,) 1 at rest after a drive, 0 elsewhere: where the brakes hold what they wound up."""
-    still = prepared.standstill
-    if len(still) == 0:
-        return np.zeros(len(prepared.time_s))
-    return np.asarray(still & np.maximum.accumulate(~still), dtype=np.float64)
 
 
 def _rolls(prepared: Prepared) -> FloatArray:
@@ -67,11 +62,11 @@ def _tip(prepared: Prepared) -> FloatArray | None:
 
 
 def nodding_columns(
-    prepared: Prepared, found: Mapping[str, FloatArray], smooth: Smoother
+    prepared: Prepared, found: Mapping[str, FloatArray], smooth: Smoother, speed: FloatArray
 ) -> dict[str, FloatArray]:
-    """The balance's columns and instruments, on the thinned rows; empty where a signal is missing."""
-    tip = _tip(prepared)
-    if tip is None or not {*QUICK, "v", "yaw", "on"} <= {*found}:
+    """The balance's columns and instruments, on the thinned rows; empty where a signal is missing. speed: (n,) m/s."""
+    tip, along = _tip(prepared), prepared.columns.get("accel_x")
+    if tip is None or along is None or not {*QUICK, "v", "yaw", "on"} <= {*found}:
         return {}
     rate = prepared.rate_hz / smooth.step
     segment = np.full(len(prepared.time_s), -1.0)
@@ -89,7 +84,8 @@ def nodding_columns(
         made[name] = quick(smooth(friction_state(nodded, prepared, limit)))
     for name in QUICK:
         made[f"quick_{name}"] = quick(found[name])
-    made["quick_held"] = quick(smooth(_held(prepared)))
+    made["quick_scrub"] = quick(smooth(held_by_tyres(nodded, prepared, speed, SIDE_MEMORY_M)))
+    made["quick_held"] = quick(smooth(held_by_tyres(calm.whole(along), prepared, speed, LONG_MEMORY_M)))
     made["quick_rolls"] = quick(smooth(_rolls(prepared)))
     made["quick_fz"] = quick(found["fz"]) if "fz" in found else np.zeros(len(breaks))
     weight = 1 / (1 + (found["v"] / SLOW_MPS) ** 2) / (1 + (found["yaw"] / STRAIGHT_RADPS) ** 2)

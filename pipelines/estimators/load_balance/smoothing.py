@@ -25,6 +25,15 @@ def _stop(travel: FloatArray, limit: float, out: FloatArray) -> None:
         out[i] = state / limit
 
 
+@kernel
+def _hold(travel: FloatArray, rolled: FloatArray, out: FloatArray) -> None:
+    """What of the travel so far tyres still hold that forget it as they roll. rolled: (n,) way of each row over what they forget on."""
+    state = 0.0
+    for i in range(1, travel.size):
+        state = (state + travel[i] - travel[i - 1]) * np.exp(-rolled[i])
+        out[i] = state
+
+
 class Smoother:
     """Low-passes, differentiates and thins columns segment by segment; missing stretches stay missing."""
 
@@ -65,5 +74,20 @@ def friction_state(calm: FloatArray, prepared: Prepared, limit: float) -> FloatA
         if np.isfinite(part).all():
             state = np.zeros(len(part))
             _stop(part, limit, state)
+            out[s.start : s.stop] = state
+    return out
+
+
+def held_by_tyres(travel: FloatArray, prepared: Prepared, speed: FloatArray, memory_m: float) -> FloatArray:
+    """(n,) how far `travel` has come since tyres last rolled, segment by segment: they are bent by it, and forget it within memory_m."""
+    still = prepared.standstill
+    gone = np.abs(np.where(np.isfinite(speed), speed, np.inf)) / (prepared.rate_hz * memory_m)
+    rolled = np.where(still, 0.0, gone) if len(still) else gone
+    out = np.full(len(travel), np.nan)
+    for s in prepared.segments:
+        part = np.ascontiguousarray(travel[s.start : s.stop])
+        if np.isfinite(part).all():
+            state = np.zeros(len(part))
+            _hold(part, np.ascontiguousarray(rolled[s.start : s.stop]), state)
             out[s.start : s.stop] = state
     return out
