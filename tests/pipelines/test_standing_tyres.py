@@ -9,14 +9,19 @@ import pytest
 from plant_balance import Car, vehicle_file
 
 from pipelines.estimators.load_balance.attitude import attitude_terms, held_share, pitch_compliance
-from pipelines.estimators.load_balance.nodding import QUICK, SIDE_MEMORY_M, nodding_columns
-from pipelines.estimators.load_balance.smoothing import Smoother, held_by_tyres
+from pipelines.estimators.load_balance.data import collect
+from pipelines.estimators.load_balance.estimator import LoadBalance
+from pipelines.estimators.load_balance.forces import FORCES
+from pipelines.estimators.load_balance.nodding import QUICK, nodding_columns
+from pipelines.estimators.load_balance.smoothing import SIDE_MEMORY_M, Smoother, held_by_tyres
+from pipelines.joint.body import held_rate
 from pipelines.joint.laden import rate_under_load
 from pipelines.joint.unknowns import AXLES, before_the_log, body_of
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import FloatArray
 from pipelines.simulation.logs.as_drive import drive_of as log_as_drive
 from pipelines.simulation.logs.drive import Choice, preset, simulate_log
+from pipelines.simulation.plant.vehicle import PlantVehicle
 from pipelines.vehicles.vehicle import Quantity
 from tests.pipelines.true_unknowns import true_unknowns
 
@@ -27,6 +32,20 @@ def drive_of(columns: dict[str, FloatArray], still: np.ndarray) -> Prepared:
     n = len(still)
     t = np.arange(n) / RATE
     return Prepared(RATE, 15.0, t, columns, (Segment(0, n),), {}, frozenset(columns), still)
+
+
+def plain_suv() -> PlantVehicle:
+    """Without dry friction, and with links that neither dive nor lift."""
+    level = dict.fromkeys(
+        ("side_slope_front", "side_slope_rear", "side_slope_drive_front", "side_slope_drive_rear"), 0.0
+    )
+    return replace(
+        preset("suv"),
+        friction_compression_n=0.1,
+        friction_extension_n=0.1,
+        spring_stiffening_pm2=0.0,
+        **level,
+    )
 
 
 def test_the_memory_is_what_a_plain_loop_makes_of_it() -> None:
@@ -121,9 +140,7 @@ def test_a_rigid_axle_and_a_stated_tyre_have_their_own_hold() -> None:
 
 def test_a_hard_stop_leaves_the_full_plants_nose_down_by_that() -> None:
     """Wheels without dry friction: what is left of the pitch at rest is held by the tyres' sides."""
-    plant = replace(
-        preset("suv"), friction_compression_n=0.1, friction_extension_n=0.1, side_slope_front=0.0, side_slope_rear=0.0,
-    )  # fmt: skip
+    plant = plain_suv()
     made = simulate_log(
         Choice("straight_braking", plant, (), sensors="perfect", seed=3, error_scale=0.0, sheet_errors=0.0)
     )
@@ -140,3 +157,34 @@ def test_a_hard_stop_leaves_the_full_plants_nose_down_by_that() -> None:
     assert float(pitch.values[halt - 40]) > 0.02
     assert left == pytest.approx(-held_share(p) * float(np.mean(state[rest])), rel=0.2)
     assert left > 5e-4
+
+
+def test_springs_of_a_vehicle_that_stopped_hard_show_less_than_its_weight() -> None:
+    """Held rear wheels hang lower than their load has them: the balance adds what the tyres' sides carry."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names)))
+    for axle in AXLES:
+        terms: dict[str, float] = {}
+        FORCES["deflection"](p, [1.0, 1.0, 1.0, 1.0], terms)
+        assert terms[f"scrub_{axle}"] == pytest.approx(2 * held_rate(p, axle))
+    turned: dict[str, float] = {}
+    FORCES["deflection"](p, [0.8, -0.8, 0.8, -0.8], turned)
+    assert turned["scrub_front"] == turned["scrub_rear"] == 0.0
+    plant = plain_suv()
+    made = simulate_log(
+        Choice("straight_braking", plant, (), sensors="perfect", seed=3, error_scale=0.0, sheet_errors=0.0)
+    )
+    q = true_unknowns(made, vehicle_file(Car(), None)).values
+    estimator = LoadBalance()
+    prepared = estimator.prepare(log_as_drive(made.log), {})
+    data = collect(prepared, known, 2.0)
+    stood = data.columns["rest"] == 1
+    after = stood & (data.time_s > 20)
+    bare, whole = np.zeros(len(stood)), np.zeros(len(stood))
+    for axle in AXLES:
+        for side in "lr":
+            bare += q[f"spring_{axle}"] * data.columns[f"d_{axle[0]}{side}"]
+        whole += 2 * held_rate(q, axle) * data.columns[f"scrub_{axle}"]
+    lost = float(np.mean(bare[after])) - float(np.mean(bare[stood & (data.time_s < 3)]))
+    assert lost < -80.0
+    assert lost + float(np.mean(whole[after])) == pytest.approx(0.0, abs=0.4 * abs(lost))

@@ -17,7 +17,13 @@ from pipelines.estimators.load_balance.lean import angles_of
 from pipelines.estimators.load_balance.levelled import levelled, tilted
 from pipelines.estimators.load_balance.nodding import nodding_columns
 from pipelines.estimators.load_balance.pedals import pedals_of
-from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state
+from pipelines.estimators.load_balance.smoothing import (
+    SIDE_MEMORY_M,
+    STICK_HZ,
+    Smoother,
+    friction_state,
+    held_by_tyres,
+)
 from pipelines.joint.suspension import STOP_POWER
 from pipelines.joint.unknowns import AXLES, CORNERS, TYRE_SHARE, Known
 from pipelines.models.roll import GRAVITY
@@ -87,6 +93,12 @@ def _corner_columns(
         }  # fmt: skip
         for name, column in parts.items():
             found[f"{name}_{wheel}"] = smooth(column)
+    speed = _speed(prepared)
+    moves = np.full(len(prepared.time_s), np.nan) if speed is None else speed
+    for axle in AXLES:
+        pair = [prepared.columns[f"suspension_deflection_{axle[0]}{side}"] for side in "lr"]
+        travel = calm.whole(0.5 * (pair[0] + pair[1]))
+        found[f"scrub_{axle}"] = smooth(held_by_tyres(travel, prepared, moves, SIDE_MEMORY_M))
     return found
 
 

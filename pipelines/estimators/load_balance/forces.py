@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from pipelines.joint.body import held_rate
 from pipelines.joint.laden import side_moment
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Values
 from pipelines.models.braking import AIR_DENSITY
@@ -52,6 +53,7 @@ def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
         cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
         add(terms, "one", arm * (_empty_corner(p, axle) + cross + p[f"zero_{wheel}"]))
         add(terms, "rest", arm * p[f"stuck_{wheel}"])
+        add(terms, f"scrub_{axle}", arm * held_rate(p, axle))
 
 
 def by_side_path(p: Values, body: Body, kind: str, terms: Terms) -> None:

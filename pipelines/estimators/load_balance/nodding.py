@@ -7,7 +7,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from pipelines.estimators.load_balance.smoothing import STICK_HZ, Smoother, friction_state, held_by_tyres
+from pipelines.estimators.load_balance.smoothing import (
+    LONG_MEMORY_M,
+    SIDE_MEMORY_M,
+    STICK_HZ,
+    Smoother,
+    friction_state,
+    held_by_tyres,
+)
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
@@ -25,9 +32,6 @@ SLOW_MPS, STRAIGHT_RADPS = 8.0, 0.08
 
 STICK_RAD, YIELD_RAD = 0.0006, 0.0032
 """Pitch within which the axles' dry friction turns round: `STICK_M` and `YIELD_M` at each."""
-
-SIDE_MEMORY_M, LONG_MEMORY_M = 0.5, 0.3
-"""How far tyres roll until they have forgotten how they were bent sideways, and along: their relaxation lengths."""
 
 
 def _quick(column: FloatArray, rate_hz: float, breaks: FloatArray) -> FloatArray:

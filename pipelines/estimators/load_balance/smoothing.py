@@ -12,6 +12,9 @@ from pipelines.results import FloatArray
 STICK_HZ = 8.0
 """Low-pass of a deflection (or an angle) for friction: above it there is more noise than motion."""
 
+SIDE_MEMORY_M, LONG_MEMORY_M = 0.5, 0.3
+"""How far tyres roll until they have forgotten how they were bent sideways, and along: their relaxation lengths."""
+
 
 @kernel
 def _stop(travel: FloatArray, limit: float, out: FloatArray) -> None:
