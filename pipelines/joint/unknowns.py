@@ -127,6 +127,11 @@ def _empty(book: Book) -> float:
     return kilos
 
 
+LOAD_H = {False: (1.3, 0.6), True: (1.45, 0.65)}
+"""Height of a load over that of the empty vehicle's CG, and its spread; True: lorries and buses. Persons and luggage lie at 0.9 to 1.4 of
+it, a roof box at 2.5, and few drives have one."""
+
+
 def _load(book: Book, kilos: float) -> None:
     stated = book.vehicle.load.get("mass_kg")
     length, track = book.rows["wheelbase"][0], book.rows["track_front"][0]
@@ -137,11 +142,12 @@ def _load(book: Book, kilos: float) -> None:
     else:
         book.put("load", stated.value, stated.std, "load, kg", stated.source)
     where = "seats, boot, roof: anywhere in or on the vehicle"
+    high, unsure = LOAD_H[kind_of(book.vehicle) == "heavy"]
     # people sit on the front half and before the rear axle, luggage lies above it or behind
     for name, key, title, open_ in (
         ("load_x", "behind_front_axle_m", "load behind the front axle, m", (0.6 * length, 0.35 * length)),
         ("load_y", "left_m", "load left of the middle, m", (0.0, 0.16 * track)),
-        ("load_h", "height_m", "load above ground, m", (1.45 * h, 0.65 * h)),
+        ("load_h", "height_m", "load above ground, m", (high * h, unsure * h)),
     ):
         told = book.vehicle.load.get(key)
         if told is None:
