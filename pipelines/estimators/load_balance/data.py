@@ -79,7 +79,8 @@ def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
 def _corner_columns(
     prepared: Prepared, smooth: Smoother, free_m: Mapping[str, float], from_stand: bool
 ) -> dict[str, FloatArray]:
-    """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, both kinds of friction."""
+    """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, both kinds of friction; of each axle what
+    standing tyres hold."""
     found: dict[str, FloatArray] = {}
     calm = Smoother(prepared, STICK_HZ)
     for wheel in CORNERS:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from parsers.jit import kernel
 from pipelines.prepare.lowpass import lowpass
-from pipelines.prepare.prepared import Prepared
+from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import FloatArray
 
 STICK_HZ = 8.0
@@ -69,28 +71,31 @@ class Smoother:
         return np.asarray(self.whole(values, rate)[self.rows])
 
 
-def friction_state(calm: FloatArray, prepared: Prepared, limit: float) -> FloatArray:
-    """(n,) state of dry friction between -1 and 1, segment by segment; it starts in the middle. limit: travel to turn it."""
-    out = np.full(len(calm), np.nan)
-    for s in prepared.segments:
-        part = np.ascontiguousarray(calm[s.start : s.stop])
+def _by_segment(
+    column: FloatArray, prepared: Prepared, fill: Callable[[FloatArray, Segment, FloatArray], None]
+) -> FloatArray:
+    """(n,) a state with a memory, which starts at 0 in every segment; missing where the column is. fill: column's part, its segment -> state."""
+    out = np.full(len(column), np.nan)
+    for segment in prepared.segments:
+        part = np.ascontiguousarray(column[segment.start : segment.stop])
         if np.isfinite(part).all():
             state = np.zeros(len(part))
-            _stop(part, limit, state)
-            out[s.start : s.stop] = state
+            fill(part, segment, state)
+            out[segment.start : segment.stop] = state
     return out
+
+
+def friction_state(calm: FloatArray, prepared: Prepared, limit: float) -> FloatArray:
+    """(n,) state of dry friction between -1 and 1, segment by segment; it starts in the middle. limit: travel to turn it."""
+    return _by_segment(calm, prepared, lambda part, _, state: _stop(part, limit, state))
 
 
 def held_by_tyres(travel: FloatArray, prepared: Prepared, speed: FloatArray, memory_m: float) -> FloatArray:
-    """(n,) how far `travel` has come since tyres last rolled, segment by segment: they are bent by it, and forget it within memory_m."""
+    """(n,) how far `travel` has come since tyres last rolled, segment by segment: they are bent by it, and forget it within memory_m.
+
+    speed: (n,) m/s; where it is missing nothing is held, unless the vehicle is known to stand.
+    """
     still = prepared.standstill
     gone = np.abs(np.where(np.isfinite(speed), speed, np.inf)) / (prepared.rate_hz * memory_m)
-    rolled = np.where(still, 0.0, gone) if len(still) else gone
-    out = np.full(len(travel), np.nan)
-    for s in prepared.segments:
-        part = np.ascontiguousarray(travel[s.start : s.stop])
-        if np.isfinite(part).all():
-            state = np.zeros(len(part))
-            _hold(part, np.ascontiguousarray(rolled[s.start : s.stop]), state)
-            out[s.start : s.stop] = state
-    return out
+    rolled = np.ascontiguousarray(np.where(still, 0.0, gone) if len(still) else gone)
+    return _by_segment(travel, prepared, lambda part, s, state: _hold(part, rolled[s.start : s.stop], state))
