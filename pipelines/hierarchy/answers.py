@@ -14,7 +14,7 @@ from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.parts import FILE
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior, inverse
 from pipelines.hierarchy.records import DriveTold, VehicleParameter
-from pipelines.joint.answers import FAIR, GOOD, digits_of, prior_record, status_of
+from pipelines.joint.answers import FAIR, GOOD, digits_of, left_of, prior_record, status_of
 from pipelines.joint.information import Spread
 from pipelines.joint.kept import KeptRelations
 from pipelines.results import FloatArray, ParameterEstimate, Prior
@@ -80,7 +80,9 @@ def _answer(
     kinds: frozenset[str] = seen.kinds
     if name == "cg_lateral_offset_m" and drive.kept is not None and not _lateral(drive.kept):
         kinds = frozenset()
-    status = status_of(name, value, std, spread, kinds)  # type: ignore[arg-type]
+    half = 1.96 * std
+    left = None if spread is None else left_of(spread, value - half, value + half)
+    status = status_of(name, value, std, left, kinds)  # type: ignore[arg-type]
     if own is None and (name in ASIDE and status == "not_identifiable"):
         return None
     digits = digits_of(name)
@@ -93,7 +95,6 @@ def _answer(
         # of this drive alone hardly anything is seen; that of the vehicle which its other drives saw holds for it as well
         reason = f"this drive adds little; what is known of the vehicle by all its {count} drives: ± {std:.{digits}f}"
     sources = tuple(dict.fromkeys((*(own.sources if own is not None else ()), SOURCE)))
-    half = 1.96 * std
     return ParameterEstimate(
         name, value, std, value - half, value + half, status, reason,
         None if spread is None else (prior or prior_record(spread)),

@@ -25,12 +25,12 @@ from pipelines.results import (
 )
 
 GOOD, FAIR = 0.5, 0.75
-"""Posterior over prior spread up to which a parameter is identified, and weak."""
+"""What is left of the 95 % interval before the log, up to which a parameter is identified, and weak."""
 
 GOOD_ALONE: Mapping[str, tuple[float, float]] = {
-    "cg_lateral_offset_m": (0.03, 0.1), "roll_center_height_m": (0.03, 0.1)
+    "cg_lateral_offset_m": (0.03, 0.1), "roll_center_height_m": (0.012, 0.1)
 }  # fmt: skip
-"""m: largest spreads for "identified" and "weak" where a share of the value says nothing."""
+"""m: largest spreads for "identified" and "weak" where a share of the value says nothing. Roll centres are some 0.1 m above ground."""
 
 LARGEST: Mapping[str, float] = {
     "mass_kg": 0.035, "sprung_mass_kg": 0.035, "cg_height_m": 0.06, "sprung_cg_height_m": 0.07,
@@ -142,13 +142,22 @@ def told(
     return Told(mean, wide * own, low, high, spread)
 
 
+def left_of(prior: Spread, low: float, high: float) -> float:
+    """Share of the 95 % interval before the log that an answer's is as wide as."""
+    before = prior.interval
+    return (high - low) / max(before[1] - before[0], 1e-12)
+
+
 def status_of(
-    name: str, value: float, std: float, prior: Spread | None, kinds: Collection[Kind]
+    name: str, value: float, std: float, left: float | None, kinds: Collection[Kind]
 ) -> Identification:
-    """Identified, weak or not: the spread against what was known, and on its own. kinds: of the relations there."""
+    """Identified, weak or not: against what was known, and on its own.
+
+    left: share of the interval before that is left (`left_of`), None where nothing was known. kinds: of the relations there.
+    """
     if name in SEEN_BY and not set(SEEN_BY[name]) & set(kinds):
         return "not_identifiable"
-    ratio = std / max(prior.std, 1e-12) if prior is not None else 0.0
+    ratio = 0.0 if left is None else left
     status: Identification = (
         "identified" if ratio <= GOOD else "weak" if ratio <= FAIR else "not_identifiable"
     )
@@ -159,7 +168,7 @@ def status_of(
     largest = LARGEST.get(name, math.inf)
     if status == "identified" and (std > close or (name not in GOOD_ALONE and relative > largest)):
         status = "weak"
-    if prior is None and name not in GOOD_ALONE and relative > 3 * min(largest, 0.1):
+    if left is None and name not in GOOD_ALONE and relative > 3 * min(largest, 0.1):
         return "not_identifiable"
     return status
 
@@ -215,7 +224,11 @@ def estimate_of(
     """The verdict's entry. evidence: the drive's relations that were counted; following: what would narrow it, the best first."""
     blind = NOT_LEVEL if name == "cg_lateral_offset_m" else ()
     kinds = {e.kind for e in evidence if e.carrier not in blind}
-    status = status_of(name, answer.value, answer.std, prior, kinds)
+    left = None if prior is None else left_of(prior, answer.low, answer.high)
+    if prior is not None and name == STIFFENED:
+        # the tails before are those of loads on their stops: a light load takes them off, and shows nothing of the springs
+        left = answer.std / max(prior.std, 1e-12)
+    status = status_of(name, answer.value, answer.std, left, kinds)
     file_std = prior.std if prior is not None else math.inf
     lacks = lacks_of(name, bool(kinds & set(SEEN_BY.get(name, ()))), following)
     reason = reason_of(name, status, shares, file_std, answer.std, lacks)
@@ -228,7 +241,7 @@ def estimate_of(
         )  # fmt: skip
     if prior is not None and status == "not_identifiable":
         # what the drive adds to it is no result of its own
-        low, high = prior.mean - 1.96 * prior.std, prior.mean + 1.96 * prior.std
+        low, high = prior.interval
         return ParameterEstimate(
             name, prior.mean, prior.std, low, high, status, f"{reason}; the figures are what was known before",
             prior_record(prior), reference, ("prior",),
@@ -243,7 +256,7 @@ def estimate_of(
 
 def as_known(entry: ParameterEstimate, prior: Spread) -> ParameterEstimate:
     """What a drive did not tell, with the figures that were known before. entry: its name, reason and reference."""
-    low, high = prior.mean - 1.96 * prior.std, prior.mean + 1.96 * prior.std
+    low, high = prior.interval
     return ParameterEstimate(
         entry.name, prior.mean, prior.std, low, high, "not_identifiable", entry.reason, prior_record(prior), entry.reference,
         ("prior",),

@@ -54,6 +54,11 @@ WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips
 WIDER = 5.0
 """A wrong figure's spread over the stated one."""
 
+UNLIKE, FARTHER = 0.06, 2.0
+"""Chance that an empty vehicle is unlike the measured ones of its kind, and its CG height's spread over theirs then: about the lines by
+style and mass the measured heights lie as Student's law of 7 degrees of freedom has it, three of theirs beyond three spreads for one of
+a normal law's."""
+
 BETWEEN = " and "
 Figures = Mapping[str, tuple[float, float]]
 """Unknowns by name: where they are, and how surely; SI."""
@@ -145,6 +150,14 @@ def _file_doubts(vehicle: Vehicle) -> list[Doubt]:
     return found
 
 
+def _unlike_measured(vehicle: Vehicle) -> list[Doubt]:
+    """An empty CG higher or lower than those of measured vehicles, where the vehicle file has none of its own."""
+    if vehicle.get("cg_height_m") is not None:
+        return []
+    text = "an empty CG height unlike those of measured vehicles"
+    return [Doubt(text, ("empty_h",), np.zeros(1), np.eye(1) * FARTHER**-2, UNLIKE)]
+
+
 def _physics(text: str, known: Known, figures: Figures, chance: float) -> Doubt:
     """Unknowns that are elsewhere."""
     rows = [known.index(name) for name in figures]
@@ -230,37 +243,70 @@ def _levelling(joint: Place, vehicle: Vehicle) -> list[Doubt]:
     ]
 
 
-def _weigh(joint: Place, doubt: Doubt) -> tuple[float, Weighed]:
-    """ln B and the doubt's effect, its weight not yet known."""
-    rows = [joint.known.index(name) for name in doubt.names]
+def _beside(doubt: Doubt, place: Doubt) -> Doubt:
+    """Both at once, of unknowns that they do not share."""
+    size = len(doubt.names), len(place.names)
+    precision = np.zeros((sum(size), sum(size)))
+    precision[: size[0], : size[0]] = doubt.precision
+    precision[size[0] :, size[0] :] = place.precision
+    mean = np.concatenate([doubt.mean, place.mean])
+    return Doubt(doubt.text, (*doubt.names, *place.names), mean, precision, doubt.chance * place.chance)
+
+
+def _weigh(joint: Place, doubt: Doubt, place: Doubt) -> tuple[float, Weighed]:
+    """ln B, with the load's place beside it, and the doubt's effect, its weight not yet known."""
+    both = _beside(doubt, place)
+    rows = [joint.known.index(name) for name in both.names]
     spread, mode = joint.covariance[np.ix_(rows, rows)], joint.u[rows]
     inner = np.linalg.inv(spread)
-    precision = inner - np.eye(len(rows)) + doubt.precision
-    pull = doubt.precision @ doubt.mean
+    precision = inner - np.eye(len(rows)) + both.precision
+    pull = both.precision @ both.mean
     after = np.linalg.inv(precision)
     moved = after @ (inner @ mode + pull)
-    quadratic = moved @ precision @ moved - mode @ inner @ mode - doubt.mean @ pull
-    sizes = [float(np.linalg.slogdet(m)[1]) for m in (doubt.precision, precision, spread)]
+    quadratic = moved @ precision @ moved - mode @ inner @ mode - both.mean @ pull
+    sizes = [float(np.linalg.slogdet(m)[1]) for m in (both.precision, precision, spread)]
     gain = inner @ joint.covariance[rows]
-    weighed = Weighed(doubt, 0.0, tuple(rows), gain, moved - mode, after - spread)
+    weighed = Weighed(
+        replace(doubt, chance=both.chance), 0.0, tuple(rows), gain, moved - mode, after - spread
+    )
     return 0.5 * float(quadratic + sizes[0] - sizes[1] - sizes[2]), weighed
+
+
+def _load_places(known: Known) -> list[Doubt]:
+    """Where the load may lie; nothing where that is one place."""
+    return [_physics("", known, place.figures, place.chance) for place in known.places]
+
+
+NOTHING = Doubt("", (), np.zeros(0), np.zeros((0, 0)), 1.0)
+"""No doubt; no place."""
 
 
 def doubts_of(joint: Place, vehicle: Vehicle, opened: str = "") -> tuple[Weighed, ...]:
     """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1.
 
+    Each is there as often as there are places for the load, and none of them too: what stays for the posterior as it is is nothing then.
     opened: a group of stated figures (`STATED`) that the posterior does not take from the file: of that there is none.
     """
-    found = [
-        _weigh(joint, d)
-        for d in (*_file_doubts(vehicle), *_levelling(joint, vehicle), *_physics_doubts(joint, vehicle))
+    doubts = [
+        d
+        for d in (
+            *_file_doubts(vehicle),
+            *_unlike_measured(vehicle),
+            *_levelling(joint, vehicle),
+            *_physics_doubts(joint, vehicle),
+        )
         if not opened or not d.text.startswith(opened)
     ]
+    none = max(1 - sum(d.chance for d in doubts), 0.05)
+    where = _load_places(joint.known)
+    if where:
+        doubts.append(replace(NOTHING, chance=none))
+    found = [_weigh(joint, d, place) for d in doubts for place in where or [NOTHING]]
     logs = np.array([odds + math.log(w.doubt.chance) for odds, w in found])
-    none = math.log(max(1 - sum(w.doubt.chance for _, w in found), 0.05))
-    top = max(none, float(logs.max(initial=none)))
+    left = -math.inf if where else math.log(none)
+    top = max(left, float(logs.max(initial=left)))
     shares = np.exp(logs - top)
-    shares /= shares.sum() + math.exp(none - top)
+    shares /= shares.sum() + math.exp(left - top)
     return tuple(replace(w, weight=float(s)) for s, (_, w) in zip(shares, found, strict=True))
 
 
@@ -268,7 +314,7 @@ def said(doubts: Sequence[Weighed]) -> tuple[str, ...]:
     """The doubts that the log speaks for, in words."""
     together: dict[str, float] = {}
     for d in doubts:
-        for piece in d.doubt.text.split(BETWEEN):
+        for piece in d.doubt.text.split(BETWEEN) if d.doubt.text else ():
             together[piece] = together.get(piece, 0.0) + d.weight
     return tuple(
         f"{text} (odds {weight:.0%} among the causes weighed)"

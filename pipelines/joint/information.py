@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.evidence import Evidence
+from pipelines.joint.load_places import placed
 from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, find_mode, values_at
 from pipelines.joint.unknowns import Known
@@ -19,11 +20,19 @@ STEP = 1e-3
 
 @dataclass(frozen=True)
 class Spread:
-    """A parameter's distribution: mean, std, and draws (n,) behind them."""
+    """A parameter's distribution: mean, std, and draws (n,) behind them; no draws: a normal law."""
 
     mean: float
     std: float
     draws: FloatArray
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Of 95 %: by the draws, as loads make long tails."""
+        if not len(self.draws):
+            return self.mean - 1.96 * self.std, self.mean + 1.96 * self.std
+        low, high = np.quantile(self.draws, (0.025, 0.975))
+        return float(low), float(high)
 
 
 def slopes(joint: Joint) -> tuple[dict[str, float], dict[str, FloatArray]]:
@@ -45,7 +54,8 @@ def prior_spreads(known: Known, stated: Sequence[Evidence], rng: np.random.Gener
     if stated:
         before = find_mode(stated, known)
         u = before.u + u @ np.linalg.cholesky(before.covariance).T
-    found = outputs_of(values_at(known, u), {})
+    values = placed(known.mean + known.std * u, known.names, known.places, rng)
+    found = outputs_of(dict(zip(known.names, values.T, strict=True)), {})
     spreads = {}
     for name, column in found.items():
         draws = np.broadcast_to(column, PRIOR_DRAWS)

@@ -9,6 +9,7 @@ import numpy as np
 from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
 from pipelines.joint.book import AXLES, Book
 from pipelines.joint.links import inertias, links
+from pipelines.joint.load_places import LoadPlace, in_words, places, usual_height
 from pipelines.joint.suspension import CORNERS, suspension
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
@@ -52,7 +53,7 @@ each, load sensors in springs to about one per cent. What the two of an axle dif
 
 @dataclass(frozen=True)
 class Known:
-    """The unknowns before the log. names, mean, std: (k,), SI; assumptions for the report; springs: rates known."""
+    """The unknowns before the log. names, mean, std: (k,), SI; assumptions for the report; springs: rates known; places: of the load."""
 
     names: tuple[str, ...]
     mean: FloatArray
@@ -60,6 +61,7 @@ class Known:
     assumptions: tuple[Assumption, ...]
     springs: bool
     mass: bool
+    places: tuple[LoadPlace, ...] = ()
 
     def at(self, u: FloatArray) -> dict[str, float]:
         """Values for (k,) deviations in standard deviations."""
@@ -127,11 +129,6 @@ def _empty(book: Book) -> float:
     return kilos
 
 
-LOAD_H = {False: (1.3, 0.6), True: (1.45, 0.65)}
-"""Height of a load over that of the empty vehicle's CG, and its spread; True: lorries and buses. Persons and luggage lie at 0.9 to 1.4 of
-it, a roof box at 2.5, and few drives have one."""
-
-
 def _load(book: Book, kilos: float) -> None:
     stated = book.vehicle.load.get("mass_kg")
     length, track = book.rows["wheelbase"][0], book.rows["track_front"][0]
@@ -142,7 +139,7 @@ def _load(book: Book, kilos: float) -> None:
     else:
         book.put("load", stated.value, stated.std, "load, kg", stated.source)
     where = "seats, boot, roof: anywhere in or on the vehicle"
-    high, unsure = LOAD_H[kind_of(book.vehicle) == "heavy"]
+    high, unsure = usual_height(book.vehicle)
     # people sit on the front half and before the rear axle, luggage lies above it or behind
     for name, key, title, open_ in (
         ("load_x", "behind_front_axle_m", "load behind the front axle, m", (0.6 * length, 0.35 * length)),
@@ -151,7 +148,7 @@ def _load(book: Book, kilos: float) -> None:
     ):
         told = book.vehicle.load.get(key)
         if told is None:
-            book.put(name, *open_, title, where)
+            book.put(name, *open_, title, in_words(book.vehicle) if name == "load_h" else where)
         else:
             book.put(name, told.value, told.std, title, told.source)
 
@@ -257,5 +254,5 @@ def before_the_log(vehicle: Vehicle) -> Known:
     table = np.array(list(book.rows.values()))
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,
-        vehicle.get("mass_kg") is not None,
+        vehicle.get("mass_kg") is not None, places(vehicle, {name: mean for name, (mean, _) in book.rows.items()}),
     )  # fmt: skip

@@ -13,6 +13,7 @@ from pipelines.joint.answers import Told
 from pipelines.joint.doubts import (
     BETWEEN,
     OFTEN_WRONG,
+    UNLIKE,
     UPRIGHT,
     WHEELS,
     WIDER,
@@ -27,9 +28,9 @@ from pipelines.joint.tails import FREEDOM
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import INNER, FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
-from tests.pipelines.joint_parts import linear, vehicle
+from tests.pipelines.joint_parts import linear, told_height, vehicle
 
-KNOWN = before_the_log(vehicle())
+KNOWN = before_the_log(told_height(vehicle()))
 MASS = KNOWN.index("empty_mass")
 
 
@@ -51,7 +52,7 @@ def _heavy(x: FloatArray, mean: float, std: float) -> FloatArray:
 def _only(title: str) -> Vehicle:
     """A file that states nothing that could be doubted but one figure."""
     whole = vehicle()
-    return replace(whole, quantities={k: v for k, v in whole.quantities.items() if k == title})
+    return told_height(replace(whole, quantities={k: v for k, v in whole.quantities.items() if k == title}))
 
 
 def _with(**figures: float) -> Vehicle:
@@ -73,6 +74,20 @@ def test_figures_of_a_rig_are_wrong_less_often_than_a_data_sheets() -> None:
     assert chance_wrong("stated spring rates", _with(**rates)) == WRONG_FILE
     assert chance_wrong("stated spring rates", _with(**one_axle)) == OFTEN_WRONG["stated spring rates"]
     assert chance_wrong("stated tracks", _with(**rates)) == WRONG_FILE
+
+
+def test_an_empty_height_that_is_far_from_the_measured_vehicles_may_be_unlike_them() -> None:
+    """Three of their spreads below; a file that states the height has no such doubt."""
+    far, height = KNOWN.index("empty_h"), float(KNOWN.mean[KNOWN.index("empty_h")])
+    seen = height - 3 * float(KNOWN.std[far])
+    joint = find_mode([linear({"empty_h": 1.0}, seen, 0.01)], KNOWN)
+    asked = [d for d in doubts_of(joint, _only("mass_kg")) if d.doubt.names == ("empty_h",)]
+    assert [d.doubt.chance for d in asked] == [UNLIKE]
+    assert 4 * UNLIKE < asked[0].weight < 20 * UNLIKE
+    # and it is lower than with the measured vehicles' spread
+    assert asked[0].moved[0] * KNOWN.std[far] < -0.001
+    stated = _with(cg_height_m=0.6)
+    assert not [d for d in doubts_of(joint, stated) if "unlike" in d.doubt.text]
 
 
 def test_what_a_rig_found_is_not_left_out_by_a_simple_author() -> None:
@@ -134,7 +149,7 @@ def test_a_figure_that_the_log_does_not_see_keeps_its_chance_and_moves_nothing()
     joint = find_mode([linear({"load": 1.0}, 180.0, 10.0)], KNOWN)
     gradient = np.zeros(len(joint.u))
     gradient[KNOWN.index("load")] = 1.0
-    doubts = doubts_of(joint, vehicle())
+    doubts = doubts_of(joint, told_height(vehicle()))
     assert sum(d.weight for d in doubts) == pytest.approx(sum(d.doubt.chance for d in doubts), rel=0.05)
     answer = Told(180.0, 10.0, 160.4, 199.6, np.linspace(150, 210, 7))
     found = doubted(answer, gradient, doubts)

@@ -18,7 +18,7 @@ from pipelines.joint.stated import stated_relations
 from pipelines.joint.unknowns import before_the_log
 from pipelines.limits import what_limits
 from pipelines.results import NextMeasurement, Share
-from tests.pipelines.joint_parts import linear, of_output, vehicle
+from tests.pipelines.joint_parts import linear, of_output, told_height, vehicle
 
 RECORD = ImportRecord("CSV table", (), "0", "complete", 1, {}, (), "clock", None, 10.0, ())
 
@@ -84,7 +84,9 @@ def test_bits_of_a_known_case() -> None:
     # a sum known to a third of its prior spread teaches log2 3 bits less what rounding the prior by draws costs
     spread = float(np.hypot(KNOWN.std[KNOWN.index("load")], KNOWN.std[KNOWN.index("empty_mass")]))
     mean = float(KNOWN.mean[KNOWN.index("load")] + KNOWN.mean[KNOWN.index("empty_mass")])
-    found = infer([linear({"empty_mass": 1.0, "load": 1.0}, mean, spread / np.sqrt(8))], vehicle(), _rng())
+    found = infer(
+        [linear({"empty_mass": 1.0, "load": 1.0}, mean, spread / np.sqrt(8))], told_height(vehicle()), _rng()
+    )
     assert found is not None
     learned = found.record.learned["mass_kg"]
     assert learned.bits == pytest.approx(np.log2(3), abs=0.05)

@@ -9,27 +9,19 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.estimators.load_balance.data import Columns
+from pipelines.estimators.load_balance.evidence import kind_of
 from pipelines.estimators.load_balance.solve import Fit, without
-from pipelines.joint.answers import Told
+from pipelines.joint.answers import Told, left_of, prior_record, status_of
 from pipelines.joint.doubts import Weighed
+from pipelines.joint.information import Spread
 from pipelines.joint.mixture import doubted
 from pipelines.joint.outputs import outputs_of as all_outputs
 from pipelines.joint.unknowns import CORNERS, Known, Values
 from pipelines.models.axle_load import patch_shift
-from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
+from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
 SOURCE = ("load_balance",)
-GOOD, FAIR = 0.5, 0.9
-GOOD_ALONE = {"cg_lateral_offset_m": (0.03, 0.1)}
-"""Posterior over prior spread up to which a parameter is identified, and weak. m: the absolute spreads that stand in
-for it where a ratio says nothing (an offset that is known well anyway)."""
-
-LARGEST = {"mass_kg": 0.035, "sprung_mass_kg": 0.035, "cg_height_m": 0.06, "sprung_cg_height_m": 0.07,
-           "cg_to_front_axle_m": 0.05, "roll_stiffness_nmprad": 0.08, "roll_arm_m": 0.08}  # fmt: skip
-"""Relative spread beyond which nothing is called identified, however little was known before."""
-
-
 GIVEN = (
     "mass_kg", "sprung_mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "cg_height_m", "sprung_cg_height_m",
     "roll_arm_m", *(f"corner_mass_{w}_kg" for w in CORNERS), "roll_stiffness_nmprad",
@@ -56,27 +48,6 @@ def gradients(
         for name, row in rows.items():
             row.append((up[name] - down[name]) / 2e-3)
     return {name: np.array(row) for name, row in rows.items()}
-
-
-def prior_of(name: str, value: float, gradient: FloatArray) -> Prior:
-    """What was known before: the vehicle file (or measured vehicles) and an unknown load."""
-    return Prior(value, float(np.linalg.norm(gradient)), "vehicle file and what is known of the load")
-
-
-def _status(name: str, value: float, std: float, prior: Prior) -> Identification:
-    ratio = std / max(prior.std, 1e-12)
-    status: Identification = (
-        "identified" if ratio <= GOOD else "weak" if ratio <= FAIR else "not_identifiable"
-    )
-    if name in GOOD_ALONE:
-        close, near = GOOD_ALONE[name]
-        if std > near and status != "not_identifiable":
-            status = "not_identifiable"
-        elif std > close and status == "identified":
-            status = "weak"
-    if status == "identified" and std > LARGEST.get(name, math.inf) * abs(value):
-        status = "weak"
-    return status
 
 
 def _taught(fit: Fit, gradient: FloatArray, std: float, digits: int) -> list[str]:
@@ -116,23 +87,22 @@ def _missing(name: str) -> str:
 
 
 def answers(
-    fit: Fit, data: Columns, vehicle: Vehicle, doubts: Sequence[Weighed] = (), notes: str = ""
+    fit: Fit, data: Columns, vehicle: Vehicle, priors: Mapping[str, Spread], doubts: Sequence[Weighed] = ()
 ) -> dict[str, ParameterEstimate]:
-    """All parameters of a fit, over all that may be otherwise (`pipelines.joint.doubts`)."""
+    """All parameters of a fit, over all that may be otherwise (`pipelines.joint.doubts`). priors: what was known before."""
     known = fit.known
 
     def outputs(p: Values) -> dict[str, float]:
         return outputs_of(p, data.sag, known.springs)
 
-    start = np.zeros_like(fit.u)
-    before, first = gradients(known, start, outputs), outputs(known.at(start))
+    kinds = {kind_of(r.relation.name) for r in fit.reduced}
     after, last = gradients(known, fit.u, outputs), outputs(fit.values())
     found: dict[str, ParameterEstimate] = {}
     for name, value in last.items():
-        prior = prior_of(name, first[name], before[name])
         std = fit.inflation * math.sqrt(float(after[name] @ fit.covariance @ after[name]))
         answer = doubted(Told(value, std, value - 1.96 * std, value + 1.96 * std, None), after[name], doubts)
-        status = _status(name, answer.value, answer.std, prior)
+        prior = priors[name]
+        status = status_of(name, answer.value, answer.std, left_of(prior, answer.low, answer.high), kinds)
         taught = _taught(fit, after[name], std, _digits(name))
         told = "from " + ", ".join(taught) if taught else f"from all balances alike: {_all_taught(fit)}"
         if status == "not_identifiable":
@@ -142,7 +112,7 @@ def answers(
         else:
             reason = told
         found[name] = ParameterEstimate(
-            name, answer.value, answer.std, answer.low, answer.high, status, reason + notes, prior,
+            name, answer.value, answer.std, answer.low, answer.high, status, reason, prior_record(prior),
             vehicle.reference.get(name), SOURCE if status != "not_identifiable" else ("prior",),
         )  # fmt: skip
     return found
@@ -169,28 +139,23 @@ def behind_the_axles(
 
 
 def unanswered(
-    known: Known, names: tuple[str, ...], reason: str, reference: Mapping[str, float]
+    known: Known,
+    names: tuple[str, ...],
+    reason: str,
+    priors: Mapping[str, Spread],
+    reference: Mapping[str, float],
 ) -> dict[str, ParameterEstimate]:
-    """All parameters as they were known before: nothing was learned."""
-
-    def outputs(p: Values) -> dict[str, float]:
-        return outputs_of(p, None, known.springs)
-
-    start = np.zeros(len(known.names))
-    values, spread = outputs(known.at(start)), gradients(known, start, outputs)
+    """All parameters as they were known before: nothing was learned. priors: empty where the vehicle's mass is not known."""
     found = {}
     for name in names:
-        told = reference.get(name)
-        if not known.mass or name not in values:
+        prior, told = priors.get(name), reference.get(name)
+        if prior is None or (name == "roll_stiffness_nmprad" and not known.springs):
             found[name] = ParameterEstimate(
                 name, None, None, None, None, "not_identifiable", reason, None, told
             )
             continue
-        prior = prior_of(name, values[name], spread[name])
-        half = 1.96 * prior.std
         words = f"{reason}; the figures are what was known before the log"
         found[name] = ParameterEstimate(
-            name, prior.value, prior.std, prior.value - half, prior.value + half, "not_identifiable", words,
-            prior, told, ("prior",),
+            name, prior.mean, prior.std, *prior.interval, "not_identifiable", words, prior_record(prior), told, ("prior",),
         )  # fmt: skip
     return found

@@ -6,6 +6,7 @@ the sensors' errors and the model's own errors as unknowns.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -22,6 +23,8 @@ from pipelines.estimators.load_balance.figures import traces, tracks
 from pipelines.estimators.load_balance.relations import relations
 from pipelines.estimators.load_balance.solve import Fit, solve
 from pipelines.joint.doubts import doubts_of, said
+from pipelines.joint.information import Spread, prior_spreads
+from pipelines.joint.stated import stated_relations
 from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
@@ -126,11 +129,11 @@ class LoadBalance:
         self, prepared: Prepared, vehicle: Vehicle, settings: Settings, rng: np.random.Generator
     ) -> Estimate:
         """Fit all balances at once. A drive that cannot tell ends with parameters "not_identifiable" and the reason."""
-        del rng  # nothing is drawn
         known = before_the_log(vehicle)
+        priors = prior_spreads(known, stated_relations(vehicle), rng) if known.mass else {}
         if not prepared.segments:
             return self._nothing(
-                known, vehicle, "; ".join(prepared.notes) or "no usable stretch of the drive"
+                known, priors, vehicle, "; ".join(prepared.notes) or "no usable stretch of the drive"
             )
         data = collect(
             prepared, known, min(_value(settings, "band_hz"), prepared.cutoff_hz),
@@ -146,11 +149,11 @@ class LoadBalance:
             r for r in (nod, along, None if along is None else pads_relation(data, known)) if r is not None
         )
         if not found:
-            return self._nothing(known, vehicle, self._lacks(data, known))
+            return self._nothing(known, priors, vehicle, self._lacks(data, known))
         fit = solve(found, known)
         # torques alone hardly tell a wheel that takes none from a per cent of mass
         doubts = doubts_of(fit, vehicle) if data.kinds else ()
-        parameters = answers(fit, data, vehicle, doubts)
+        parameters = answers(fit, data, vehicle, priors, doubts)
         if not data.kinds:
             # torques tell the mass, the nose's motion the height; what they seem to tell of the place is the load's prior alone
             told = MASSES if nod is None else (*MASSES, *HEIGHTS)
@@ -158,7 +161,7 @@ class LoadBalance:
         if fit.inflation > CONTRADICTED:
             reason = f"{CONTRADICTION} (misfit {fit.inflation:.1f} times what is usual)"
             return replace(
-                self._nothing(known, vehicle, reason),
+                self._nothing(known, priors, vehicle, reason),
                 traces=traces(fit, data),
                 diagnostics=self._figures(fit, data),
                 evidence=evidence_of(fit, data, heavy=heavy),
@@ -169,9 +172,9 @@ class LoadBalance:
         if heavy:
             lost = HEIGHTS if data.kinds == ("deflection",) else ("roll_arm_m",)
             parameters = {n: p for n, p in parameters.items() if n not in lost}
-            rest = dict(unanswered(known, lost, HEAVY, vehicle.reference))
+            rest = dict(unanswered(known, lost, HEAVY, priors, vehicle.reference))
         left = tuple(n for n in self.parameters if n not in parameters and n not in rest)
-        rest |= unanswered(known, left, UNSEEN, vehicle.reference)
+        rest |= unanswered(known, left, UNSEEN, priors, vehicle.reference)
         used = max(len(r.relation.rows) for r in fit.reduced) / max(len(data.time_s), 1)
         return Estimate(
             self.name, "ran", self._reason(fit, known, said(doubts)), {**parameters, **rest},
@@ -181,9 +184,9 @@ class LoadBalance:
             evidence=evidence_of(fit, data, heavy=heavy),
         )  # fmt: skip
 
-    def _nothing(self, known: Known, vehicle: Vehicle, reason: str) -> Estimate:
+    def _nothing(self, known: Known, priors: Mapping[str, Spread], vehicle: Vehicle, reason: str) -> Estimate:
         return Estimate(
-            self.name, "ran", reason, unanswered(known, self.parameters, reason, vehicle.reference),
+            self.name, "ran", reason, unanswered(known, self.parameters, reason, priors, vehicle.reference),
             assumptions=known.assumptions,
         )  # fmt: skip
 

@@ -14,6 +14,13 @@ from pipelines.evidence import Evidence, Kind, Values
 from pipelines.results import FloatArray
 
 KINDS: dict[str, Kind] = {"pitch": "pitch", "roll": "roll", "vertical": "vertical", "along": "longitudinal"}
+
+
+def kind_of(name: str) -> Kind:
+    """The physics of a balance, by its name ("pitch by spring deflections")."""
+    return KINDS[name.partition(" by ")[0]]
+
+
 PATCH = "patch_lag"
 """The unknown that tells how far the tyres' patches shift under load, as a height in m."""
 
@@ -43,14 +50,15 @@ def evidence_of(fit: Fit, data: Columns, *, heavy: bool) -> tuple[Evidence, ...]
     given = {} if data.sag is None else {"sag": data.sag}
     for reduced in fit.reduced:
         relation = reduced.relation
-        kind, _, carrier = relation.name.partition(" by ")
+        _, _, carrier = relation.name.partition(" by ")
+        kind = kind_of(relation.name)
         if heavy and carrier == TITLES["deflection"] and kind != "vertical":
             continue
         patch = carrier in (TITLES["tyre"], TITLES["axle"])
         names = tuple(fit.known.names[i] for i in relation.unknowns)
         found.append(
             Evidence(
-                KINDS[kind], carrier or "torques", relation.title, "load_balance",
+                kind, carrier or "torques", relation.title, "load_balance",
                 np.zeros(len(reduced.total)), reduced.covariance, _predict(reduced, patch),
                 (*names, PATCH) if patch else names, (), given,
             )
