@@ -134,6 +134,26 @@ def test_solver_equals_the_closed_form_of_a_line() -> None:
     assert np.allclose(np.delete(np.diag(fit.covariance), i), 1.0)
 
 
+@pytest.mark.parametrize("turn", [0.02, 2.0])
+def test_a_straight_drive_tells_where_the_weight_lies_and_no_load_transfer(turn: float) -> None:
+    """What rolls it is a rough road within the springs' dry friction: its products with a_y are no side force's."""
+    rng = np.random.default_rng(9)
+    car = Car()
+    drive = logged(
+        simulate(car, demand(90.0, rng, turn=turn), rng), rng, "suspension_force", "tire_normal_force"
+    )
+    known = before_the_log(vehicle_file(car, None))
+    data = collect(ESTIMATOR.prepare(drive, {}), known, 2.0)
+    roll = next(r for r in relations(data, known) if r.name.startswith("roll"))
+    assert {"rest", "move"} <= {*roll.instrument_names}
+    assert ("fy" in roll.instrument_names) == (turn > 1)
+    place = run(drive, vehicle_file(car, None)).parameters["cg_lateral_offset_m"]
+    assert place.status != "not_identifiable"
+    assert place.value is not None
+    assert place.std is not None
+    assert abs(place.value - car.truth()["cg_lateral_offset_m"]) < 2.5 * place.std
+
+
 def test_balances_that_contradict_each_other_raise_no_doubt_of_what_they_do_not_see() -> None:
     """What widens all answers must not make a prior wider than it was: bars came out hundreds of spreads off by that."""
     bars = {"anti_roll_stiffness_front_nmprad": 30e3, "anti_roll_stiffness_rear_nmprad": 20e3}

@@ -269,6 +269,10 @@ def make_relation(
     )  # fmt: skip
 
 
+CORNERING = 0.1
+"""m/s² of lateral acceleration (rms) below which a drive is straight: what rolls it then is the road under single wheels, within
+springs' dry friction, and of load transfer it shows nothing. Where the weight lies at rest, it does."""
+
 TITLES = {
     "deflection": "spring deflections",
     "suspension": "suspension forces",
@@ -299,17 +303,10 @@ def relations(data: Columns, known: Known) -> tuple[Relation, ...]:
             found.append(make_relation(f"pitch by {TITLES[kind]}", f"pitch balance by {TITLES[kind]}", data, extra,
                                    pitch_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
         if data.has("fy") and kind != "axle":
-            names = (
-                "rest",
-                "move",
-                "fy",
-                "dfy",
-                "ddfy",
-                "fy3",
-                "fx",
-                "yaw_acc",
-                *(("fx_drive",) if _shaft(known) else ()),
-            )
+            names = ("rest", "move")
+            if float(np.nanstd(c["fy"])) > CORNERING:
+                shaft = ("fx_drive",) if _shaft(known) else ()
+                names = (*names, "fy", "dfy", "ddfy", "fy3", "fx", "yaw_acc", *shaft)
             found.append(make_relation(f"roll by {TITLES[kind]}", f"roll balance by {TITLES[kind]}", data, extra,
                                    roll_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
         # what comes late is also slow, and shows little of what a rough road does
