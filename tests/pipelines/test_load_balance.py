@@ -154,6 +154,15 @@ def test_a_straight_drive_tells_where_the_weight_lies_and_no_load_transfer(turn:
     assert abs(place.value - car.truth()["cg_lateral_offset_m"]) < 2.5 * place.std
 
 
+def test_tyre_forces_tell_the_mass_of_a_vehicle_whose_file_does_not(
+    driven: tuple[Car, dict[str, FloatArray]],
+) -> None:
+    car, columns = driven
+    drive = logged(columns, np.random.default_rng(3), "suspension_force", "suspension_deflection")
+    mass = run(drive, vehicle_file(car, None, "mass_kg")).parameters["mass_kg"]
+    assert mass.value == pytest.approx(car.truth()["mass_kg"], rel=0.03)
+
+
 def test_balances_that_contradict_each_other_raise_no_doubt_of_what_they_do_not_see() -> None:
     """What widens all answers must not make a prior wider than it was: bars came out hundreds of spreads off by that."""
     bars = {"anti_roll_stiffness_front_nmprad": 30e3, "anti_roll_stiffness_rear_nmprad": 20e3}

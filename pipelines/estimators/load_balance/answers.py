@@ -145,11 +145,11 @@ def unanswered(
     priors: Mapping[str, Spread],
     reference: Mapping[str, float],
 ) -> dict[str, ParameterEstimate]:
-    """All parameters as they were known before: nothing was learned. priors: empty where the vehicle's mass is not known."""
+    """All parameters as they were known before: nothing was learned; no figures where nobody states the vehicle's mass."""
     found = {}
     for name in names:
         prior, told = priors.get(name), reference.get(name)
-        if prior is None or (name == "roll_stiffness_nmprad" and not known.springs):
+        if not known.mass or prior is None or (name == "roll_stiffness_nmprad" and not known.springs):
             found[name] = ParameterEstimate(
                 name, None, None, None, None, "not_identifiable", reason, None, told
             )

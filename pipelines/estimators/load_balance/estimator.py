@@ -130,7 +130,7 @@ class LoadBalance:
     ) -> Estimate:
         """Fit all balances at once. A drive that cannot tell ends with parameters "not_identifiable" and the reason."""
         known = before_the_log(vehicle)
-        priors = prior_spreads(known, stated_relations(vehicle), rng) if known.mass else {}
+        priors = prior_spreads(known, stated_relations(vehicle), rng)
         if not prepared.segments:
             return self._nothing(
                 known, priors, vehicle, "; ".join(prepared.notes) or "no usable stretch of the drive"
