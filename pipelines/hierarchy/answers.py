@@ -81,7 +81,7 @@ def _answer(
     if name == "cg_lateral_offset_m" and drive.kept is not None and not _lateral(drive.kept):
         kinds = frozenset()
     half = 1.96 * std
-    left = None if spread is None else left_of(spread, value - half, value + half)
+    left = None if spread is None else left_of(name, spread, std, value - half, value + half)
     status = status_of(name, value, std, left, kinds)  # type: ignore[arg-type]
     if own is None and (name in ASIDE and status == "not_identifiable"):
         return None

@@ -68,7 +68,8 @@ NOT_LEVEL = (
 """Carriers of roll that tell changes only: where the body hangs at rest, and so to which side the load lies, they do not see."""
 
 STIFFENED = "roll_stiffness_nmprad"
-"""Springs are progressive, or reach their stops: what was known before the log is of a vehicle with the load that is usual."""
+"""Springs are progressive, or reach their stops: what was known before the log is of a vehicle with the load that is usual, and its
+tails are those of loads on the stops. A light load takes them off and shows nothing of the springs: so it goes by spreads."""
 
 SOURCE = "vehicle file and what is known of the load"
 GRID = 121
@@ -142,8 +143,10 @@ def told(
     return Told(mean, wide * own, low, high, spread)
 
 
-def left_of(prior: Spread, low: float, high: float) -> float:
-    """Share of the 95 % interval before the log that an answer's is as wide as."""
+def left_of(name: str, prior: Spread, std: float, low: float, high: float) -> float:
+    """Share of the 95 % interval before the log that an answer's is as wide as; of the spread for a `STIFFENED` one."""
+    if name == STIFFENED:
+        return std / max(prior.std, 1e-12)
     before = prior.interval
     return (high - low) / max(before[1] - before[0], 1e-12)
 
@@ -224,18 +227,25 @@ def estimate_of(
     """The verdict's entry. evidence: the drive's relations that were counted; following: what would narrow it, the best first."""
     blind = NOT_LEVEL if name == "cg_lateral_offset_m" else ()
     kinds = {e.kind for e in evidence if e.carrier not in blind}
-    left = None if prior is None else left_of(prior, answer.low, answer.high)
-    if prior is not None and name == STIFFENED:
-        # the tails before are those of loads on their stops: a light load takes them off, and shows nothing of the springs
-        left = answer.std / max(prior.std, 1e-12)
+    left = None if prior is None else left_of(name, prior, answer.std, answer.low, answer.high)
     status = status_of(name, answer.value, answer.std, left, kinds)
     file_std = prior.std if prior is not None else math.inf
     lacks = lacks_of(name, bool(kinds & set(SEEN_BY.get(name, ()))), following)
     reason = reason_of(name, status, shares, file_std, answer.std, lacks)
     if prior is None and status == "not_identifiable":
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
-    if prior is not None and status == "not_identifiable" and name == STIFFENED and answer.std > prior.std:
-        words = "the load that this drive shows leaves it more open than the vehicle file alone"
+    open_by_load = prior is not None and answer.std > prior.std
+    if (
+        prior is not None
+        and status == "not_identifiable"
+        and name == STIFFENED
+        and ("vertical" in kinds or open_by_load)
+    ):
+        words = (
+            "the figures are what the vehicle file says of the springs under the load that this drive shows"
+        )
+        if open_by_load:
+            words = "the load that this drive shows leaves it more open than the vehicle file alone"
         return ParameterEstimate(
             name, answer.value, answer.std, answer.low, answer.high, status, f"{reason}; {words}", prior_record(prior), reference, ("prior",),
         )  # fmt: skip

@@ -19,6 +19,11 @@ def pitch() -> list[Evidence]:
     return [replace(linear({"load_h": 1.0}, 0.8, 0.1), kind="pitch")]
 
 
+def rolling() -> list[Evidence]:
+    """A relation of the roll balance."""
+    return [replace(linear({"load_h": 1.0}, 0.8, 0.1), kind="roll")]
+
+
 def entry(name: str, std: float) -> ParameterEstimate:
     """Before: 90 000 ± 2 500; after: 94 000 ± std."""
     told = Told(94e3, std, 94e3 - 1.96 * std, 94e3 + 1.96 * std, None)
@@ -33,6 +38,21 @@ def test_a_stiffness_that_the_load_leaves_open_is_given_for_that_load() -> None:
     assert found.low < 90e3
     assert found.prior is not None
     assert found.prior.value == 90e3
+
+
+def test_a_stiffness_that_the_drive_does_not_tell_is_given_for_the_load_that_it_does() -> None:
+    prior = Spread(90e3, 2500.0, np.full(10, 90e3))
+    told = Told(94e3, 2400.0, 89.3e3, 98.7e3, None)
+    upright = [replace(linear({"load": 1.0}, 60.0, 5.0), kind="vertical"), *rolling()]
+    found = estimate_of("roll_stiffness_nmprad", told, prior, (), None, upright)
+    assert (found.value, found.std, found.status, found.sources) == (
+        94e3,
+        2400.0,
+        "not_identifiable",
+        ("prior",),
+    )
+    assert "under the load that this drive shows" in found.reason
+    assert estimate_of("roll_stiffness_nmprad", told, prior, (), None, rolling()).value == 90e3
 
 
 def test_what_nothing_opened_is_given_with_what_was_known_before() -> None:

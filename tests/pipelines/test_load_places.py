@@ -72,8 +72,8 @@ def test_a_heavy_load_is_not_on_the_roof_and_a_high_one_is() -> None:
         return _on_roof(doubts_of(find_mode(relations, KNOWN), SILENT))
 
     assert share(500.0, 1.2) < 1e-4
-    assert share(160.0, 1.2) < 0.1
-    assert share(160.0, 2.1) > 0.85
+    assert share(160.0, 1.1) < 0.1
+    assert share(160.0, 2.2) > 0.85
 
 
 def test_before_the_log_the_unknown_has_the_mean_and_spread_of_both() -> None:
@@ -95,7 +95,7 @@ def test_draws_of_what_was_known_have_each_load_at_one_place() -> None:
     drawn = placed(normal, KNOWN.names, KNOWN.places, rng)
     high, load = drawn[:, HEIGHT] / EMPTY, drawn[:, KNOWN.index("load")]
     assert (high.mean(), high.std()) == pytest.approx(usual_height(SILENT), rel=0.01)
-    assert np.quantile(load[high > 2.2], 0.99) < ROOF_LOAD[0] + 2.6 * ROOF_LOAD[1]
+    assert np.quantile(load[high > 2.4], 0.99) < ROOF_LOAD[0] + 2.6 * ROOF_LOAD[1]
     assert placed(normal, KNOWN.names, (), rng) is normal
 
 

@@ -102,7 +102,8 @@ def answers(
         std = fit.inflation * math.sqrt(float(after[name] @ fit.covariance @ after[name]))
         answer = doubted(Told(value, std, value - 1.96 * std, value + 1.96 * std, None), after[name], doubts)
         prior = priors[name]
-        status = status_of(name, answer.value, answer.std, left_of(prior, answer.low, answer.high), kinds)
+        left = left_of(name, prior, answer.std, answer.low, answer.high)
+        status = status_of(name, answer.value, answer.std, left, kinds)
         taught = _taught(fit, after[name], std, _digits(name))
         told = "from " + ", ".join(taught) if taught else f"from all balances alike: {_all_taught(fit)}"
         if status == "not_identifiable":
