@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from pipelines.joint.remembered import once
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.kinds import LOAD_SPREAD
 
@@ -41,6 +42,7 @@ class Body:
         return self.mass * self.whole_h
 
 
+@once
 def body_of(p: Values, sag: float | None) -> Body:
     """Put empty vehicle and load together.
 

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from pipelines.joint.body import Body
+from pipelines.joint.remembered import once
 from pipelines.joint.suspension import STOP_POWER
 from pipelines.models.roll import GRAVITY
 
@@ -33,6 +34,7 @@ def _on_wheel(p: Values, axle: str) -> Number:
     return 0.5 * GRAVITY * p["load"] * (1 - behind if axle == "front" else behind)
 
 
+@once
 def pressed(p: Values, axle: str) -> Number:
     """How much shorter the load makes a spring, at the wheel, m: no more than a suspension has travel.
 
@@ -47,10 +49,12 @@ def pressed(p: Values, axle: str) -> Number:
     # y² of travel into the stop: stop y³ + rate y² = left, which rises and bends upwards, from above
     y = np.sqrt(left / rate)
     for _ in range(STEPS):
-        y = y - (stop * y**3 + rate * y**2 - left) / np.maximum(3 * stop * y**2 + 2 * rate * y, 1e-12)
+        square = y * y
+        y = y - ((stop * y + rate) * square - left) / np.maximum(3 * stop * square + 2 * rate * y, 1e-12)
     return np.clip(np.where(left > 0, free + y**2, alone), *TRAVEL_M)
 
 
+@once
 def rate_under_load(p: Values, axle: str) -> Number:
     """A wheel's spring rate where the load has it rest, N/m: with the stop, where it rests on that or moves into it."""
     d = pressed(p, axle)
@@ -59,6 +63,7 @@ def rate_under_load(p: Values, axle: str) -> Number:
     return p[f"spring_{axle}"] + 2 * p[f"square_{axle}"] * d + 3 * p[f"cube_{axle}"] * d**2 + stop
 
 
+@once
 def roll_center(p: Values, axle: str) -> Number:
     """Height of an axle's roll centre under load, m.
 
@@ -69,6 +74,7 @@ def roll_center(p: Values, axle: str) -> Number:
     return p[f"roll_center_{axle}"] - (p["axis_sinks"] + p[f"sinks_{axle}"]) * pressed(p, axle)
 
 
+@once
 def widened(p: Values, axle: str) -> Number:
     """The track under load over that of the empty vehicle.
 

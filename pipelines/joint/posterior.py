@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.evidence import Evidence
+from pipelines.joint.remembered import Remembered
 from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray
 
@@ -79,9 +80,9 @@ def _inverse(matrix: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(0.5 * (matrix + matrix.T)))
 
 
-def values_at(known: Known, u: FloatArray) -> dict[str, FloatArray]:
+def values_at(known: Known, u: FloatArray) -> Remembered[FloatArray]:
     """The unknowns in SI by name: u (k,) gives numbers, (n, k) gives (n,) each."""
-    return dict(zip(known.names, (known.mean + known.std * u).T, strict=True))
+    return Remembered(zip(known.names, (known.mean + known.std * u).T, strict=True))
 
 
 def extended(known: Known, evidence: Sequence[Evidence]) -> Known:
@@ -104,17 +105,35 @@ def whitener_of(covariance: FloatArray) -> FloatArray:
     return np.asarray(np.linalg.inv(root) / scale)
 
 
+def parts_at(
+    evidence: Sequence[Evidence], known: Known, u: FloatArray, whiteners: Sequence[FloatArray]
+) -> tuple[Part, ...]:
+    """Relations at u (k,) with their slopes by central differences: all unknowns of all of them in the same vehicles.
+
+    So what several relations ask of a vehicle is reckoned once (`pipelines.joint.remembered`).
+    """
+    at = {name: i for i, name in enumerate(known.names)}
+    used = sorted({at[name] for e in evidence for name in e.unknowns})
+    count, columns = len(used), np.array(used, dtype=np.int64)
+    moved = np.tile(u, (2 * count + 1, 1))
+    steps = np.arange(count)
+    moved[1 + steps, columns] += STEP
+    moved[1 + count + steps, columns] -= STEP
+    values = values_at(known, moved)
+    found = []
+    for e, whitener in zip(evidence, whiteners, strict=True):
+        rows = np.array([at[name] for name in e.unknowns], dtype=np.int64)
+        up = 1 + np.searchsorted(columns, rows)
+        predicted = e.predict(values)
+        slope = np.zeros((len(e.observed), len(u)))
+        slope[:, rows] = (predicted[:, up] - predicted[:, up + count]) / (2 * STEP)
+        found.append(Part(e, whitener, whitener @ (e.observed - predicted[:, 0]), whitener @ slope))
+    return tuple(found)
+
+
 def part_at(evidence: Evidence, known: Known, u: FloatArray, whitener: FloatArray) -> Part:
-    """A relation at u (k,), its slope by central differences, all unknowns in one call."""
-    rows = [known.names.index(name) for name in evidence.unknowns]
-    moved = np.tile(u, (2 * len(rows) + 1, 1))
-    at = np.arange(len(rows))
-    moved[1 + at, rows] += STEP
-    moved[1 + len(rows) + at, rows] -= STEP
-    predicted = evidence.predict(values_at(known, moved))
-    slope = np.zeros((len(evidence.observed), len(u)))
-    slope[:, rows] = (predicted[:, 1 : 1 + len(rows)] - predicted[:, 1 + len(rows) :]) / (2 * STEP)
-    return Part(evidence, whitener, whitener @ (evidence.observed - predicted[:, 0]), whitener @ slope)
+    """A single relation at u (k,), its slope by central differences, all unknowns in one call."""
+    return parts_at((evidence,), known, u, (whitener,))[0]
 
 
 def _cost(
@@ -149,7 +168,7 @@ def _step(
     damping: float,
 ) -> tuple[FloatArray, float, float, float]:
     """One damped Gauss-Newton step: the new u, its cost, the next damping, and what a full step would gain at most."""
-    parts = [part_at(e, known, u, w) for e, w in zip(evidence, whiteners, strict=True)]
+    parts = parts_at(evidence, known, u, whiteners)
     curvature = np.eye(len(u)) + sum((p.information for p in parts), np.zeros((len(u), len(u))))
     gradient = u - sum((p.slope.T @ p.residual for p in parts), np.zeros(len(u)))
     left = 0.5 * float(gradient @ np.linalg.solve(curvature, gradient))
@@ -183,8 +202,7 @@ def _climb(
             settled = left < SETTLED
             if settled or damping > 1e8:
                 break
-    final = tuple(part_at(e, known, u, w) for e, w in zip(evidence, whiteners, strict=True))
-    return u, cost, final, settled
+    return u, cost, parts_at(evidence, known, u, whiteners), settled
 
 
 def find_mode(

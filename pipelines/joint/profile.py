@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from pipelines.joint.posterior import Joint, log_density, part_at
+from pipelines.joint.posterior import Joint, log_density, parts_at
 from pipelines.results import FloatArray
 
 REACH = (-2.0, 2.0)
@@ -25,8 +25,7 @@ def _settle(joint: Joint, start: FloatArray, gradient: FloatArray) -> list[Float
     for _ in range(STEPS):
         u = path[-1]
         slope, curvature = u.copy(), np.eye(len(u))
-        for part in joint.parts:
-            here = part_at(part.evidence, joint.known, u, part.whitener)
+        for here in parts_at(joint.evidence, joint.known, u, [part.whitener for part in joint.parts]):
             slope -= here.slope.T @ here.residual
             curvature += here.information
         move, along = np.linalg.solve(curvature, np.column_stack([slope, gradient])).T

@@ -10,6 +10,7 @@ from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
 from pipelines.joint.book import AXLES, Book
 from pipelines.joint.links import inertias, links
 from pipelines.joint.load_places import LoadPlace, in_words, places, usual_height
+from pipelines.joint.remembered import Remembered
 from pipelines.joint.suspension import CORNERS, suspension
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
@@ -63,9 +64,9 @@ class Known:
     mass: bool
     places: tuple[LoadPlace, ...] = ()
 
-    def at(self, u: FloatArray) -> dict[str, float]:
+    def at(self, u: FloatArray) -> Remembered[float]:
         """Values for (k,) deviations in standard deviations."""
-        return dict(zip(self.names, (self.mean + self.std * u).tolist(), strict=True))
+        return Remembered(zip(self.names, (self.mean + self.std * u).tolist(), strict=True))
 
     def index(self, name: str) -> int:
         """Row of an unknown."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import numpy as np
 from scipy.signal import butter, sosfiltfilt
 
@@ -9,6 +11,12 @@ from pipelines.results import FloatArray
 
 ORDER = 4
 PAD_PERIODS = 6
+
+
+@functools.lru_cache(maxsize=64)
+def _sections(rate_hz: float, cutoff_hz: float) -> FloatArray:
+    """The filter's second-order sections: the same for every column of a drive, and dear beside a short one."""
+    return np.asarray(butter(ORDER, cutoff_hz, btype="low", fs=rate_hz, output="sos"), dtype=np.float64)
 
 
 def lowpass(values: FloatArray, rate_hz: float, cutoff_hz: float) -> FloatArray:
@@ -20,6 +28,6 @@ def lowpass(values: FloatArray, rate_hz: float, cutoff_hz: float) -> FloatArray:
     """
     if cutoff_hz >= 0.45 * rate_hz or len(values) < 4:
         return np.array(values, dtype=np.float64)
-    sections = butter(ORDER, cutoff_hz, btype="low", fs=rate_hz, output="sos")
+    sections = _sections(rate_hz, cutoff_hz)
     pad = min(len(values) - 1, round(PAD_PERIODS * rate_hz / cutoff_hz))
     return np.asarray(sosfiltfilt(sections, values, padtype="odd", padlen=pad), dtype=np.float64)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from parsers.drive import Signal
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.spans import gap_free_rows, usual_period_s
+from pipelines.prepare.spline import spline_at
 from pipelines.results import FloatArray
 
 
@@ -30,7 +30,7 @@ def _interpolated(time_s: FloatArray, values: FloatArray, wanted_s: FloatArray, 
     if period < 0.75 * fine_s:
         return _averaged(time_s, values, wanted_s, fine_s)
     if len(values) >= 4 and steps.min() > 0.4 * period and steps.max() < 2.6 * period:
-        return np.asarray(CubicSpline(time_s, values)(wanted_s), dtype=np.float64)
+        return spline_at(time_s, values, wanted_s)
     return np.asarray(np.interp(wanted_s, time_s, values))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.ndimage import median_filter
 
-from parsers.channels import FloatArray
+from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
 
 WIDTH = 5
@@ -31,19 +31,29 @@ def without_spikes(signal: Signal) -> tuple[Signal, int]:
     usual = float(np.quantile(distance, 0.99))
     if usual <= 0:
         usual = float(np.std(values)) / LIMIT
-    keep = distance <= np.maximum(LIMIT * max(usual, 1e-12), _moving(values))
-    dropped = int(len(values) - keep.sum())
+    wild = np.flatnonzero(distance > LIMIT * max(usual, 1e-12))
+    wild = wild[distance[wild] > _moving(values, wild)]
+    keep = np.ones(len(values), dtype=np.bool_)
+    keep[wild] = False
+    dropped = len(wild)
     if dropped == 0 or dropped > 0.005 * len(values) + 3:
         return signal, 0
     return Signal(signal.name, signal.time_ns[keep], values[keep], signal.source, signal.measured), dropped
 
 
-def _moving(values: FloatArray) -> FloatArray:
-    """(n,) how far each sample may lie from its neighbours by what these do themselves."""
+def _around(values: FloatArray, rows: IntArray, width: int) -> FloatArray:
+    """(rows, width) the samples around some rows; beyond the ends the end ones again."""
+    at = rows[:, None] + np.arange(width) - width // 2
+    return np.asarray(values[np.clip(at, 0, len(values) - 1)])
+
+
+def _moving(values: FloatArray, rows: IntArray) -> FloatArray:
+    """(rows,) how far a sample may lie from its neighbours by what these do themselves."""
     steps = np.abs(np.diff(values, append=values[-1]))
-    middle = np.pad(median_filter(values, size=3, mode="nearest"), 2, mode="edge")
-    change = np.abs(middle[4:] - middle[:-4])
-    return np.maximum(MOVED * median_filter(steps, size=MOVING, mode="nearest"), BACK * change)
+    usual = np.median(_around(steps, rows, MOVING), axis=1)
+    last = len(values) - 1
+    before, after = (np.median(_around(values, np.clip(rows + side, 0, last), 3), axis=1) for side in (-2, 2))
+    return np.asarray(np.maximum(MOVED * usual, BACK * np.abs(after - before)))
 
 
 def interpolable(time_ns: np.ndarray) -> FloatArray:

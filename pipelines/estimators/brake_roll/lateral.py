@@ -136,7 +136,7 @@ def _response(data: LateralData, f: FloatArray, lag: float, inertia: float) -> t
     """φ and φ' under f (n,) for G = 1."""
     phi, before, after = discretise(RollCoefficients(1.0, lag, inertia), 1 / data.rate_hz)
     out = linear_response(f, phi, before, after, 1.0, data.segments)
-    return out[:, 0], out[:, 1]
+    return np.ascontiguousarray(out[:, 0]), np.ascontiguousarray(out[:, 1])
 
 
 def _filtered(values: FloatArray, data: LateralData, cutoff_hz: float) -> FloatArray:
@@ -222,15 +222,24 @@ class _Problem:
         self.quick_f = _filtered(data.f_y, data, quick)
         self.slow_f = _filtered(data.f_y, data, GRAVITY_HZ)
         self.memory = np.zeros(3)
+        self._last: tuple[tuple[float, float], tuple[FloatArray, FloatArray, FloatArray]] | None = None
+
+    def _responses(self, lag: float, inertia: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """φ and φ' under the quick input and φ under the slow one, for G = 1; most slopes move neither lag nor inertia."""
+        if self._last is None or self._last[0] != (lag, inertia):
+            slow, _ = _response(self.data, self.slow_f, lag, inertia)
+            self._last = (lag, inertia), (*_response(self.data, self.quick_f, lag, inertia), slow)
+        return self._last[1]
 
     def whole(self, x: FloatArray) -> FloatArray:
         """(n, 3) outputs for the parameters x."""
         lag, inertia = math.exp(float(np.clip(x[1], -7, 1))), math.exp(float(np.clip(x[2], -10, 0)))
-        phi, rate = _response(self.data, self.quick_f, lag, inertia)
+        phi, rate, slow = self._responses(lag, inertia)
         quick = (self.quick_f - phi - lag * rate) / inertia
-        out = np.zeros((len(phi), 3))
+        # a column in one piece: that is how they are filled and read
+        out = np.zeros((3, len(phi))).T
         out[:, 0] = x[0] * (rate - x[3] * quick)
-        out[:, 1] = GRAVITY * x[0] * _response(self.data, self.slow_f, lag, inertia)[0]
+        out[:, 1] = GRAVITY * x[0] * slow
         out[:, 2] = x[0] * phi
         for value, (_, output, column) in zip(x[4:], self.nuisances, strict=True):
             out[:, output] += value * column

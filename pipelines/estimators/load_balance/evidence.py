@@ -11,6 +11,7 @@ from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.estimators.load_balance.solve import Fit, Reduced
 from pipelines.evidence import Evidence, Kind, Values
+from pipelines.joint.remembered import Remembered
 from pipelines.results import FloatArray
 
 KINDS: dict[str, Kind] = {"pitch": "pitch", "roll": "roll", "vertical": "vertical", "along": "longitudinal"}
@@ -30,8 +31,9 @@ def _predict(reduced: Reduced, patch: bool) -> Callable[[Values], FloatArray]:
 
     def predict(values: Values) -> FloatArray:
         # a dictionary of numbers or of arrays: the coefficients are plain arithmetic on either
-        p = dict(cast("Mapping[str, float]", values))
+        p = cast("Mapping[str, float]", values)
         if patch:
+            p = Remembered(p)
             # what the tyres' patches move shows as if the whole vehicle were higher by as much
             p["empty_h"] = p["empty_h"] + p[PATCH] * (p["empty_mass"] + p["load"]) / p["empty_mass"]
         terms = relation.coefficients(p)

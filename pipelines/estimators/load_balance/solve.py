@@ -7,13 +7,15 @@ follow the unknowns would reward whatever makes residuals small.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 
 from pipelines.estimators.load_balance.relations import IntArray, Relation
 from pipelines.evidence import Evidence
+from pipelines.joint.posterior import values_at
 from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray
 
@@ -69,17 +71,18 @@ class Fit:
 
 
 def jacobian(relation: Relation, known: Known, u: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Coefficients (k,) at u, and their derivative (k, unknowns) by u."""
-    base = relation.vector(known.at(u))
-    out = np.zeros((len(base), len(u)))
-    step = 1e-3
-    for i in relation.unknowns:
-        moved = u.copy()
-        moved[i] += step
-        up = relation.vector(known.at(moved))
-        moved[i] -= 2 * step
-        out[:, i] = (up - relation.vector(known.at(moved))) / (2 * step)
-    return base, out
+    """Coefficients (k,) at u, and their derivative (k, unknowns) by u: central differences, all unknowns in one call."""
+    rows = np.array(relation.unknowns, dtype=np.int64)
+    at, step = np.arange(len(rows)), 1e-3
+    moved = np.tile(u, (2 * len(rows) + 1, 1))
+    moved[1 + at, rows] += step
+    moved[1 + len(rows) + at, rows] -= step
+    theta = relation.vector(cast("Mapping[str, float]", values_at(known, moved))).reshape(
+        len(relation.columns), -1
+    )
+    out = np.zeros((len(theta), len(u)))
+    out[:, rows] = (theta[:, 1 : 1 + len(rows)] - theta[:, 1 + len(rows) :]) / (2 * step)
+    return theta[:, 0], out
 
 
 def _starts(relation: Relation) -> IntArray:

@@ -131,7 +131,7 @@ def _held(data: RollData, p: Mapping[str, float], angle: FloatArray, rate: Float
     own = suspension_of_motion(data, p)
     held: FloatArray | float = 0.0
     if p.get("stiffening"):
-        held = held + own.a * p["stiffening"] * angle**3
+        held = held + own.a * p["stiffening"] * (angle * angle * angle)
     if p.get("friction"):
         held = held + p["friction"] * dry_friction(angle, data.starts, data.stops, SLIP)
     if p.get("knee"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -75,6 +76,17 @@ class Shifter:
             self._part(values[start:stop], start, rate_hz, held, band)
             for start, stop in zip(starts.tolist(), stops.tolist(), strict=True)
         ]
+        # a fit asks again and again with the same delay: of some ten slopes one alone moves it
+        self._last: dict[str, tuple[float, FloatArray]] = {}
+
+    def _kept(self, what: str, delay_s: float, make: Callable[[float], FloatArray]) -> FloatArray:
+        """The last answer where the delay is the same; read-only, as it may be handed out again."""
+        last = self._last.get(what)
+        if last is None or last[0] != delay_s:
+            column = make(delay_s)
+            column.flags.writeable = False
+            last = self._last[what] = (delay_s, column)
+        return last[1]
 
     @staticmethod
     def _part(part: FloatArray, start: int, rate_hz: float, held: bool, band: Band | None) -> _Part:
@@ -96,7 +108,10 @@ class Shifter:
         )
 
     def slope(self, delay_s: float) -> FloatArray:
-        """(n,) the rate of change per second of the column `delay_s` earlier; zero outside the segments."""
+        """(n,) the rate of change per second of the column `delay_s` earlier; zero outside the segments. Read-only."""
+        return self._kept("slope", delay_s, self._slope)
+
+    def _slope(self, delay_s: float) -> FloatArray:
         out = np.zeros(self._n)
         for part in self._parts:
             turned = part.spectrum * (1j * part.omega) * np.exp(-1j * part.omega * delay_s)
@@ -108,7 +123,10 @@ class Shifter:
         return out
 
     def delayed(self, delay_s: float) -> FloatArray:
-        """(n,) the column `delay_s` earlier: value(t - delay_s); zero outside the segments."""
+        """(n,) the column `delay_s` earlier: value(t - delay_s); zero outside the segments. Read-only."""
+        return self._kept("delayed", delay_s, self._delayed)
+
+    def _delayed(self, delay_s: float) -> FloatArray:
         out = np.zeros(self._n)
         for part in self._parts:
             moved = irfft(part.spectrum * np.exp(-1j * part.omega * delay_s), n=part.size)
