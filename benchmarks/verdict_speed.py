@@ -1,6 +1,6 @@
 """How long the verdict of half an hour takes: the estimators that reduce the log to relations, and the joint posterior over these.
 
-    python benchmarks/verdict_speed.py [--minutes 30] [--drives 2] [--cache DIR] [--sets deflection,ins,struts,imu] [--save]
+    python benchmarks/verdict_speed.py [--minutes 30] [--drives 2] [--cache DIR] [--sets deflection,ins,…] [--save]
 
 Mixed public road of random vehicles with unknown loads, logged at 100 Hz; one process, serial. Each step runs twice and the
 second time counts, since the first compiles and loads. The floor is what any method has to do at least: one pass over the
@@ -114,7 +114,7 @@ def main() -> None:
     parser.add_argument("--minutes", type=float, default=30.0)
     parser.add_argument("--drives", type=int, default=2)
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "cogest_calibration")
-    parser.add_argument("--sets", default="deflection,ins,struts,imu")
+    parser.add_argument("--sets", default="deflection,production,ins,axle_load,struts,imu")
     parser.add_argument("--save", action="store_true")
     a = parser.parse_args()
     code = simulation_hash(ROOT)
