@@ -108,6 +108,9 @@ def _together(drive: Drive, first: str, names: Iterable[str]) -> frozenset[str]:
         other = drive.signals[name].time_ns
         if name == first or abs(len(other) - len(clock)) > 0.02 * len(clock):
             continue
+        if np.array_equal(other, clock):
+            found.append(name)
+            continue
         after = np.clip(np.searchsorted(other, clock), 1, len(other) - 1)
         apart = np.minimum(np.abs(other[after] - clock), np.abs(other[after - 1] - clock))
         if float(np.quantile(apart, 0.9)) <= limit:
