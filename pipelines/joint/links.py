@@ -11,9 +11,9 @@ from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_iner
 from pipelines.vehicles.spring_base import rigid_axle
 from pipelines.vehicles.usual import usual_camber, usual_roll_center
 
-PITCH_CENTER = {False: (0.12, 0.08), True: (0.17, 0.1)}
-"""m above ground, where the vehicle file has no pitch_center_height_m: from no anti-dive to 40 %; more with a rigid rear axle, whose brakes
-turn against leaf springs or links."""
+PITCH_CENTER = {False: (0.15, 0.08), True: (0.18, 0.1)}
+"""m above ground, where the vehicle file has no pitch_center_height_m: 20 to 40 % of anti-dive in front and 20 to 60 % of anti-lift behind;
+more with a rigid rear axle, whose brakes turn against leaf springs or links. None at all is a doubt of its own (`doubts`)."""
 
 RIGID_DRIVEN = (0.3, 0.2)
 """m above ground, where the file has no pitch_center_height_drive_m, of a driven rigid axle: its torque turns against leaf springs or links
