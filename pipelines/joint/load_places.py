@@ -31,7 +31,7 @@ class Height:
 
 
 INSIDE, ROOF = Height(0.87, 1.3, 0.3), Height(0.13, 1.95, 0.4)
-"""Persons, who sit 0.2 m about a hip point of 0.5 to 0.75 m, are at 1.2 to 1.5 of it, luggage and cargo at 0.8 to 1.6. ROOF: a box or ladders at 2.2 to 2.9, with the driver."""
+"""Persons, who sit 0.2 m above a hip point of 0.5 to 0.75 m, are at 1.2 to 1.5 of it, luggage and cargo at 0.8 to 1.6. ROOF: a box or ladders at 2.2 to 2.9, with the driver."""
 
 LORRY = Height(1.0, 1.45, 0.65)
 """Cargo on a lorry's bed, or standing passengers."""

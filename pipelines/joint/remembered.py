@@ -29,6 +29,10 @@ class Remembered(dict[str, V]):
         self.memo.clear()
         super().__setitem__(name, value)
 
+    def __reduce__(self) -> tuple[type[dict[str, V]], tuple[dict[str, V]]]:
+        """Sent elsewhere or copied as plain figures."""
+        return dict, (dict(self),)
+
 
 def once(function: Callable[[P, K], R]) -> Callable[[P, K], R]:
     """A function of figures and one key that is reckoned once for each `Remembered`; of any other mapping as ever.

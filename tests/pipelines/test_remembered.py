@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 from collections.abc import Mapping
 from dataclasses import fields
 
@@ -38,6 +40,9 @@ def test_a_copy_remembers_nothing() -> None:
     p.memo["what", "key"] = 1.0
     for other in (Remembered(p), {**p, "mass": 4.0}, p | {"mass": 4.0}):
         assert not getattr(other, "memo", {})
+    for sent in (pickle.loads(pickle.dumps(p)), copy.deepcopy(p), copy.copy(p)):
+        assert type(sent) is dict
+        assert sent == {"mass": 3.0}
 
 
 @pytest.mark.parametrize("function", [pressed, rate_under_load, roll_center, widened])
