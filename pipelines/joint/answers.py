@@ -215,6 +215,19 @@ def prior_record(prior: Spread) -> Prior:
     return Prior(prior.mean, prior.std, SOURCE)
 
 
+def _under_its_load(name: str, std: float, prior: Spread | None, kinds: Collection[Kind]) -> str:
+    """Of a `STIFFENED` parameter that the drive does not tell, why its figures are those of the drive's load; else empty."""
+    if prior is None or name != STIFFENED:
+        return ""
+    if std > prior.std:
+        return "the load that this drive shows leaves it more open than the vehicle file alone"
+    if "vertical" in kinds:
+        return (
+            "the figures are what the vehicle file says of the springs under the load that this drive shows"
+        )
+    return ""
+
+
 def estimate_of(
     name: str,
     answer: Told,
@@ -234,18 +247,8 @@ def estimate_of(
     reason = reason_of(name, status, shares, file_std, answer.std, lacks)
     if prior is None and status == "not_identifiable":
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
-    open_by_load = prior is not None and answer.std > prior.std
-    if (
-        prior is not None
-        and status == "not_identifiable"
-        and name == STIFFENED
-        and ("vertical" in kinds or open_by_load)
-    ):
-        words = (
-            "the figures are what the vehicle file says of the springs under the load that this drive shows"
-        )
-        if open_by_load:
-            words = "the load that this drive shows leaves it more open than the vehicle file alone"
+    words = _under_its_load(name, answer.std, prior, kinds) if status == "not_identifiable" else ""
+    if prior is not None and words:
         return ParameterEstimate(
             name, answer.value, answer.std, answer.low, answer.high, status, f"{reason}; {words}", prior_record(prior), reference, ("prior",),
         )  # fmt: skip

@@ -10,12 +10,11 @@ import numpy as np
 from pipelines.evidence import Evidence
 from pipelines.joint.load_places import placed
 from pipelines.joint.outputs import outputs_of
-from pipelines.joint.posterior import Joint, find_mode, values_at
+from pipelines.joint.posterior import Joint, both_ways, central, find_mode, values_at
 from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray, Share
 
 PRIOR_DRAWS = 4000
-STEP = 1e-3
 
 
 @dataclass(frozen=True)
@@ -37,12 +36,11 @@ class Spread:
 
 def slopes(joint: Joint) -> tuple[dict[str, float], dict[str, FloatArray]]:
     """Parameters at the mode, and their derivatives (k,) by u, all in one call."""
-    size = len(joint.u)
-    moved = np.concatenate([joint.u[None], joint.u + STEP * np.eye(size), joint.u - STEP * np.eye(size)])
+    moved = both_ways(joint.u)
     found = outputs_of(values_at(joint.known, moved), joint.given)
     whole = {name: np.broadcast_to(column, len(moved)) for name, column in found.items()}
     middle = {name: float(column[0]) for name, column in whole.items()}
-    return middle, {n: (c[1 : 1 + size] - c[1 + size :]) / (2 * STEP) for n, c in whole.items()}
+    return middle, {name: central(column) for name, column in whole.items()}
 
 
 def prior_spreads(known: Known, stated: Sequence[Evidence], rng: np.random.Generator) -> dict[str, Spread]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipelines.joint.laden import side_moment
 from pipelines.joint.outputs import body_at, roll_axis_of, roll_stiffness_of
-from pipelines.joint.posterior import STEP, Joint, values_at
+from pipelines.joint.posterior import Joint, both_ways, central, values_at
 from pipelines.joint.stated import LEVEL, shown_on_level_ground
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray, NextMeasurement
@@ -156,13 +156,10 @@ AGAIN: Mapping[str, str] = {
 
 def _rows(joint: Joint, candidate: Candidate) -> FloatArray:
     """(m, k) derivative of what the measurement sees by u, in its own standard deviations."""
-    size = len(joint.u)
-    moved = np.concatenate([joint.u[None], joint.u + STEP * np.eye(size), joint.u - STEP * np.eye(size)])
+    moved = both_ways(joint.u)
     seen = np.array([np.broadcast_to(x, len(moved)) for x in candidate.seen(values_at(joint.known, moved))])
     std = np.array(candidate.std) * (np.abs(seen[:, 0]) if candidate.relative else 1.0)
-    return np.asarray(
-        (seen[:, 1 : 1 + size] - seen[:, 1 + size :]) / (2 * STEP) / np.maximum(std, 1e-12)[:, None]
-    )
+    return np.asarray(central(seen) / np.maximum(std, 1e-12)[:, None])
 
 
 def _with(covariance: FloatArray, rows: FloatArray) -> FloatArray:

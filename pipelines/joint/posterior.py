@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from parsers.channels import IntArray
 from pipelines.evidence import Evidence
 from pipelines.joint.remembered import Remembered
 from pipelines.joint.unknowns import Known
@@ -85,6 +86,22 @@ def values_at(known: Known, u: FloatArray) -> Remembered[FloatArray]:
     return Remembered(zip(known.names, (known.mean + known.std * u).T, strict=True))
 
 
+def both_ways(u: FloatArray, rows: IntArray | None = None) -> FloatArray:
+    """(2 m + 1, k): u (k,), then each of m rows (all) a step up, then each a step down: for `central`."""
+    rows = np.arange(len(u)) if rows is None else rows
+    count, steps = len(rows), np.arange(len(rows))
+    moved = np.tile(u, (2 * count + 1, 1))
+    moved[1 + steps, rows] += STEP
+    moved[1 + count + steps, rows] -= STEP
+    return moved
+
+
+def central(found: FloatArray) -> FloatArray:
+    """(..., m) central differences of what was found (..., 2 m + 1) at `both_ways`."""
+    count = found.shape[-1] // 2
+    return np.asarray((found[..., 1 : 1 + count] - found[..., 1 + count :]) / (2 * STEP))
+
+
 def extended(known: Known, evidence: Sequence[Evidence]) -> Known:
     """The unknowns with those that single relations have of their own."""
     own = {unknown.name: unknown for e in evidence for unknown in e.own if unknown.name not in known.names}
@@ -114,19 +131,14 @@ def parts_at(
     """
     at = {name: i for i, name in enumerate(known.names)}
     used = sorted({at[name] for e in evidence for name in e.unknowns})
-    count, columns = len(used), np.array(used, dtype=np.int64)
-    moved = np.tile(u, (2 * count + 1, 1))
-    steps = np.arange(count)
-    moved[1 + steps, columns] += STEP
-    moved[1 + count + steps, columns] -= STEP
-    values = values_at(known, moved)
+    columns = np.array(used, dtype=np.int64)
+    values = values_at(known, both_ways(u, columns))
     found = []
     for e, whitener in zip(evidence, whiteners, strict=True):
         rows = np.array([at[name] for name in e.unknowns], dtype=np.int64)
-        up = 1 + np.searchsorted(columns, rows)
         predicted = e.predict(values)
         slope = np.zeros((len(e.observed), len(u)))
-        slope[:, rows] = (predicted[:, up] - predicted[:, up + count]) / (2 * STEP)
+        slope[:, rows] = central(predicted)[:, np.searchsorted(columns, rows)]
         found.append(Part(e, whitener, whitener @ (e.observed - predicted[:, 0]), whitener @ slope))
     return tuple(found)
 

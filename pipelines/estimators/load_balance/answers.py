@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,8 @@ from pipelines.joint.doubts import Weighed
 from pipelines.joint.information import Spread
 from pipelines.joint.mixture import doubted
 from pipelines.joint.outputs import outputs_of as all_outputs
-from pipelines.joint.unknowns import CORNERS, Known, Values
+from pipelines.joint.posterior import both_ways, central, values_at
+from pipelines.joint.unknowns import CORNERS, Known
 from pipelines.models.axle_load import patch_shift
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
@@ -28,26 +29,16 @@ GIVEN = (
 )  # fmt: skip
 
 
-def outputs_of(p: Values, sag: float | None, springs: bool) -> dict[str, float]:
-    """The parameters that this estimator gives, from the unknowns; the roll stiffness where the springs are known."""
-    found = all_outputs(p, {} if sag is None else {"sag": sag})
-    return {name: float(found[name]) for name in GIVEN if springs or name != "roll_stiffness_nmprad"}
-
-
-def gradients(
-    known: Known, u: FloatArray, outputs: Callable[[Values], dict[str, float]]
-) -> dict[str, FloatArray]:
-    """Derivative (k,) of each output by u."""
-    rows: dict[str, list[float]] = {name: [] for name in outputs(known.at(u))}
-    for i in range(len(u)):
-        moved = u.copy()
-        moved[i] += 1e-3
-        up = outputs(known.at(moved))
-        moved[i] -= 2e-3
-        down = outputs(known.at(moved))
-        for name, row in rows.items():
-            row.append((up[name] - down[name]) / 2e-3)
-    return {name: np.array(row) for name, row in rows.items()}
+def outputs_of(
+    known: Known, u: FloatArray, sag: float | None
+) -> tuple[dict[str, float], dict[str, FloatArray]]:
+    """The parameters that this estimator gives, and their derivatives (k,) by u; the roll stiffness where the springs are known."""
+    moved = both_ways(u)
+    found = all_outputs(values_at(known, moved), {} if sag is None else {"sag": sag})
+    given = [name for name in GIVEN if known.springs or name != "roll_stiffness_nmprad"]
+    whole = {name: np.broadcast_to(found[name], len(moved)) for name in given}
+    middle = {name: float(column[0]) for name, column in whole.items()}
+    return middle, {name: central(column) for name, column in whole.items()}
 
 
 def _taught(fit: Fit, gradient: FloatArray, std: float, digits: int) -> list[str]:
@@ -90,13 +81,8 @@ def answers(
     fit: Fit, data: Columns, vehicle: Vehicle, priors: Mapping[str, Spread], doubts: Sequence[Weighed] = ()
 ) -> dict[str, ParameterEstimate]:
     """All parameters of a fit, over all that may be otherwise (`pipelines.joint.doubts`). priors: what was known before."""
-    known = fit.known
-
-    def outputs(p: Values) -> dict[str, float]:
-        return outputs_of(p, data.sag, known.springs)
-
     kinds = {kind_of(r.relation.name) for r in fit.reduced}
-    after, last = gradients(known, fit.u, outputs), outputs(fit.values())
+    last, after = outputs_of(fit.known, fit.u, data.sag)
     found: dict[str, ParameterEstimate] = {}
     for name, value in last.items():
         std = fit.inflation * math.sqrt(float(after[name] @ fit.covariance @ after[name]))

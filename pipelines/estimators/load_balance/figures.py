@@ -6,11 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipelines.estimators.load_balance.answers import gradients, outputs_of
+from pipelines.estimators.load_balance.answers import outputs_of
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import IntArray
 from pipelines.estimators.load_balance.solve import Fit, jacobian
-from pipelines.joint.unknowns import Values
 from pipelines.results import FloatArray, Trace, Track
 
 TRACK_POINTS = 40
@@ -40,12 +39,7 @@ def _running(
 
 def tracks(fit: Fit, data: Columns) -> tuple[Track, ...]:
     """Mass, place and height over the drive."""
-
-    def outputs(p: Values) -> dict[str, float]:
-        return outputs_of(p, data.sag, fit.known.springs)
-
-    slope = gradients(fit.known, fit.u, outputs)
-    final = outputs(fit.values())
+    final, slope = outputs_of(fit.known, fit.u, data.sag)
     shares = np.linspace(0, 1, TRACK_POINTS + 1)[1:]
     slopes = [jacobian(r.relation, fit.known, fit.u) for r in fit.reduced]
     steps = [_running(fit, slopes, float(s)) for s in shares]

@@ -15,7 +15,7 @@ import numpy as np
 
 from pipelines.estimators.load_balance.relations import IntArray, Relation
 from pipelines.evidence import Evidence
-from pipelines.joint.posterior import values_at
+from pipelines.joint.posterior import both_ways, central, values_at
 from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray
 
@@ -73,15 +73,10 @@ class Fit:
 def jacobian(relation: Relation, known: Known, u: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Coefficients (k,) at u, and their derivative (k, unknowns) by u: central differences, all unknowns in one call."""
     rows = np.array(relation.unknowns, dtype=np.int64)
-    at, step = np.arange(len(rows)), 1e-3
-    moved = np.tile(u, (2 * len(rows) + 1, 1))
-    moved[1 + at, rows] += step
-    moved[1 + len(rows) + at, rows] -= step
-    theta = relation.vector(cast("Mapping[str, float]", values_at(known, moved))).reshape(
-        len(relation.columns), -1
-    )
+    values = cast("Mapping[str, float]", values_at(known, both_ways(u, rows)))
+    theta = relation.vector(values).reshape(len(relation.columns), -1)
     out = np.zeros((len(theta), len(u)))
-    out[:, rows] = (theta[:, 1 : 1 + len(rows)] - theta[:, 1 + len(rows) :]) / (2 * step)
+    out[:, rows] = central(theta)
     return theta[:, 0], out
 
 
