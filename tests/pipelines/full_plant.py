@@ -54,7 +54,7 @@ def without_losses(vehicle: PlantVehicle) -> PlantVehicle:
     """No damper, no friction, no drag: what is left must keep its energy."""
     names = (
         "damper_compression_front_nspm", "damper_extension_front_nspm", "damper_compression_rear_nspm",
-        "damper_extension_rear_nspm", "friction_compression_n", "friction_extension_n", "tire_damping_nspm",
+        "damper_extension_rear_nspm", "friction_n", "tire_damping_nspm",
         "drag_area_m2", "rolling_resistance",
     )  # fmt: skip
     return replace(vehicle, **dict.fromkeys(names, 0.0))

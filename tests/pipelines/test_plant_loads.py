@@ -164,7 +164,7 @@ def test_natural_frequency_is_the_mode_without_gravity() -> None:
 @pytest.mark.parametrize("speed", [12.0, 25.0])
 def test_steady_roll_is_that_of_the_linear_truth(speed: float) -> None:
     """Left less right in gentle steady turns: degrees a g of sensed acceleration."""
-    vehicle = replace(PRESETS["suv"], friction_compression_n=0.0, friction_extension_n=0.0)
+    vehicle = replace(PRESETS["suv"], friction_n=0.0)
     left, right = (
         simulate(vehicle, demand(8.0, steer=angle, speed=speed), straight_road(300)).columns
         for angle in (0.05, -0.05)

@@ -55,7 +55,7 @@ def test_energy_error_falls_with_the_square_of_the_step() -> None:
 
 @pytest.mark.parametrize("name", ["sedan", "truck"])
 def test_energy_never_grows_in_free_motion(name: str) -> None:
-    vehicle = replace(PRESETS[name], friction_compression_n=0.0, friction_extension_n=0.0)
+    vehicle = replace(PRESETS[name], friction_n=0.0)
     for offsets in ({at.ROLL: 0.06}, {at.HEIGHT: 0.15}, {at.PITCH: 0.04, at.P: 0.6}):
         energy = free_motion(vehicle, offsets, duration_s=4.0).energy
         lost = energy[0] - energy[-1]

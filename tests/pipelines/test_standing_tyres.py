@@ -41,8 +41,7 @@ def plain_suv() -> PlantVehicle:
     )
     return replace(
         preset("suv"),
-        friction_compression_n=0.1,
-        friction_extension_n=0.1,
+        friction_n=0.1,
         spring_stiffening_pm2=0.0,
         **level,
     )

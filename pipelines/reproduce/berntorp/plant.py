@@ -105,7 +105,7 @@ def drive(vehicle: PlantVehicle, scalar: float = SCALARS[1]) -> Motion:
 def simpler() -> dict[str, PlantVehicle]:
     """The vehicle with one thing after another taken out of the plant, and with all of them."""
     linear = {"spring_stiffening_pm2": 0.0, "bump_rate_npm": 0.0}
-    dry = {"friction_compression_n": 0.0, "friction_extension_n": 0.0}
+    dry = {"friction_n": 0.0}
     even = {
         f"damper_{way}_{axle}_nspm": 0.5
         * sum(getattr(HIGH_SUV, f"damper_{w}_{axle}_nspm") for w in ("compression", "extension"))

@@ -97,8 +97,7 @@ def fit_out(rng: np.random.Generator, kind: str) -> Fitted:
     base = PRESETS[kind]
     vehicle = replace(
         base,
-        friction_compression_n=base.friction_compression_n * float(rng.uniform(0.5, 2.0)),
-        friction_extension_n=base.friction_extension_n * float(rng.uniform(0.5, 2.0)),
+        friction_n=base.friction_n * float(rng.uniform(0.5, 2.0, 2).mean()),
         friction_travel_m=float(rng.uniform(0.001, 0.004)),
     )
     mount = default_mount(vehicle)
@@ -133,8 +132,7 @@ def _felt(run: PlantRun, fitted: Fitted) -> PlantRun:
     for wheel in WHEELS:
         own = columns[f"suspension_deflection_{wheel}_m"]
         dry = dry_friction(own, starts, vehicle.friction_travel_m)
-        force = np.where(dry > 0, vehicle.friction_compression_n, vehicle.friction_extension_n) * dry
-        felt = columns[f"suspension_force_{wheel}_n"] - fitted.past * force
+        felt = columns[f"suspension_force_{wheel}_n"] - fitted.past * vehicle.friction_n * dry
         if fitted.bar_past:
             stiffness, track = (
                 (vehicle.anti_roll_stiffness_front_nmprad, vehicle.track_front_m)

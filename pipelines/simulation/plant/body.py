@@ -68,9 +68,9 @@ class PlantVehicle:
     damper_extension_rear_nspm: float
     damper_knee_mps: float
     damper_blow_off: float
-    # dry friction, a wheel; it changes over within `friction_travel_m` after a turn of the motion (Dahl)
-    friction_compression_n: float
-    friction_extension_n: float
+    # dry friction, a wheel; it changes over within `friction_travel_m` after a turn of the motion (Dahl). As large either way:
+    # one that differs is this one with another preload, and deflections count from where the empty vehicle stands
+    friction_n: float
     friction_travel_m: float
     # tyres and wheels
     tire_vertical_rate_front_npm: float
@@ -241,8 +241,7 @@ _ZERO_OR_MORE = frozenset(
         "damper_extension_front_nspm",
         "damper_compression_rear_nspm",
         "damper_extension_rear_nspm",
-        "friction_compression_n",
-        "friction_extension_n",
+        "friction_n",
         "tire_damping_nspm",
         "camber_stiffness_prad",
         "stiffness_load_sensitivity",

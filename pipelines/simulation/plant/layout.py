@@ -41,12 +41,10 @@ MASS, IXX, IYY, IZZ, IXZ, DRAG, RATIO, STEER_LAG, GAIN, POWER = range(10)
     BUMP_AT,
     REBOUND_AT,
 ) = range(10, 20)
-BUMP_RATE, STIFFENING, DRY_COMPRESSION, DRY_EXTENSION, DRY_TRAVEL, TIRE_DAMPING, LOSS_STIFFNESS = range(
-    20, 27
-)
-LOSS_FRICTION, FRICTION, SLIDING_LOSS, SIGMA_X, SIGMA_Y, ROLLING, STIFFNESS_X, CAMBER = range(27, 35)
-FOLLOW, DRY_ON, ROAD_ON, CG_BEHIND, DRIVEN_LOAD, SPIN_MASS = range(35, 41)
-BODY_SIZE = 41
+BUMP_RATE, STIFFENING, DRY_FORCE, DRY_TRAVEL, TIRE_DAMPING, LOSS_STIFFNESS = range(20, 26)
+LOSS_FRICTION, FRICTION, SLIDING_LOSS, SIGMA_X, SIGMA_Y, ROLLING, STIFFNESS_X, CAMBER = range(26, 34)
+FOLLOW, DRY_ON, ROAD_ON, CG_BEHIND, DRIVEN_LOAD, SPIN_MASS = range(34, 40)
+BODY_SIZE = 40
 
 # --- a wheel, one row of WHEEL_SIZE: places and paths from the sprung CG in body axes --------------------------------
 FOOT_X, FOOT_Y, FOOT_Z, FOOT_PATH_X, FOOT_PATH_Y, UNSPRUNG = range(6)
@@ -101,8 +99,7 @@ def _body(v: PlantVehicle) -> FloatArray:
         REBOUND_AT: v.rebound_clearance_m,
         BUMP_RATE: v.bump_rate_npm,
         STIFFENING: v.spring_stiffening_pm2,
-        DRY_COMPRESSION: v.friction_compression_n,
-        DRY_EXTENSION: v.friction_extension_n,
+        DRY_FORCE: v.friction_n,
         DRY_TRAVEL: v.friction_travel_m,
         TIRE_DAMPING: v.tire_damping_nspm,
         LOSS_STIFFNESS: v.stiffness_load_sensitivity,

@@ -212,8 +212,7 @@ def _springs(rng: np.random.Generator, f: _Frame) -> dict[str, float]:
         "bump_rate_npm": sum(rates) / 2 * _even(rng, (3.0, 6.0)),
         "damper_knee_mps": _even(rng, (0.15, 0.35)),
         "damper_blow_off": _even(rng, (0.35, 0.75)),
-        "friction_compression_n": dry,
-        "friction_extension_n": dry * _even(rng, (1.0, 1.8)),
+        "friction_n": dry * _even(rng, (1.0, 1.4)),
         "friction_travel_m": _even(rng, (0.001, 0.003)),
     }
 

@@ -42,10 +42,10 @@ def suspension(y: FloatArray, body: FloatArray, wheels: FloatArray, dy: FloatArr
             speed = body[at.KNEE] + body[at.BLOW_OFF] * (speed - body[at.KNEE])
         if v > 0.0:
             force += wheels[i, at.COMPRESSION] * speed
-            dry = body[at.DRY_COMPRESSION]
+            dry = body[at.DRY_FORCE]
         else:
             force -= wheels[i, at.EXTENSION] * speed
-            dry = -body[at.DRY_EXTENSION]
+            dry = -body[at.DRY_FORCE]
         rate = min(abs(v) / body[at.DRY_TRAVEL], DRY_RATE)
         dy[at.DRY + i] = (dry * body[at.DRY_ON] - y[at.DRY + i]) * rate
         aux[at.W_FORCE + i] = force + y[at.DRY + i]

@@ -22,7 +22,7 @@ def test_what_goes_past_the_struts() -> None:
     fitted = fit_out(np.random.default_rng(1), "suv")
     whole = _read(replace(fitted, past=0.0, bar_past=False), "suspension_force_fl")
     less = _read(replace(fitted, past=1.0, bar_past=False), "suspension_force_fl")
-    most = max(fitted.vehicle.friction_compression_n, fitted.vehicle.friction_extension_n)
+    most = fitted.vehicle.friction_n
     gone = whole - less
     assert np.abs(gone).max() <= 1.05 * most
     assert np.std(gone) > 0.2 * most
