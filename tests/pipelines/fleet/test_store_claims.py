@@ -196,11 +196,21 @@ def test_a_beat_keeps_claims_alive_and_lost_ones_alone(storage: LocalStorage) ->
         taken = json.dumps(
             {"token": "other", "beat": 7, "host": "elsewhere", "pid": 1, "started": 1}
         ).encode()
-        storage.write("claims/lost.json", taken)
         deadline = time.monotonic() + 5.0
-        while json.loads(storage.read("claims/drive.json") or b"{}")["beat"] < 3:
-            assert time.monotonic() < deadline
-            time.sleep(0.01)
+
+        def beats() -> int:
+            return int(json.loads(storage.read("claims/drive.json") or b"{}")["beat"])
+
+        def wait_for(beat: int) -> None:
+            while beats() < beat:
+                assert time.monotonic() < deadline
+                time.sleep(0.01)
+
+        # another takes a claim over after its lease, not within a beat: one that was being written is taken again
+        while storage.read("claims/lost.json") != taken:
+            storage.write("claims/lost.json", taken)
+            wait_for(beats() + 2)
+        wait_for(beats() + 3)
     assert storage.tree("claims") == {"claims/lost.json": len(taken)}
     assert storage.read("claims/lost.json") == taken
 
