@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from parsers.drive import Drive
+from parsers.errors import VehicleError
 from parsers.load import LoadOptions, Progress, load_drive, quiet
 from parsers.mapping import read_map
 from parsers.signals import SIGNALS
@@ -65,7 +66,11 @@ class Request:
 
 
 def _sha256(path: Path | None) -> str | None:
-    return None if path is None else hashlib.sha256(path.read_bytes()).hexdigest()
+    """Of a file that was read just before. Raises VehicleError where it is gone since."""
+    try:
+        return None if path is None else hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError as error:
+        raise VehicleError(f"cannot be read ({error.strerror})", path=path) from error
 
 
 def run_estimator(
@@ -139,6 +144,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     vehicle = read_vehicle(request.vehicle) if request.vehicle else Vehicle()
     if request.suspension_map is not None:
         vehicle = with_suspension_map(vehicle, request.suspension_map)
+    # at once: a file may be changed while the drive is analysed
+    file_hash, map_hash = _sha256(request.vehicle), _sha256(vehicle.suspension_map_path)
     mapping = read_map(request.map, strict=request.map_given) if request.map else None
     drive = load_drive(
         request.logs, LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given)
@@ -163,7 +170,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
             logs=tuple(str(path) for path in request.logs),
             log_sha256=drive.record.sha256,
             vehicle=str(request.vehicle) if request.vehicle else None,
-            vehicle_sha256=_sha256(request.vehicle),
+            vehicle_sha256=file_hash,
             map=str(request.map) if request.map else None,
             settings=str(request.settings) if request.settings else None,
             dbc=tuple(str(path) for path in request.dbc),
@@ -171,7 +178,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
             command=request.command,
             version=request.version,
             suspension_map=str(vehicle.suspension_map_path) if vehicle.suspension_map_path else None,
-            suspension_map_sha256=_sha256(vehicle.suspension_map_path),
+            suspension_map_sha256=map_hash,
             created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         ),
         record=drive.record,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+
 import numpy as np
 import pytest
 
@@ -127,3 +129,22 @@ def test_a_file_whose_roll_stiffness_is_not_that_of_its_springs_and_bars(total: 
     told = " ".join(what_limits(RECORD, (), {}, vehicle))
     assert ("contradicts itself" in told) is said
     assert ("springs and bars make 114240" in told) is said
+
+
+def test_a_vehicle_file_that_goes_while_its_drive_is_analysed_is_told_as_it_was_read(
+    samples, tmp_path, monkeypatch
+):
+    vehicle = tmp_path / "vehicle.toml"
+    vehicle.write_text("[vehicle]\nmass_kg = 1500\n")
+    read = hashlib.sha256(vehicle.read_bytes()).hexdigest()
+    load = pipelines.analyze.load_drive
+
+    def load_and_lose(*given):
+        vehicle.unlink()
+        return load(*given)
+
+    monkeypatch.setattr(pipelines.analyze, "load_drive", load_and_lose)
+    results = analyze(
+        Request((samples / "csv" / "drive.csv",), vehicle=vehicle, estimators="suspension_mapping")
+    )
+    assert results.inputs.vehicle_sha256 == read
