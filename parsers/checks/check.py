@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from parsers.checks.axle_scales import unlike_axles
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
-from parsers.checks.frozen import frozen
+from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
 from parsers.checks.mounting import judge_signs
@@ -119,12 +119,14 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     factors, more = unit_faults(work, grid.scaled(sized), told)
     units += more
     factors = sized | factors
-    units += pressure_faults(grid.scaled(factors), stated, units)
+    pressure = pressure_faults(grid.scaled(factors), stated, units)
+    units += [each for each in pressure if not each.applied]
     units += speed_scale(grid.scaled(factors), {each.signal for each in units if each.kind == "unit"})
     work = _scaled(work, factors)
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
     work, spikes, wild, limits = _cleaned(work, spans)
+    wild |= {each.signal: each for each in pressure if each.applied}
     if wild:
         # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
         own = {each.signal: each.found for each in units if not each.applied}
@@ -135,6 +137,9 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         del work[light.signal]
     work, present, odd, still = _wheels_put_right(work, grid)
     dead = {each.signal: each for each in still if each.applied}
+    if not dead.keys().isdisjoint(SPEEDS):
+        # others' units and signs were judged by it
+        return _beside(dead, *decide({n: s for n, s in signals.items() if n not in dead}, stated))
     if dead:
         wild |= dead
         work = {name: signal for name, signal in work.items() if name not in dead}

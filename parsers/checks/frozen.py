@@ -1,4 +1,5 @@
-"""Sensors that die or freeze: one wheel's that stands still while the others' move, and noisy signals that repeat one value for long.
+"""Sensors that die or freeze: one wheel's that stands still while the others' move, a speed while the wheels turn, and noisy signals that
+repeat one value for long.
 
 A sensor that is dead takes its wheel's part out of every motion: with one of four deflections frozen at half time a height came out 10 %
 low, and a roll gradient 20 %, at four to five standard deviations.
@@ -19,6 +20,7 @@ from parsers.quantiles import median, medians, quantile
 from parsers.signals import WHEELS
 
 WINDOW_S = 5.0
+PER_WINDOW = round(WINDOW_S / CELL_S)
 LEAST_WINDOWS = 4
 IDLE = 0.12
 """Spread of a sensor within a window over the middle one of the other wheels' below which it does not move with them: axles
@@ -32,10 +34,11 @@ REPEATING = (
     "accel_x", "accel_y", "accel_z", "roll_rate", "pitch_rate", "yaw_rate", "roll", "pitch", "axle_load_front", "axle_load_rear"
 )  # fmt: skip
 """Signals that always move on the road: none of them keeps one value, but for the steps that it comes in."""
-LONG_S, TIMES = 10.0, 20.0
+LONG_S, TIMES = 5.0, 20.0
 """One value that is kept for so long, and so many times as long as others usually are, is no measurement."""
 MOVING = 3.0
 """m/s."""
+SPEEDS = ("speed", "gps_speed_2d", "gps_speed_3d")
 
 
 def frozen(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
@@ -45,6 +48,7 @@ def frozen(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
         wheels = {wheel: f"{kind}_{wheel}" for wheel in WHEELS if f"{kind}_{wheel}" in signals}
         if len(wheels) == len(WHEELS):
             decisions += _idle_wheels(grid, list(wheels.values()), least)
+    decisions += _idle_speeds(grid)
     speed = vehicle_speed(grid)
     if speed is not None:
         for name in REPEATING:
@@ -53,30 +57,49 @@ def frozen(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     return decisions
 
 
-def _spreads(column: FloatArray, per_window: int) -> FloatArray:
+def _spreads(column: FloatArray) -> FloatArray:
     """(windows,) standard deviation within each; NaN where a window is not whole."""
-    count = len(column) // per_window
-    return np.asarray(np.std(column[: count * per_window].reshape(count, per_window), axis=1))
+    count = len(column) // PER_WINDOW
+    return np.asarray(np.std(column[: count * PER_WINDOW].reshape(count, PER_WINDOW), axis=1))
 
 
 def _idle_wheels(grid: Grid, names: list[str], least: float) -> list[Decision]:
     """Wheels' sensors that stand still while those of the others move."""
-    per_window = round(WINDOW_S / CELL_S)
     columns = [grid.get(name) for name in names]
-    spread = np.array([_spreads(each, per_window) for each in columns if each is not None])
+    spread = np.array([_spreads(each) for each in columns if each is not None])
     decisions = []
     for number, name in enumerate(names):
         others = medians(np.delete(spread, number, axis=0))
-        lively = np.isfinite(others) & (others >= least) & np.isfinite(spread[number])
-        idle = lively & (spread[number] < IDLE * others)
-        if np.count_nonzero(idle) < LEAST_WINDOWS or not _together(idle[lively]):
-            continue
-        share = float(np.mean(idle[lively]))
-        since = grid.time_s[np.flatnonzero(idle)[0] * per_window] - 0.5 * CELL_S
-        how = f"{show(name, median(spread[number][idle]))} against {show(name, median(others[idle]))}"
-        evidence = f"spread within {WINDOW_S:g} s: {how} of the other wheels, in {np.count_nonzero(idle)} of {np.count_nonzero(lively)} windows in which those move"
-        decisions.append(_said(name, "does not move with the other wheels", float(since), share, evidence))
+        decisions += _idle(grid, name, spread[number], others, least, "the other wheels")
     return decisions
+
+
+def _idle_speeds(grid: Grid) -> list[Decision]:
+    """Speeds of the vehicle that stand still while the wheels' change."""
+    wheels = [each for wheel in WHEELS if (each := grid.get(f"wheel_speed_{wheel}")) is not None]
+    if len(wheels) < 2:
+        return []
+    turning = medians(np.array([_spreads(each) for each in wheels]))
+    decisions = []
+    for name in SPEEDS:
+        if (column := grid.get(name)) is not None:
+            decisions += _idle(grid, name, _spreads(column), turning, LIVELY["wheel_speed"], "the wheels")
+    return decisions
+
+
+def _idle(
+    grid: Grid, name: str, own: FloatArray, others: FloatArray, least: float, who: str
+) -> list[Decision]:
+    """A sensor whose spread (windows,) stays far below that of others where these move."""
+    lively = np.isfinite(others) & (others >= least) & np.isfinite(own)
+    idle = lively & (own < IDLE * others)
+    if np.count_nonzero(idle) < LEAST_WINDOWS or not _together(idle[lively]):
+        return []
+    share = float(np.mean(idle[lively]))
+    since = grid.time_s[np.flatnonzero(idle)[0] * PER_WINDOW] - 0.5 * CELL_S
+    how = f"{show(name, median(own[idle]))} against {show(name, median(others[idle]))}"
+    evidence = f"spread within {WINDOW_S:g} s: {how} of {who}, in {np.count_nonzero(idle)} of {np.count_nonzero(lively)} windows in which those move"
+    return [_said(name, f"does not move with {who}", float(since), share, evidence)]
 
 
 def _together(idle: BoolArray) -> bool:

@@ -86,7 +86,8 @@ def _agrees(grid: Grid, speed: FloatArray) -> bool:
 
 
 def pressure_faults(grid: Grid, stated: Mapping[str, bool], units: Collection[Decision]) -> list[Decision]:
-    """Bar, MPa, psi and kPa cannot be told apart without the brakes: said, and left alone.
+    """A pressure in another unit. What is no pascals at all is left out, as bar, MPa, psi and kPa cannot be told apart (lorries
+    brake with a tenth of the pressure); what brakes too well or too badly is said, and left alone.
 
     grid: with all units repaired, as the loss of speed is judged by its size. units: what was decided of them.
     """
@@ -98,19 +99,20 @@ def pressure_faults(grid: Grid, stated: Mapping[str, bool], units: Collection[De
     if found is None or abs(found.correlation) < 0.5:
         return []
     evidence = f"correlation {found.correlation:.2f} with the loss of speed"
-    if stated.get("brake_pressure", True):
-        well = 0 < found.ratio < _LEAST_PA_PER_MPS2
-        badly = found.ratio > _MOST_PA_PER_MPS2 and found.correlation > _GOES_ALONG
-        if not (well or badly) or not _sure_speed(grid, stated, units):
-            return []
-        per = found.ratio / 1e5
-        text = f"brake_pressure slows the vehicle by 1 m/s² for every {per:.2g} bar: as "
-        text += "MPa called bar would, or air brakes" if well else "bar called MPa would"
-        evidence += "; hydraulic brakes take 5 to 20 bar"
-    elif 0 < largest < _LEAST_PRESSURE_PA:
-        text = f"brake_pressure may be in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
-    else:
+    if 0 < largest < _LEAST_PRESSURE_PA:
+        text = f"brake_pressure is in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
+        action = "left out: say the unit in a mapping file"
+        return [Decision("brake_pressure", "range", text, action, evidence, applied=True)]
+    if not stated.get("brake_pressure", True):
         return []
+    well = 0 < found.ratio < _LEAST_PA_PER_MPS2
+    badly = found.ratio > _MOST_PA_PER_MPS2 and found.correlation > _GOES_ALONG
+    if not (well or badly) or not _sure_speed(grid, stated, units):
+        return []
+    per = found.ratio / 1e5
+    text = f"brake_pressure slows the vehicle by 1 m/s² for every {per:.2g} bar: as "
+    text += "MPa called bar would, or air brakes" if well else "bar called MPa would"
+    evidence += "; hydraulic brakes take 5 to 20 bar"
     action = "left as it is: say the unit in a mapping file"
     return [Decision("brake_pressure", "unit", text, action, evidence, applied=False)]
 

@@ -46,6 +46,9 @@ _LIMITS: dict[str, tuple[float, float]] = {
     "roll_rate": (1.2, 80.0),
     "pitch_rate": (1.2, 80.0),
     "accel": (80.0, 0.0),
+    # a kerb strikes upwards, and leaves less along and across
+    "accel_x": (40.0, 0.0),
+    "accel_y": (40.0, 0.0),
     "brake_pressure": (5e6, 4e8),
     "suspension_deflection": (0.06, 8.0),
     "latitude": (1e-3, 2e-3),

@@ -50,10 +50,11 @@ HARDLY = 0.05
 
 SEEN_BY: Mapping[str, tuple[Kind, ...]] = {
     "cg_lateral_offset_m": ("roll",),
-    "cg_to_front_axle_m": ("pitch", "ride"),
-    "cg_height_m": ("pitch", "roll"), "sprung_cg_height_m": ("pitch", "roll"), "roll_arm_m": ("pitch", "roll"),
+    "cg_to_front_axle_m": ("pitch", "axle", "ride"),
+    "cg_height_m": ("pitch", "axle", "roll"), "sprung_cg_height_m": ("pitch", "axle", "roll"),
+    "roll_arm_m": ("pitch", "axle", "roll"),
     "roll_stiffness_nmprad": ("roll",), "roll_damping_nmsprad": ("roll",), "roll_inertia_kgm2": ("roll",),
-    "roll_center_height_m": ("roll",), "pitch_arm_m": ("pitch",), "pitch_inertia_kgm2": ("pitch", "ride"),
+    "roll_center_height_m": ("roll",), "pitch_arm_m": ("pitch", "axle"), "pitch_inertia_kgm2": ("pitch", "axle", "ride"),
     "drag_area_m2": ("longitudinal", "pitch"),
 }  # fmt: skip
 """The physics that sees a parameter. What a known mass alone makes of it (how much load there is, put where loads are) is

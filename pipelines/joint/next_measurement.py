@@ -146,6 +146,7 @@ CANDIDATES: tuple[Candidate, ...] = (
 
 AGAIN: Mapping[str, str] = {
     "pitch": "twice as much braking and accelerating, or as much 1.4 times as hard",
+    "axle": "twice as much braking and accelerating, or as much 1.4 times as hard, and twice the time at rest",
     "roll": "twice as much cornering, or as much 1.4 times as hard",
     "longitudinal": "twice as much braking and accelerating in a straight line, or as much 1.4 times as hard",
     "vertical": "twice the time at steady speed and at rest",

@@ -10,7 +10,7 @@ from pipelines.results import Assumption
 from pipelines.vehicles.anti_roll import silent_bar
 from pipelines.vehicles.kinds import usual_load
 from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
-from pipelines.vehicles.spring_base import narrowing, rigid_axle
+from pipelines.vehicles.spring_base import narrowing, rigid_axle, usual_narrowing
 from pipelines.vehicles.vehicle import Vehicle
 
 CORNERS = ("fl", "fr", "rl", "rr")
@@ -54,7 +54,8 @@ def _bars(book: Book) -> None:
     vehicle = book.vehicle
     springs = {a: 0.5 * book.rows[f"spring_{a}"][0] * book.rows[f"track_{a}"][0] ** 2 for a in AXLES}
     stated = {a: vehicle.get(f"anti_roll_stiffness_{a}_nmprad") for a in AXLES}
-    narrow = {a: narrowing(vehicle, a) for a in AXLES}
+    # a bar that nobody states holds in its own spread how close the springs may stand
+    narrow = {a: (narrowing if stated[a] is None else usual_narrowing)(vehicle, a) for a in AXLES}
     lacks = {a: (1 - narrow[a][0] ** 2) * springs[a] for a in AXLES}
     unsure = {a: 2 * narrow[a][0] * narrow[a][1] * springs[a] for a in AXLES}
     total = vehicle.get("roll_stiffness_nmprad")

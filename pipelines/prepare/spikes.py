@@ -9,7 +9,9 @@ from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
 
 WIDTH = 5
-LIMIT = 15.0
+LIMIT, USUAL = 15.0, 0.97
+MOST = 0.02
+"""Of a signal may be wild: where more stands out, it is how the signal moves."""
 MOVING, MOVED = 13, 4.0
 """A wild sample lies more than MOVED times the usual step of so many around it from its neighbours: a jolt's peak does not."""
 BACK = 2.0
@@ -19,7 +21,7 @@ BACK = 2.0
 def without_spikes(signal: Signal) -> tuple[Signal, int]:
     """The signal without samples that stand out of the median of five neighbours, and how many they were.
 
-    The measure is 15 times the usual (99th percentile) distance from that median: real motion at any sensible
+    The measure is 15 times the usual (97th percentile) distance from that median: real motion at any sensible
     rate never gets there, a bit error does. A log without noise is so quiet between its manoeuvres that the first bite of the
     brakes does as well: so a wild sample is one that its neighbours' own motion does not explain either. Samples are
     dropped, not replaced: the gap rules decide what follows.
@@ -28,7 +30,7 @@ def without_spikes(signal: Signal) -> tuple[Signal, int]:
     if len(values) < 4 * WIDTH:
         return signal, 0
     distance = np.abs(values - median_filter(values, size=WIDTH, mode="nearest"))
-    usual = float(np.quantile(distance, 0.99))
+    usual = float(np.quantile(distance, USUAL))
     if usual <= 0:
         usual = float(np.std(values)) / LIMIT
     wild = np.flatnonzero(distance > LIMIT * max(usual, 1e-12))
@@ -36,7 +38,7 @@ def without_spikes(signal: Signal) -> tuple[Signal, int]:
     keep = np.ones(len(values), dtype=np.bool_)
     keep[wild] = False
     dropped = len(wild)
-    if dropped == 0 or dropped > 0.005 * len(values) + 3:
+    if dropped == 0 or dropped > MOST * len(values) + 3:
         return signal, 0
     return Signal(signal.name, signal.time_ns[keep], values[keep], signal.source, signal.measured), dropped
 

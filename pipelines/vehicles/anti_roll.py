@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipelines.vehicles.spring_base import narrowing, rigid_axle, spring_base
+from pipelines.vehicles.spring_base import narrowing, rigid_axle, spring_base, usual_narrowing
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 USUAL = (0.6, 0.5)
@@ -21,11 +21,25 @@ def silent_bar(vehicle: Vehicle, axle: str) -> tuple[float, float]:
     return USUAL if vehicle.get(f"anti_roll_stiffness_{other}_nmprad") is None else BESIDE_A_STATED
 
 
-def usual_bar(axle: str, vehicle: Vehicle) -> Quantity:
-    """An axle's bar in N m/rad where the file is silent; hardly known where it has no spring or no track either."""
+def _on_wheels(vehicle: Vehicle, axle: str) -> float:
+    """Roll stiffness of an axle's springs if they stood at the wheels, N m/rad."""
     spring = vehicle.get(f"spring_rate_{axle}_npm")
     track = vehicle.get(f"track_{axle}_m") or spring_base(vehicle, axle)
     rate = 30_000.0 if spring is None else spring.value
-    on_wheels = 0.5 * rate * (1.55 if track is None else track.value) ** 2
+    return 0.5 * rate * (1.55 if track is None else track.value) ** 2
+
+
+def closer_springs(vehicle: Vehicle, axle: str) -> tuple[float, float]:
+    """What the springs of a rigid axle lack in roll where nobody states how far apart they stand, N m/rad: mean, std; else nothing."""
+    if narrowing(vehicle, axle) == usual_narrowing(vehicle, axle):
+        return 0.0, 0.0
+    share, std = usual_narrowing(vehicle, axle)
+    whole = _on_wheels(vehicle, axle)
+    return (1 - share**2) * whole, 2 * share * std * whole
+
+
+def usual_bar(axle: str, vehicle: Vehicle) -> Quantity:
+    """An axle's bar in N m/rad where the file is silent; hardly known where it has no spring or no track either."""
+    on_wheels = _on_wheels(vehicle, axle)
     mean, spread = silent_bar(vehicle, axle)
     return Quantity(mean * on_wheels, spread * on_wheels, "not given: usual beside its springs (0 = none)")

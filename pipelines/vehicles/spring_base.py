@@ -9,6 +9,9 @@ RIGID_REAR = frozenset(("carrier", "heavy"))
 """Kinds of vehicles whose rear axle is rigid, as a rule."""
 INSIDE = 0.95
 """Springs closer together than this share of the track stand on a rigid axle: those of single wheels are reckoned at the wheels."""
+UNSAID = (0.9, 0.12)
+"""Spring base over track of a rear axle that is rigid as a rule, where the file is silent: leaf springs stand at 0.65 to 0.75 of the track,
+coils of live axles as close, and a rate that is reckoned at the wheels at all of it."""
 
 
 def spring_base(vehicle: Vehicle, axle: str) -> Quantity | None:
@@ -27,6 +30,12 @@ def narrowing(vehicle: Vehicle, axle: str) -> tuple[float, float]:
     if base is None or track is None:
         return 1.0, 0.0
     return base.value / track.value, base.std / track.value
+
+
+def usual_narrowing(vehicle: Vehicle, axle: str) -> tuple[float, float]:
+    """Spring base over track and its standard deviation, with what is usual of a rigid rear axle whose base nobody states."""
+    unsaid = vehicle.get(f"spring_base_{axle}_m") is None and rigid_axle(vehicle, axle)
+    return UNSAID if unsaid else narrowing(vehicle, axle)
 
 
 def rigid_axle(vehicle: Vehicle, axle: str) -> bool:

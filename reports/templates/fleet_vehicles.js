@@ -8,7 +8,8 @@ function rangeOfVehicle(vehicle, name, value) {
   const key = vehicle + " " + name;
   if (!RANGE_OF.has(key)) {
     const all = OF_VEHICLE[vehicle].map(value).filter(known).sort((a, b) => a - b);
-    RANGE_OF.set(key, all.length ? [all[0], all[Math.floor((all.length - 1) / 2)], all[all.length - 1]] : null);
+    const half = all.length / 2;
+    RANGE_OF.set(key, all.length ? [all[0], (all[Math.ceil(half) - 1] + all[Math.floor(half)]) / 2, all[all.length - 1]] : null);
   }
   return RANGE_OF.get(key);
 }

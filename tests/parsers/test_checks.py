@@ -31,6 +31,16 @@ def test_a_kerb_strike_is_no_spike():
     assert check(signals)[1] == ()
 
 
+@pytest.mark.parametrize("name", ["accel_x", "accel_y"])
+def test_a_sample_that_jumps_by_six_g_across_is_a_spike(name):
+    signals = drive("slalom")
+    values = signals[name].values.copy()
+    values[[500, 900, 1400]] += 60
+    fixed, decisions = check(signals | {name: replace(signals[name], values=values)})
+    assert [(each.signal, each.kind) for each in decisions] == [(name, "spikes")]
+    assert np.array_equal(fixed[name].values, np.delete(signals[name].values, [500, 900, 1400]))
+
+
 def with_spikes(signals, name, places, value):
     values = signals[name].values.copy()
     values[places] = value

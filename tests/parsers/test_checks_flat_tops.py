@@ -65,3 +65,14 @@ def test_a_simulator_that_holds_its_acceleration_is_left_alone() -> None:
     """Equal brakings, without noise: the vehicle itself stays at its largest value."""
     values = -3.0 * np.clip(1.5 * np.sin(np.arange(6000) / 80.0), 0.0, 1.0)
     assert flat_tops("accel_x", values) is None
+
+
+@pytest.mark.parametrize(("noise", "found"), [(0.03, True), (0.0, False)])
+def test_a_fast_motion_with_noise_is_cut_off_and_one_without_is_held(noise: float, found: bool) -> None:
+    """A slalom at 40 Hz: each flank passes within some samples, so that it hardly ever turns round between."""
+    rng = np.random.default_rng(0)
+    motion = 5.0 * np.sin(2 * np.pi * 0.4 * np.arange(2000) / 40.0)
+    values = np.round(np.clip(motion + noise * rng.standard_normal(2000), -3.0, 3.0), 4)
+    limits = flat_tops("accel_y", values)
+    assert (limits is not None) is found
+    assert limits is None or (limits.low, limits.high) == (-3.0, 3.0)

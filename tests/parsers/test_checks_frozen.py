@@ -99,3 +99,19 @@ def test_steps_and_slow_updates_are_no_frozen_signals() -> None:
     fixed, decisions = check(signals)
     assert {"roll", "axle_load_front", "axle_load_rear"} <= set(fixed)
     assert not [each for each in decisions if "keeps the value" in each.found]
+
+
+def test_a_signal_that_stands_for_a_fifth_of_a_short_log_is_left_out() -> None:
+    fixed, decisions = check(hold(drive(seconds=45), "roll", (0.33, 0.53)))
+    assert [each.signal for each in decisions if "keeps the value" in each.found] == ["roll"]
+    assert "roll" not in fixed
+
+
+@pytest.mark.parametrize("share", [(0.0, 1.0), (0.1, 0.9)])
+def test_a_speed_that_stands_still_while_the_wheels_change_is_left_out(share: tuple[float, float]) -> None:
+    """It is not said to be of another unit, and no sign is judged by it."""
+    fixed, decisions = check(hold(drive("slalom", seconds=100), "speed", share))
+    (found,) = [each for each in decisions if each.signal == "speed"]
+    assert "does not move with the wheels" in found.found
+    assert "speed" not in fixed
+    assert not [each for each in decisions if each.kind in ("unit", "sign")]

@@ -59,15 +59,17 @@ def test_what_was_taken_for_si_is_not_said_to_be_si() -> None:
     assert not decisions[0].applied
 
 
-def test_a_brake_pressure_of_no_stated_unit_is_said() -> None:
+@pytest.mark.parametrize("stated", [False, True])
+def test_a_brake_pressure_that_is_no_pascals_is_left_out(stated: bool) -> None:
     signals = only(drive("brake"), "accel_x", "speed")
     braking = np.clip(-signals["accel_x"].values, 0, None) * 1e6
     pressure = replace(signals["accel_x"], name="brake_pressure", values=braking / 1e5)
     wrong = {**signals, "brake_pressure": pressure}
-    _, decisions = check_signals(wrong, fix=True, units_stated={"brake_pressure": False})
+    kept, decisions = check_signals(wrong, fix=True, units_stated={"brake_pressure": stated})
     (one,) = [each for each in decisions if each.signal == "brake_pressure"]
     assert "bar, MPa, kPa or psi" in one.found
-    assert not one.applied
+    assert one.applied
+    assert "brake_pressure" not in kept
 
 
 @pytest.mark.parametrize(("pascal", "said"), [(3e6, ""), (1e6, ""), (5e5, ""), (1e5, "MPa called bar")])

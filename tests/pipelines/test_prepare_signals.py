@@ -128,6 +128,21 @@ def test_wild_samples_go_and_real_motion_stays() -> None:
     assert without_spikes(signal("roll", t, step))[1] == 0
 
 
+def test_a_hundredth_of_wild_samples_goes_and_a_tenth_is_how_a_signal_moves() -> None:
+    rng = np.random.default_rng(7)
+    t = np.arange(0, 60, 0.01)
+    clean = 3 * wave(t, 0.5) + 0.05 * rng.standard_normal(len(t))
+    places = np.arange(50, len(t) - 50, 83)
+    dirty = clean.copy()
+    dirty[places] += 20.0 * rng.choice([-1, 1], len(places))
+    kept, dropped = without_spikes(signal("accel_y", t, dirty))
+    assert dropped == len(places)
+    np.testing.assert_array_equal(kept.values, np.delete(clean, places))
+    shaken = clean.copy()
+    shaken[::10] += 20.0
+    assert without_spikes(signal("accel_y", t, shaken))[1] == 0
+
+
 def test_the_first_bite_of_the_brakes_in_a_quiet_log_is_no_wild_sample() -> None:
     """Simulated logs have no noise: what jolts ten times in an hour is far beyond the usual there."""
     t = np.arange(0, 120, 0.01)

@@ -6,7 +6,7 @@ column holds the mean of the force and not the force of the mean.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -50,6 +50,7 @@ class Columns:
     block: number of the stretch of BLOCK_S that a row belongs to. rate_hz: of these rows. kinds: sources of vertical
     forces that are there ("deflection", "suspension", "tyre", "axle"). sag: how much lower
     the body stands than empty, m; None without deflections. axles_late: whether the axle loads were later than what they show.
+    one_axle: the axle whose deflections alone are there, both of them; empty where all four are, or none.
     """
 
     columns: Mapping[str, FloatArray]
@@ -61,6 +62,7 @@ class Columns:
     rest_s: float
     has_torque: tuple[bool, bool]
     axles_late: bool = False
+    one_axle: tuple[str, ...] = ()
 
     def has(self, *names: str) -> bool:
         """Whether all of these columns hold something."""
@@ -77,16 +79,16 @@ def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
 
 
 def _corner_columns(
-    prepared: Prepared, smooth: Smoother, free_m: Mapping[str, float], from_stand: bool
+    prepared: Prepared, smooth: Smoother, axles: Sequence[str], free_m: Mapping[str, float], from_stand: bool
 ) -> dict[str, FloatArray]:
     """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, both kinds of friction; of each axle what
     standing tyres hold."""
     found: dict[str, FloatArray] = {}
     calm = Smoother(prepared, STICK_HZ)
-    for wheel in CORNERS:
+    for wheel in (w for w in CORNERS if _axle_of(w) in axles):
         d = prepared.columns[f"suspension_deflection_{wheel}"]
         rate = _rate_of(d, prepared)
-        stop = _into_stops(d, prepared, free_m["front" if wheel[0] == "f" else "rear"], from_stand)
+        stop = _into_stops(d, prepared, free_m[_axle_of(wheel)], from_stand)
         parts = {
             "d": d, "d2": d * d, "d3": d**3, "stop": stop, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
             "stick": friction_state(calm.whole(d), prepared, STICK_M),
@@ -96,7 +98,7 @@ def _corner_columns(
             found[f"{name}_{wheel}"] = smooth(column)
     speed = _speed(prepared)
     moves = np.full(len(prepared.time_s), np.nan) if speed is None else speed
-    for axle in AXLES:
+    for axle in axles:
         pair = [prepared.columns[f"suspension_deflection_{axle[0]}{side}"] for side in "lr"]
         travel = calm.whole(0.5 * (pair[0] + pair[1]))
         found[f"scrub_{axle}"] = smooth(held_by_tyres(travel, prepared, moves, SIDE_MEMORY_M))
@@ -154,22 +156,33 @@ def _inertial(
     return found
 
 
+def _axle_of(wheel: str) -> str:
+    return "front" if wheel[0] == "f" else "rear"
+
+
+def _there(prepared: Prepared, names: Sequence[str]) -> bool:
+    c = prepared.columns
+    return all(n in c and bool(np.isfinite(c[n]).any()) for n in names)
+
+
+def _axles_with_deflections(prepared: Prepared) -> tuple[str, ...]:
+    """Axles whose two deflections are both there."""
+    return tuple(
+        axle for axle in AXLES if _there(prepared, [f"suspension_deflection_{axle[0]}{s}" for s in "lr"])
+    )
+
+
 def _kinds(prepared: Prepared) -> tuple[str, ...]:
     """Sources of vertical forces that are there at every wheel (or axle)."""
-    c = prepared.columns
-
-    def there(names: list[str]) -> bool:
-        return all(n in c and bool(np.isfinite(c[n]).any()) for n in names)
-
     found = []
     for kind, name in (
         ("deflection", "suspension_deflection"),
         ("suspension", "suspension_force"),
         ("tyre", "tire_normal_force"),
     ):
-        if there([f"{name}_{w}" for w in CORNERS]):
+        if _there(prepared, [f"{name}_{w}" for w in CORNERS]):
             found.append(kind)
-    if there(["axle_load_front", "axle_load_rear"]):
+    if _there(prepared, ["axle_load_front", "axle_load_rear"]):
         found.append("axle")
     return tuple(found)
 
@@ -259,10 +272,11 @@ def collect(
     found |= {"rest": rest, "move": 1.0 - rest, "one": np.ones(len(rest))}
     _driven(prepared, smooth, pedals, angles, found)
     sag = None
-    if "deflection" in kinds:
+    axles = _axles_with_deflections(prepared) if prepared.segments else ()
+    if axles:
         free = free_m or dict.fromkeys(AXLES, 0.0 if zero_loaded else STOPS_M)
-        found |= _corner_columns(prepared, smooth, free, from_stand=free_m is None)
-        if not zero_loaded:
+        found |= _corner_columns(prepared, smooth, axles, free, from_stand=free_m is None)
+        if not zero_loaded and axles == AXLES:
             sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):
         if kind in kinds:
@@ -283,4 +297,5 @@ def collect(
         rest_s,
         has_torque,
         late > 0,
+        () if axles == AXLES else axles,
     )

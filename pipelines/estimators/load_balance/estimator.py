@@ -95,7 +95,7 @@ class LoadBalance:
     @property
     def signal_needs(self) -> tuple[Need, ...]:
         """Something that carries the vehicle, or torques with the acceleration that they make."""
-        carried = tuple(names[0] for names in SOURCES)
+        carried = (*(names[0] for names in SOURCES), "suspension_deflection_rl")
         torque = (*TORQUES, *(f"{kind}_{w}" for kind in ("brake_torque", "drive_torque") for w in WHEELS))
         return (
             Need((*carried, *torque), "forces that carry, drive or brake the vehicle"),
@@ -152,9 +152,9 @@ class LoadBalance:
             return self._nothing(known, priors, vehicle, self._lacks(data, known))
         fit = solve(found, known)
         # torques alone hardly tell a wheel that takes none from a per cent of mass
-        doubts = doubts_of(fit, vehicle) if data.kinds else ()
+        doubts = doubts_of(fit, vehicle) if data.kinds or data.one_axle else ()
         parameters = answers(fit, data, vehicle, priors, doubts)
-        if not data.kinds:
+        if not data.kinds and not data.one_axle:
             # torques tell the mass, the nose's motion the height; what they seem to tell of the place is the load's prior alone
             told = MASSES if nod is None else (*MASSES, *HEIGHTS)
             parameters = {n: p for n, p in parameters.items() if n in told}

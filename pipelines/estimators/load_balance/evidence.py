@@ -14,7 +14,9 @@ from pipelines.evidence import Evidence, Kind, Values
 from pipelines.joint.remembered import Remembered
 from pipelines.results import FloatArray
 
-KINDS: dict[str, Kind] = {"pitch": "pitch", "roll": "roll", "vertical": "vertical", "along": "longitudinal"}
+KINDS: dict[str, Kind] = {
+    "pitch": "pitch", "roll": "roll", "vertical": "vertical", "along": "longitudinal", "front axle": "axle", "rear axle": "axle"
+}  # fmt: skip
 
 
 def kind_of(name: str) -> Kind:
@@ -54,7 +56,7 @@ def evidence_of(fit: Fit, data: Columns, *, heavy: bool) -> tuple[Evidence, ...]
         relation = reduced.relation
         _, _, carrier = relation.name.partition(" by ")
         kind = kind_of(relation.name)
-        if heavy and carrier == TITLES["deflection"] and kind != "vertical":
+        if heavy and carrier.endswith(TITLES["deflection"]) and kind != "vertical":
             continue
         patch = carrier in (TITLES["tyre"], TITLES["axle"])
         names = tuple(fit.known.names[i] for i in relation.unknowns)

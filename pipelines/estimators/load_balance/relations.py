@@ -8,6 +8,9 @@ Sprung body, in body axes (specific force f, so that grade and bank drop out), S
     roll      sum y S + sum W h_rc lean = -(m_s (h_s - h_rc) + m_u R (1 - camber)) f_y - 4 I_w (1 - camber) v r / R + I_xx p'
               + y_s m_s f_z + ((h_rcf - h_rcr) I_zz / L - I_xz) r' - m s_shaft f_x (driving)
 
+Where one axle's deflections are there alone, its springs against all that loads it: b (vertical) + (pitch) with b the lever of the
+other axle, whose forces drop out (front; a (vertical) - (pitch) for the rear one).
+
 The longitudinal balance is in `along`.
 
 y: half the track, widened by a load (`laden`); W h_rc lean: the weight that the feet's sideways paths carry aside.
@@ -46,6 +49,9 @@ from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 
 IntArray = NDArray[np.int64]
+WHOLE = ("tyre", "axle")
+"""Carriers that see the whole vehicle, and not the body on its springs."""
+EVENLY = (1.0, 1.0, 1.0, 1.0)
 YAW_OVER_PITCH = 1.08
 """Yaw inertia of a car over its pitch inertia, give or take a twentieth."""
 
@@ -76,60 +82,66 @@ class Relation:
         return np.array(np.broadcast_arrays(*(terms[name] for name in self.columns)))
 
 
-def _scaled(terms: Terms, by: float) -> Terms:
+def scaled(terms: Terms, by: float) -> Terms:
+    """All coefficients over one figure."""
     return {name: value / by for name, value in terms.items()}
+
+
+def _lengthwise(p: Values, body: Body, whole: bool) -> list[float]:
+    """The wheels' levers about the CG, + in front of it."""
+    a = body.whole_x if whole else body.x
+    return [a, a, a - p["wheelbase"], a - p["wheelbase"]]
+
+
+def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
+    """The pitch balance of one vehicle, N m."""
+    whole = kind in WHOLE
+    lever, terms = _lengthwise(p, body, whole), Terms()
+    FORCES[kind](p, lever, terms)
+    gain = 1 + p[f"gain_pitch_{kind}"]
+    # tyre loads and axle loads see the patches' lag as well: `behind_the_axles` takes it from their heights
+    links = (0.0, 0.0)
+    if not whole:
+        braking, driving = pitch_centres(p, body)
+        links = (braking - p["patch_lag"], driving - p["patch_lag"])
+    past = 0.0 if whole else past_the_springs(p)
+    brake, drive = (gain * (body.moment - body.mass * link - past) for link in links)
+    # drag passes the tyres by, and rolling resistance is no brake's
+    pressure = air_pressure(p) * p["drag"]
+    add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
+    add(terms, "v2_on", -(links[0] - links[1]) * pressure)
+    mean = 0.5 * (brake + drive)
+    forward(p, body, mean, terms, (brake, drive))
+    add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])
+    if not whole:
+        for name, lever_m in zip(("dip_brake", "dip_drive"), dip_levers(p, body), strict=True):
+            add(terms, name, -gain * body.mass * lever_m)
+    path = p["unsprung_front"] + p["unsprung_rear"]
+    add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
+    add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
+    lift = lever[0] * p["lift_front"] + lever[2] * p["lift_rear"]
+    add(terms, "v2", pressure * (p["drag_height"] - links[1]) + air_pressure(p) * (0.0 if whole else lift))
+    add(terms, "pitch_acc", body_inertias(p)[1] * (1 + p["swing_pitch"]))
+    add(terms, "yaw2", p["product"])
+    # the steered wheels' side force holds the car back (see `along`): it is in f_x, but no torque that links would carry
+    add(terms, "yaw2", -links[1] * body.mass * (p["wheelbase"] - body.whole_x))
+    if not whole:
+        add(terms, "fy2", body.sprung * p["jack_bend"])
+        add(terms, "one", p["pitch_bias"])
+        add(terms, "rest", p["pitch_wound"])
+    add(terms, "move", p["rolling_shift"] * body.mass * GRAVITY * p["rolling"] * p["radius"])
+    return terms
 
 
 def pitch_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
     """The pitch balance."""
-    first = known.at(np.zeros(len(known.names)))
-    whole = kind in ("tyre", "axle")
-
-    def levers(p: Values, body: Body) -> list[float]:
-        a = body.whole_x if whole else body.x
-        return [a, a, a - p["wheelbase"], a - p["wheelbase"]]
-
-    nominal = stiffness_of(kind, first, levers(first, body_of(first, sag)), bars=False)
+    first, whole = known.at(np.zeros(len(known.names))), kind in WHOLE
+    nominal = stiffness_of(kind, first, _lengthwise(first, body_of(first, sag), whole), bars=False)
 
     def coefficients(p: Values) -> Terms:
         body = body_of(p, sag)
-        lever, terms = levers(p, body), Terms()
-        FORCES[kind](p, lever, terms)
-        gain = 1 + p[f"gain_pitch_{kind}"]
-        # tyre loads and axle loads see the patches' lag as well: `behind_the_axles` takes it from their heights
-        links = (0.0, 0.0)
-        if not whole:
-            braking, driving = pitch_centres(p, body)
-            links = (braking - p["patch_lag"], driving - p["patch_lag"])
-        past = 0.0 if whole else past_the_springs(p)
-        brake, drive = (gain * (body.moment - body.mass * link - past) for link in links)
-        # drag passes the tyres by, and rolling resistance is no brake's
-        pressure = air_pressure(p) * p["drag"]
-        add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
-        add(terms, "v2_on", -(links[0] - links[1]) * pressure)
-        mean = 0.5 * (brake + drive)
-        forward(p, body, mean, terms, (brake, drive))
-        add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])
-        if not whole:
-            for name, lever_m in zip(("dip_brake", "dip_drive"), dip_levers(p, body), strict=True):
-                add(terms, name, -gain * body.mass * lever_m)
-        path = p["unsprung_front"] + p["unsprung_rear"]
-        add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
-        add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
-        lift = lever[0] * p["lift_front"] + lever[2] * p["lift_rear"]
-        add(
-            terms, "v2", pressure * (p["drag_height"] - links[1]) + air_pressure(p) * (0.0 if whole else lift)
-        )
-        add(terms, "pitch_acc", body_inertias(p)[1] * (1 + p["swing_pitch"]))
-        add(terms, "yaw2", p["product"])
-        # the steered wheels' side force holds the car back (see `along`): it is in f_x, but no torque that links would carry
-        add(terms, "yaw2", -links[1] * body.mass * (p["wheelbase"] - body.whole_x))
-        if not whole:
-            add(terms, "fy2", body.sprung * p["jack_bend"])
-            add(terms, "one", p["pitch_bias"])
-            add(terms, "rest", p["pitch_wound"])
-        add(terms, "move", p["rolling_shift"] * body.mass * GRAVITY * p["rolling"] * p["radius"])
-        return _scaled(terms, stiffness_of(kind, p, lever, bars=False) / nominal)
+        stiffness = stiffness_of(kind, p, _lengthwise(p, body, whole), bars=False)
+        return scaled(pitch_moments(kind, p, body), stiffness / nominal)
 
     return coefficients
 
@@ -194,32 +206,59 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
         mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
         add(terms, "fz", -mass * left)
-        return _scaled(terms, stiffness_of(kind, p, lever, bars=True) / nominal)
+        return scaled(terms, stiffness_of(kind, p, lever, bars=True) / nominal)
 
     return coefficients
 
 
+def vertical_forces(kind: str, p: Values, body: Body) -> Terms:
+    """The vertical balance of one vehicle, N."""
+    whole, terms = kind in WHOLE, Terms()
+    FORCES[kind](p, EVENLY, terms)
+    mass = body.mass if whole else body.sprung
+    upward(p, body, -mass, terms)
+    # at rest weight is weight: only what moves can be wrong in the model
+    add(terms, "fz_dynamic", -mass * p[f"gain_vertical_{kind}"])
+    add(terms, "dfz", mass * p[f"late_vertical_{kind}"])
+    if not whole:
+        add(terms, "fx_brake", body.sprung * p["jack_brake"])
+        add(terms, "fx_drive", body.sprung * p["jack_drive"])
+        add(terms, "fy2", body.sprung * p["jack_side"])
+    add(terms, "v2", air_pressure(p) * (p["lift_front"] + p["lift_rear"]))
+    return terms
+
+
 def vertical_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
     """The vertical balance."""
-    first = known.at(np.zeros(len(known.names)))
-    whole = kind in ("tyre", "axle")
-    lever = [1.0] * 4
-    nominal = stiffness_of(kind, first, lever, bars=False)
+    nominal = stiffness_of(kind, known.at(np.zeros(len(known.names))), EVENLY, bars=False)
 
     def coefficients(p: Values) -> Terms:
-        body, terms = body_of(p, sag), Terms()
-        FORCES[kind](p, lever, terms)
-        mass = body.mass if whole else body.sprung
-        upward(p, body, -mass, terms)
-        # at rest weight is weight: only what moves can be wrong in the model
-        add(terms, "fz_dynamic", -mass * p[f"gain_vertical_{kind}"])
-        add(terms, "dfz", mass * p[f"late_vertical_{kind}"])
-        if not whole:
-            add(terms, "fx_brake", body.sprung * p["jack_brake"])
-            add(terms, "fx_drive", body.sprung * p["jack_drive"])
-            add(terms, "fy2", body.sprung * p["jack_side"])
-        add(terms, "v2", air_pressure(p) * (p["lift_front"] + p["lift_rear"]))
-        return _scaled(terms, stiffness_of(kind, p, lever, bars=False) / nominal)
+        stiffness = stiffness_of(kind, p, EVENLY, bars=False)
+        return scaled(vertical_forces(kind, p, body_of(p, sag)), stiffness / nominal)
+
+    return coefficients
+
+
+def one_axle_terms(axle: str, known: Known) -> Coefficients:
+    """Moments about the other axle: the springs of one axle against all that loads it. The other's forces drop out.
+
+    Of the vertical balance times that axle's lever, and the pitch balance.
+    """
+    first, i = known.at(np.zeros(len(known.names))), 0 if axle == "front" else 2
+    lever = [1.0 if wheel in (i, i + 1) else 0.0 for wheel in range(4)]
+    nominal = stiffness_of("deflection", first, lever, bars=False)
+
+    def coefficients(p: Values) -> Terms:
+        body = body_of(p, None)
+        behind, sign = (p["wheelbase"] - body.x, 1.0) if axle == "front" else (body.x, -1.0)
+        terms = Terms()
+        for part, by in (
+            (pitch_moments("deflection", p, body), sign),
+            (vertical_forces("deflection", p, body), behind),
+        ):
+            for name, value in part.items():
+                add(terms, name, by * value)
+        return scaled(terms, stiffness_of("deflection", p, lever, bars=False) / nominal)
 
     return coefficients
 
@@ -314,4 +353,8 @@ def relations(data: Columns, known: Known) -> tuple[Relation, ...]:
         names = ("rest", "move", *shaken, "fx_brake", "fx_drive", "fy2", "v2")
         found.append(make_relation(f"vertical by {TITLES[kind]}", f"vertical balance by {TITLES[kind]}", data, extra,
                                vertical_terms(kind, known, data.sag), names, everywhere, known))  # fmt: skip
+    for axle in data.one_axle if known.springs and data.has("fx") else ():
+        names = ("rest", "move", "fz_dynamic", "dfz", "fx_brake", "fx_drive", "dfx", "v2", "fy2")
+        found.append(make_relation(f"{axle} axle by {axle} {TITLES['deflection']}", f"load on the {axle} axle by its {TITLES['deflection']}",
+                                   data, extra, one_axle_terms(axle, known), names, everywhere, known))  # fmt: skip
     return tuple(r for r in found if r is not None)

@@ -14,7 +14,7 @@ import numpy as np
 
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import Assumption, FloatArray, Prior
-from pipelines.vehicles.anti_roll import usual_bar
+from pipelines.vehicles.anti_roll import closer_springs, usual_bar
 from pipelines.vehicles.kinds import DRIVER, LOAD_SPREAD, usual_load
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.spring_base import spring_base
@@ -289,7 +289,8 @@ def _bars(vehicle: Vehicle) -> tuple[float, float, str]:
     for axle in ("front", "rear"):
         stated = vehicle.get(f"anti_roll_stiffness_{axle}_nmprad")
         if stated is not None:
-            value, square = value + stated.value, square + stated.std**2
+            less, unsure_base = closer_springs(vehicle, axle)
+            value, square = value + stated.value - less, square + stated.std**2 + unsure_base**2
             continue
         usual = usual_bar(axle, vehicle)
         value, unsure = value + usual.value, unsure + usual.std

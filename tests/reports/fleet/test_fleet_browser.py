@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 from pathlib import Path
+from statistics import median
 
 import polars as pl
 import pytest
@@ -223,3 +224,15 @@ def test_ten_thousand_drives_do_not_freeze_it(tmp_path: Path) -> None:
     assert found["rows"] == 25
     assert found["kept"] == 1000
     assert max(found["text"], found["number"], found["filter"]) < 2000
+
+
+@pytest.mark.parametrize("drives", [7, 8])
+def test_a_vehicles_figure_is_the_median_of_its_drives(tmp_path: Path, drives: int) -> None:
+    html = fleet_pages(sample_fleet(drives, 1), facts(), ["html"])["fleet.html"].decode()
+    script = """
+      const value = valueOf("mass_kg"), v = Object.keys(OF_VEHICLE)[0];
+      return { range: rangeOfVehicle(v, "mass_kg", value), all: OF_VEHICLE[v].map(value).filter(known) };
+    """
+    found, _ = run(html, tmp_path, script)
+    assert len(found["all"]) > 3
+    assert found["range"] == pytest.approx([min(found["all"]), median(found["all"]), max(found["all"])])
