@@ -158,11 +158,9 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
     rest += offsets(grid.without(left_out))
     guessed = [
-        f"unit of {name}: the log does not say it"
-        for name in work
-        if not stated.get(name, True) and name not in factors and name not in left_out
+        name for name in work if not stated.get(name, True) and name not in factors and name not in left_out
     ]
-    unsure = (*signs.unchecked, *guessed)
+    unsure = (*signs.unchecked, *_unsaid(guessed))
     findings = Findings(
         factors,
         signs.inverted ^ odd.inverted,
@@ -176,6 +174,16 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         spans,
     )
     return findings, {name: signal for name, signal in work.items() if name not in left_out}
+
+
+def _unsaid(names: list[str]) -> list[str]:
+    """That nobody says these signals' units, in one sentence."""
+    if not names:
+        return []
+    many = len(names) > 1
+    return [
+        f"unit{'s' if many else ''} of {', '.join(names)}: the log does not say {'them' if many else 'it'}"
+    ]
 
 
 def _cleaned(

@@ -17,7 +17,7 @@ from parsers.units import STANDARD_GRAVITY
 _LEAST = 0.5
 """m/s²: a road's crossfall of 5 %, seldom more than half of it; brackets and boards are held to 2 degrees."""
 _MIN_STILL_S = 3.0
-_MIN_MOVING_S = 30.0
+_MIN_MOVING_S = 15.0
 _MOVING = 3.0
 _KEPT = "left in: estimators take it as a parameter, but expect less; say how the unit is turned, or level it"
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence, Kind
 from pipelines.joint.conflict import Check, held
-from pipelines.joint.information import Spread, bits
+from pipelines.joint.information import NEVER_NEGATIVE, Spread, bits
 from pipelines.joint.posterior import Joint
 from pipelines.joint.tails import density
 from pipelines.results import (
@@ -211,9 +211,9 @@ def reason_of(
     return f"from {words}"
 
 
-def prior_record(prior: Spread) -> Prior:
-    """As results hold it."""
-    return Prior(prior.mean, prior.std, SOURCE)
+def prior_record(prior: Spread, *, whole: bool = False) -> Prior:
+    """As results hold it. whole: with the spread of all of it, tails included, as the answers that are the prior alone have it."""
+    return Prior(prior.mean, prior.whole_std if whole else prior.std, SOURCE)
 
 
 def _under_its_load(name: str, std: float, prior: Spread | None, kinds: Collection[Kind]) -> str:
@@ -250,15 +250,20 @@ def estimate_of(
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
     words = _under_its_load(name, answer.std, prior, kinds) if status == "not_identifiable" else ""
     if prior is not None and words:
+        low, high = (
+            (max(answer.low, 0.0), answer.high)
+            if name.endswith(NEVER_NEGATIVE)
+            else (answer.low, answer.high)
+        )
         return ParameterEstimate(
-            name, answer.value, answer.std, answer.low, answer.high, status, f"{reason}; {words}", prior_record(prior), reference, ("prior",),
+            name, answer.value, answer.std, low, high, status, f"{reason}; {words}", prior_record(prior), reference, ("prior",),
         )  # fmt: skip
     if prior is not None and status == "not_identifiable":
         # what the drive adds to it is no result of its own
         low, high = prior.interval
         return ParameterEstimate(
-            name, prior.mean, prior.std, low, high, status, f"{reason}; the figures are what was known before",
-            prior_record(prior), reference, ("prior",),
+            name, prior.mean, prior.whole_std, low, high, status, f"{reason}; the figures are what was known before",
+            prior_record(prior, whole=True), reference, ("prior",),
         )  # fmt: skip
     record = None if prior is None else prior_record(prior)
     who = tuple(dict.fromkeys(e.source for e in evidence))
@@ -272,7 +277,7 @@ def as_known(entry: ParameterEstimate, prior: Spread) -> ParameterEstimate:
     """What a drive did not tell, with the figures that were known before. entry: its name, reason and reference."""
     low, high = prior.interval
     return ParameterEstimate(
-        entry.name, prior.mean, prior.std, low, high, "not_identifiable", entry.reason, prior_record(prior), entry.reference,
+        entry.name, prior.mean, prior.whole_std, low, high, "not_identifiable", entry.reason, prior_record(prior, whole=True), entry.reference,
         ("prior",),
     )  # fmt: skip
 

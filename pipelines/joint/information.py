@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from pipelines.evidence import Evidence
 from pipelines.joint.load_places import placed
@@ -17,6 +18,11 @@ from pipelines.results import FloatArray, Share
 PRIOR_DRAWS = 4000
 
 
+NEVER_NEGATIVE = ("_kg", "_kgm2", "_nmprad", "_nmsprad", "_nspm", "cg_height_m")
+"""How names end of parameters that are positive in every vehicle."""
+LEAST_POSSIBLE = 0.2
+
+
 @dataclass(frozen=True)
 class Spread:
     """A parameter's distribution: mean, std, and draws (n,) behind them; no draws: a normal law."""
@@ -24,6 +30,12 @@ class Spread:
     mean: float
     std: float
     draws: FloatArray
+
+    @property
+    def whole_std(self) -> float:
+        """The standard deviation of the normal law with this interval, where `std` is that of the distribution's middle."""
+        low, high = self.interval
+        return 0.5 * (high - low) / 1.96
 
     @property
     def interval(self) -> tuple[float, float]:
@@ -54,12 +66,21 @@ def prior_spreads(known: Known, stated: Sequence[Evidence], rng: np.random.Gener
         u = before.u + u @ np.linalg.cholesky(before.covariance).T
     values = placed(known.mean + known.std * u, known.names, known.places, rng)
     found = outputs_of(dict(zip(known.names, values.T, strict=True)), {})
+    columns = {name: np.broadcast_to(column, PRIOR_DRAWS) for name, column in found.items()}
+    can_be = _possible(columns)
     spreads = {}
-    for name, column in found.items():
-        draws = np.broadcast_to(column, PRIOR_DRAWS)
+    for name, column in columns.items():
+        draws = column[can_be]
         low, middle, high = np.quantile(draws, (0.16, 0.5, 0.84))
         spreads[name] = Spread(float(middle), float(0.5 * (high - low)), np.asarray(draws))
     return spreads
+
+
+def _possible(columns: Mapping[str, FloatArray]) -> NDArray[np.bool_]:
+    """(n,) draws in which nothing is negative that has weight or holds; all, where hardly any is so (figures that cannot be)."""
+    held = [column > 0 for name, column in columns.items() if name.endswith(NEVER_NEGATIVE)]
+    can_be = np.logical_and.reduce(held) if held else np.ones(PRIOR_DRAWS, dtype=np.bool_)
+    return can_be if can_be.mean() > LEAST_POSSIBLE else np.ones(PRIOR_DRAWS, dtype=np.bool_)
 
 
 def bits(before: float, after: float) -> float:

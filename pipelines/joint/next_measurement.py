@@ -33,7 +33,8 @@ Seen = Callable[[Mapping[str, FloatArray]], list[FloatArray]]
 class Candidate:
     """Something to measure. seen: figures that it gives, (n,) each; std: of each, in its unit, or relative (a share).
 
-    carriers: signals that are then there; a drive that has one of them already needs no such sensor.
+    carriers: signals that are then there; a drive that has one of them already needs no such sensor. effort: what it leaves
+    counts so many times as wide where actions are compared, so that two sensors are named where four tell little more.
     """
 
     way: Way
@@ -42,6 +43,7 @@ class Candidate:
     std: tuple[float, ...]
     relative: bool = True
     carriers: tuple[str, ...] = ()
+    effort: float = 1.0
 
 
 def _known(*names: str) -> Seen:
@@ -63,6 +65,18 @@ def _deflections(v: Mapping[str, FloatArray]) -> list[FloatArray]:
         np.asarray((body.moment - body.mass * v["pitch_center_brake"]) / pitch),
         np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v)),
         np.asarray(9.81 * carried / (2 * (v["spring_front"] + v["spring_rear"]))),
+    ]
+
+
+def _rear_deflections(v: Mapping[str, FloatArray]) -> list[FloatArray]:
+    """How far the rear springs come up in braking at 1 m/s², m, and how far they are down under the load."""
+    body = body_at(v, {})
+    length, rate = v["wheelbase"], 2 * v["spring_rear"]
+    empty = v["empty_mass"] - v["unsprung_front"] - v["unsprung_rear"]
+    before = (v["empty_mass"] * v["empty_x"] - v["unsprung_rear"] * length) / empty
+    return [
+        np.asarray((body.moment - body.mass * v["pitch_center_brake"]) / (length * rate)),
+        np.asarray(GRAVITY * (body.sprung * body.x - empty * before) / (length * rate)),
     ]
 
 
@@ -100,7 +114,11 @@ CANDIDATES: tuple[Candidate, ...] = (
     Candidate("signal", "log drive and brake torque (2 %) with the longitudinal acceleration", _mass, (0.02,), True, ("torques",)),
     Candidate(
         "signal", "a suspension deflection sensor at each wheel (1.5 mm, 1 %)", _deflections, (0.015, 0.015, 0.15), True,
-        ("spring deflections",),
+        ("spring deflections",), 1.15,
+    ),
+    Candidate(
+        "signal", "suspension deflection sensors on the rear axle, as headlamp levelling has them (2 mm, 2 %)", _rear_deflections,
+        (0.00025, 0.003), False, ("spring deflections", "front spring deflections", "rear spring deflections"),
     ),
     Candidate("signal", "log the roll angle or roll rate and corner at 0.3 g", _roll, (0.02,), True, ("horizon",)),
     Candidate("signal", "axle loads or tyre forces (1.5 %) in braking", _moment, (0.015,), True, ("axle loads", "tyre normal forces")),
@@ -174,23 +192,24 @@ def next_measurements(
 ) -> dict[str, tuple[NextMeasurement, ...]]:
     """For each parameter what would narrow it most, the best first. wider: as in `shares`."""
     there = {e.carrier for e in joint.evidence}
-    options: list[tuple[Way, str, FloatArray]] = []
+    options: list[tuple[Way, str, FloatArray, float]] = []
     for candidate in CANDIDATES:
         if there & {*candidate.carriers}:
             continue
-        options.append((candidate.way, candidate.action, _with(joint.covariance, _rows(joint, candidate))))
+        after = _with(joint.covariance, _rows(joint, candidate))
+        options.append((candidate.way, candidate.action, after, candidate.effort))
     for kind in dict.fromkeys(e.kind for e in joint.evidence):
         rows = np.concatenate([p.slope for p in joint.parts if p.evidence.kind == kind])
-        options.append(("driving", AGAIN[kind], _with(joint.covariance, rows)))
+        options.append(("driving", AGAIN[kind], _with(joint.covariance, rows), 1.0))
     found = {}
     for name, g in gradients.items():
         now = float(np.sqrt(g @ joint.covariance @ g))
-        best: dict[Way, tuple[float, str]] = {}
-        for way, action, covariance in options:
+        best: dict[Way, tuple[float, str, float]] = {}
+        for way, action, covariance, effort in options:
             std = float(np.sqrt(max(float(g @ covariance @ g), 0.0)))
-            if std < LEAST_GAIN * now and std < best.get(way, (np.inf, ""))[0]:
-                best[way] = (std, action)
+            if std < LEAST_GAIN * now and effort * std < best.get(way, (np.inf, "", np.inf))[2]:
+                best[way] = (std, action, effort * std)
         # a workshop test beats nearly any drive, and is what one drives to be spared: it comes last
         ranked = sorted(best.items(), key=lambda item: (item[0] == "workshop", item[1][0]))
-        found[name] = tuple(NextMeasurement(action, wider[name] * std) for _, (std, action) in ranked)
+        found[name] = tuple(NextMeasurement(action, wider[name] * std) for _, (std, action, _) in ranked)
     return found

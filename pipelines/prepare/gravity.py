@@ -220,7 +220,7 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
         by = "the springs' travel" if tilt.source.startswith("derived") else axis
         said.append(
             Decision(
-                name, "choice", f"{name} has no part of gravity in it as the body leans: it is no accelerometer's reading",
+                name, "choice", f"{name} has no part of gravity in it as the body leans: it is no accelerometer's reading, or its scale or delay is wrong",
                 f"{GRAVITY_ADDED}, by {by}" if fix else "left as it is (--no-fix)",
                 f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=fix,
             )
@@ -230,7 +230,7 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
         # what a gyro shows of the lean is not that of a steady bend
         said.append(
             Decision(
-                "accel_y", "choice", "accel_y has no part of gravity in it as the body leans: it is no accelerometer's reading",
+                "accel_y", "choice", "accel_y has no part of gravity in it as the body leans: it is no accelerometer's reading, or its scale or delay is wrong",
                 "left as it is: neither a roll angle nor suspension deflections tell the lean",
                 f"{turned.value:.2f} ± {turned.std:.2f} of it is there by the gyro's roll rate, over {turned.seconds:.0f} s", applied=False,
             )

@@ -118,7 +118,7 @@ def lean_of(
         return Lean(angle, True, 0.03, 0.003, text if known else f"{text}, a usual one", still)
     if turned is not None:
         angle = turned.angle - _straight(prepared, accel, turned.angle)
-        text = "body roll from the measured roll angle: the road's bank is in it (no roll gradient is known)"
+        text = "body roll from the measured roll angle: the road's bank is in it (no roll gradient is identified that would tell them apart)"
         return Lean(np.where(np.isfinite(angle), angle, steady), False, 0.05, 0.02, text, still)
     hertz, damping = (USUAL_HZ, USUAL_DAMPING) if body is None else (body.roll_hz, body.roll_damping)
     angle = _swung(prepared, steady, hertz, damping)

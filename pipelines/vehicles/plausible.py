@@ -71,7 +71,13 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "sensors.imu_roll_deg": (-15.0, 15.0, "degrees"),
     "sensors.imu_pitch_deg": (-15.0, 15.0, "degrees"),
 }
+NEVER_NOUGHT = (
+    "mass_kg", "wheelbase_m", "track_front_m", "track_rear_m", "wheel_radius_m", "cg_height_m", "cg_to_front_axle_m",
+    "spring_rate_front_npm", "spring_rate_rear_npm", "tire_vertical_rate_npm", "roll_stiffness_nmprad", "roll_inertia_kgm2",
+    "pitch_inertia_kgm2",
+)  # fmt: skip
 _G = 9.81
+_MOST_LOAD = 3.0
 _MOST_SAG_M = 1.2
 _WIDEST_BASE = 1.1
 _LEAST_ROLL_ARM_M = 0.15
@@ -93,11 +99,47 @@ def check_plausible(vehicle: Vehicle, path: Path) -> None:
                 raise VehicleError(
                     text, path=path, place=f"[{table}] {key}", hint=f"this key is in {span[2]}"
                 )
+    _check_spreads(vehicle.quantities, path)
     _check_bases(vehicle.quantities, path)
+    _check_roll_axis(vehicle.quantities, path)
     _check_tracks(vehicle.quantities, path)
     mass = vehicle.get("mass_kg")
     if mass is not None:
         _check_springs(mass, vehicle.quantities, path)
+        _check_load(mass, vehicle.load, path)
+
+
+def _check_spreads(quantities: Mapping[str, Quantity], path: Path) -> None:
+    """A spread as large as the figure, of one that cannot be nought."""
+    for key in NEVER_NOUGHT:
+        known = quantities.get(key)
+        if known is not None and known.std >= known.value:
+            raise VehicleError(
+                f"std {known.std:g} is not less than the value {known.value:g}", path=path, place=f"[vehicle] {key}",
+                hint="a figure that is hardly known is better left out: what is usual is taken then",
+            )  # fmt: skip
+
+
+def _check_load(mass: Quantity, load: Mapping[str, Quantity], path: Path) -> None:
+    """A load that no such vehicle carries."""
+    known = load.get("mass_kg")
+    if known is not None and known.value > _MOST_LOAD * mass.value:
+        raise VehicleError(
+            f"found {known.value:g}: no vehicle of {mass.value:g} kg carries more than {_MOST_LOAD:g} times its own mass",
+            path=path, place="[load] mass_kg", hint="[vehicle] mass_kg is that of the empty vehicle, this one of what is in it",
+        )  # fmt: skip
+
+
+def _check_roll_axis(quantities: Mapping[str, Quantity], path: Path) -> None:
+    """Roll centres above the CG: the body would lean into the bend."""
+    height = quantities.get("cg_height_m")
+    centers = [quantities.get(f"roll_center_height_{axle}_m") for axle in ("front", "rear")]
+    known = [each.value for each in centers if each is not None]
+    if height is not None and len(known) == 2 and 0.5 * sum(known) >= height.value:
+        raise VehicleError(
+            f"found {known[1]:g} (front {known[0]:g}): the CG is at {height.value:g} m, and no body hangs under its roll axis",
+            path=path, place="[vehicle] roll_center_height_rear_m", hint="heights above ground, of the empty vehicle",
+        )  # fmt: skip
 
 
 def _check_bases(quantities: Mapping[str, Quantity], path: Path) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from reports.text import clean, sentence
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 MOST = 12
 BUCKETS = 700
@@ -103,9 +104,14 @@ def draw_lines(axes: Axes, panel: TracePanel, gaps: FloatArray, duration_s: floa
     finish(axes)
     time_limits(axes, duration_s, panel.lines)
     if len(panel.lines) > 1:
+        from matplotlib.transforms import offset_copy
+
+        # beside the title's first line, which is short: the second one may be as long as the panel
+        above = offset_copy(axes.transAxes, cast("Figure", axes.get_figure()), y=9.5, units="points")
         axes.legend(
             loc="lower right",
-            bbox_to_anchor=(1.0, 0.98),
+            bbox_to_anchor=(1.0, 1.0),
+            bbox_transform=above,
             ncols=len(panel.lines),
             borderaxespad=0.1,
             handlelength=1.4,

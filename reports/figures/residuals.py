@@ -42,7 +42,7 @@ def _spread(axes: Axes, panel: TracePanel) -> None:
             density: FloatArray = np.exp(-0.5 * ((grid - mean) / std) ** 2) / (std * np.sqrt(2 * np.pi))
             axes.plot(density, grid, color=INK, linewidth=0.8, linestyle=(0, (4, 2)))
             if len(panel.lines) == 1:
-                axes.set_title(f"std {significant(std)} {panel.unit}", color=SOFT, fontsize=7.5)
+                axes.set_title(f"std {significant(std)} {panel.unit}", color=SOFT, fontsize=7.5, loc="right")
     axes.set_xticks([])
     axes.tick_params(labelleft=False)
     axes.spines["bottom"].set_visible(False)

@@ -13,7 +13,7 @@ from parsers.drive import Gap
 from parsers.signals import COLUMNS, SIGNALS
 from pipelines.results import FloatArray
 from reports.figures.style import GAP
-from reports.figures.thin import break_at, keep, lonely, merge_spans
+from reports.figures.thin import break_at, jumps, keep, lonely, merge_spans
 from reports.text import clean
 
 if TYPE_CHECKING:
@@ -86,7 +86,8 @@ def gap_spans(gaps: Sequence[Gap], signal: str | None = None) -> FloatArray:
 def draw_series(
     axes: Axes, series: Series, gaps: FloatArray, buckets: int, colour: str, **style: Any
 ) -> None:
-    """Draw one line, thinned to `buckets` spans; single samples between gaps are drawn as dots."""
+    """Draw one line, thinned to `buckets` spans, broken at gaps and where the trace has no samples; single samples between are dots."""
+    gaps = np.vstack([gaps.reshape(-1, 2), jumps(series.time_s)])
     time, values = break_at(series.time_s, series.values, gaps)
     index = keep(time, values, buckets)
     time, values = time[index], values[index]

@@ -9,6 +9,8 @@ from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
 IndexArray = NDArray[np.int64]
+LEAST_JUMP_S, JUMP = 1.0, 12.0
+"""A step of a trace that is longer than both, in s and times its usual step, is drawn as a gap."""
 
 
 def _first_in_each(bucket: IndexArray, chosen: NDArray[np.bool_]) -> IndexArray:
@@ -68,6 +70,15 @@ def break_at(time: FloatArray, values: FloatArray, gaps: FloatArray) -> tuple[Fl
     inside = (middle > time[0]) & (middle < time[-1])
     place = np.searchsorted(time, middle[inside])
     return np.insert(time, place, middle[inside]), np.insert(values, place, np.nan)
+
+
+def jumps(time: FloatArray) -> FloatArray:
+    """(g, 2) spans in which a trace has no samples at all, by its own times (n,): steps far longer than its others."""
+    if time.size < 3:
+        return np.empty((0, 2))
+    steps = np.diff(time)
+    at = np.flatnonzero(steps > max(LEAST_JUMP_S, JUMP * float(np.median(steps))))
+    return np.column_stack([time[at], time[at + 1]])
 
 
 def lonely(values: FloatArray) -> NDArray[np.bool_]:

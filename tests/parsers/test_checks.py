@@ -91,6 +91,9 @@ def test_without_excitation_nothing_is_decided():
     said = " ".join(unchecked(turned, {"roll": False}))
     for word in ("lateral signs", "accel_x", "pitch", "roll_rate", "unit of roll"):
         assert word in said
+    many = unchecked(turned, {"roll": False, "speed": False, "accel_y": False})
+    assert sum("the log does not say" in text for text in many) == 1
+    assert any(text.startswith("units of accel_y, roll, speed") for text in many)
 
 
 @pytest.mark.parametrize("seed", range(5))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -175,6 +177,27 @@ def test_a_measurement_leaves_what_was_foretold() -> None:
     _, steeper = slopes(after)
     g = steeper["cg_height_m"]
     assert named[weigh.action] == pytest.approx(float(np.sqrt(g @ after.covariance @ g)), rel=0.05)
+
+
+def test_two_sensors_are_named_where_four_tell_little_more(monkeypatch: pytest.MonkeyPatch) -> None:
+    joint = find_mode([of_output(lambda o: o["mass_kg"] * o["cg_height_m"], 2150 * 0.68, 15.0)], KNOWN)
+    _, gradients = slopes(joint)
+    table = next(c for c in CANDIDATES if "tilt table" in c.action)
+    two = replace(table, way="signal", action="two")
+    for std, first in ((0.0095, "two"), (0.005, "four")):
+        four = replace(two, action="four", std=(std,), effort=1.15)
+        monkeypatch.setattr("pipelines.joint.next_measurement.CANDIDATES", (four, two))
+        told = next_measurements(joint, gradients, dict.fromkeys(gradients, 1.0))["cg_height_m"]
+        assert told[0].action == first
+
+
+def test_the_rear_axles_springs_go_down_by_what_the_load_puts_on_them() -> None:
+    rear = next(c for c in CANDIDATES if "on the rear axle" in c.action)
+    p = {name: np.array([value]) for name, value in KNOWN.at(np.zeros(len(KNOWN.names))).items()}
+    load = {"load": np.array([200.0]), "load_x": 0.5 * p["wheelbase"]}
+    none, middle = (rear.seen(p | more)[1] for more in ({"load": np.array([0.0])}, load))
+    assert none == pytest.approx(0.0, abs=1e-12)
+    assert middle == pytest.approx(100.0 * 9.80665 / (2 * p["spring_rear"]))
 
 
 def test_shares_name_the_relation_that_taught() -> None:

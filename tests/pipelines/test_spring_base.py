@@ -20,7 +20,8 @@ from pipelines.joint.unknowns import before_the_log, body_of
 from pipelines.limits import what_limits
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.results import Estimate, FloatArray
-from pipelines.vehicles.spring_base import narrowing
+from pipelines.vehicles.anti_roll import closer_springs
+from pipelines.vehicles.spring_base import UNSAID, narrowing
 from pipelines.vehicles.vehicle import Quantity, Vehicle, read_vehicle
 
 BASE = 1.12
@@ -47,7 +48,8 @@ def spread(vehicle: Vehicle, name: str) -> float:
 def test_springs_between_the_wheels_roll_as_far_apart_as_they_stand() -> None:
     bars = {"anti_roll_stiffness_front_nmprad": 30e3, "anti_roll_stiffness_rear_nmprad": 4e3}
     dampers = {"damper_rate_front_nspm": 2000.0, "damper_rate_rear_nspm": 1800.0}
-    wide, close = (mean(file(**bars, **dampers, **more)) for more in ({}, {"spring_base_rear_m": BASE}))
+    bases = ({"spring_base_rear_m": 1.62}, {"spring_base_rear_m": BASE})
+    wide, close = (mean(file(**bars, **dampers, **more)) for more in bases)
     assert float(roll_stiffness_of(wide, empty=True)) == pytest.approx(sum(PARTS) + 34e3)
     rear = 0.5 * 40e3 * BASE**2
     assert float(roll_stiffness_of(close, empty=True)) == pytest.approx(PARTS[0] + rear + 34e3)
@@ -121,6 +123,25 @@ def test_a_base_wider_than_the_wheels_is_refused(tmp_path: Path) -> None:
     path.write_text("[vehicle]\ntrack_rear_m = 1.5\nspring_base_rear_m = 1.9\n", encoding="utf-8")
     with pytest.raises(VehicleError, match=r"spring_base_rear_m: found 1.9: the wheels stand 1.5 m apart"):
         read_vehicle(path)
+
+
+def test_a_live_axles_springs_of_which_nobody_says_where_they_stand_may_be_closer() -> None:
+    """Stated bars alone do not make the roll stiffness known: leaf springs stand at 0.7 of the track."""
+    bars = {"anti_roll_stiffness_front_nmprad": 30e3, "anti_roll_stiffness_rear_nmprad": 4e3}
+    silent, ratio, std = file(**bars), *UNSAID
+    assert float(roll_stiffness_of(mean(silent), empty=True)) == pytest.approx(
+        PARTS[0] + ratio**2 * PARTS[1] + 34e3
+    )
+    assert spread(silent, "bar_rear") == pytest.approx(2 * ratio * std * PARTS[1], rel=0.01)
+    assert abs(1 - ratio) < std
+    assert abs(0.7 - ratio) < 2 * std
+    # a car's springs are reckoned at its wheels, and a base that is stated is as known as it is stated
+    for known in (file("SUV", **bars), file(**bars, spring_base_rear_m=1.62)):
+        assert spread(known, "bar_rear") < 0.03 * PARTS[1]
+    assert closer_springs(silent, "rear") == pytest.approx(
+        ((1 - ratio**2) * PARTS[1], 2 * ratio * std * PARTS[1])
+    )
+    assert closer_springs(silent, "front") == (0.0, 0.0)
 
 
 def test_a_file_that_agrees_with_its_spring_base_contradicts_nothing() -> None:

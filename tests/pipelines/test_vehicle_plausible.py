@@ -27,6 +27,15 @@ FILE = Path("car.toml")
         ("[sensors]\nimu_above_ground_m = 650", ("[sensors] imu_above_ground_m", "not in mm")),
         ("[load]\nheight_m = 75", ("[load] height_m", "expected 0 to 8")),
         ("[vehicle]\nwheelbase_m = 2.7\ntrack_rear_m = 0.78", ("track_rear_m", "not half of it")),
+        (
+            "[vehicle]\nmass_kg = {value = 1800, std = 5000}",
+            ("mass_kg", "std 5000 is not less than the value 1800"),
+        ),
+        ("[vehicle]\nmass_kg = 1800\n[load]\nmass_kg = 50000", ("[load] mass_kg", "3 times its own mass")),
+        (
+            "[vehicle]\ncg_height_m = 0.69\nroll_center_height_front_m = 0.9\nroll_center_height_rear_m = 0.9",
+            ("roll_center_height_rear_m", "hangs under its roll axis"),
+        ),
         ("mass_kg = 1500", ("write [vehicle] on a line above it",)),
     ],
 )

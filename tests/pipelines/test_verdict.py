@@ -52,8 +52,8 @@ def test_what_nobody_gave_is_the_prior_with_a_reason() -> None:
     rng = np.random.default_rng(8)
     on_roof = rng.random(100_000) < ROOF.chance
     load = rng.normal(180, np.where(on_roof, ROOF_LOAD[1], 0.12 * 1800), 100_000)
-    low, high = np.quantile(rng.normal(1800, 36, 100_000) + load, (0.16, 0.84))
-    assert mass.std == pytest.approx(0.5 * (high - low), rel=0.03)
+    low, high = np.quantile(rng.normal(1800, 36, 100_000) + load, (0.025, 0.975))
+    assert mass.std == pytest.approx((high - low) / 3.92, rel=0.03)
     told = combine(estimates, replace(vehicle, load={"mass_kg": Quantity(0, 5, "vehicle file")}))["mass_kg"]
     # by draws, the median of which scatters by 1.25 times 36 kg over the root of their number
     assert told.value == pytest.approx(1800, abs=4 * 1.25 * 36 / np.sqrt(PRIOR_DRAWS))

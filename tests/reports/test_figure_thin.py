@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from pipelines.results import Scatter, Trace
-from reports.figures.thin import break_at, cells, keep, keep_rows, lonely, merge_spans, spread_points
+from reports.figures.thin import break_at, cells, jumps, keep, keep_rows, lonely, merge_spans, spread_points
 from reports.reduce import reduce_scatter, reduce_trace
 
 
@@ -123,3 +123,13 @@ def test_clouds_keep_their_extremes() -> None:
     index, counts = cells(x, y, 84, 64)
     assert counts.sum() == x.size
     assert index.size <= 84 * 64
+
+
+def test_a_line_breaks_where_a_trace_has_no_samples() -> None:
+    time = np.concatenate([np.arange(0.0, 10.0, 0.1), np.arange(25.0, 30.0, 0.1)])
+    spans = jumps(time)
+    assert spans == pytest.approx(np.array([[9.9, 25.0]]))
+    _, values = break_at(time, np.ones(len(time)), spans)
+    assert np.count_nonzero(np.isnan(values)) == 1
+    assert not len(jumps(np.arange(0.0, 100.0, 5.0)))
+    assert not len(jumps(np.array([0.0, 9.0])))
