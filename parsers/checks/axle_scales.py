@@ -1,12 +1,14 @@
-"""Deflections of one axle that show another roll than the other's: one body leans on both.
+"""Deflections of one axle that show another roll than the other's, or one wheel's than its neighbour's: one body leans on all of them.
 
 The wheels of both axles see the same lean but for what tyres give (an axle that holds more of it stands a tenth more askew) and for
 their tracks. Sensors at the springs of one axle, or a lever that one axle's scale does not know, show a quarter or more besides; which
-axle is right, the log does not say. A blind test's rear deflections of 0.7 moved roll arm, roll gradient and CG height by 9 to 14 %.
+axle is right, the log does not say; nor which of two wheels of an axle, where one moves far more than the other. A blind test's rear
+deflections of 0.7 moved roll arm, roll gradient and CG height by 9 to 14 %.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -18,6 +20,11 @@ from parsers.signals import WHEELS
 
 ALIKE = (0.8, 1.25)
 """Roll by the rear deflections over that by the front ones that tracks and tyres explain."""
+BESIDE = 0.2
+"""ln of how much more one wheel of an axle may move than the other: one-sided loads on springs that stiffen make a sixth."""
+SPAN = 41
+"""Cells of the grid in whose middle a wheel is taken to stand: 4 s."""
+LEAST_MOVED_M = 0.0015
 ODD = (0.3, 3.0)
 """Beyond these something else is wrong: a sign, a dead sensor, one that is another's."""
 BLOCKS, LEAST_CELLS = 10, 300
@@ -52,6 +59,46 @@ def unlike_axles(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     text = "of the rear axle show another roll of the body than those of the front axle"
     action = "left out: which of the two axles is right, the log does not say"
     return [Decision(name, "range", f"deflections {text}", action, evidence, applied=True) for name in names]
+
+
+def unlike_sides(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
+    """Both deflections of an axle left out, where one of them surely moves far more than the other."""
+    found: list[Decision] = []
+    for axle, end in (("front", "f"), ("rear", "r")):
+        names = [f"suspension_deflection_{end}{side}" for side in "lr"]
+        left, right = (grid.get(name) if name in signals else None for name in names)
+        moved = None if left is None or right is None else _sizes(left, right)
+        if moved is None:
+            continue
+        ratio, std = moved
+        if abs(ratio) <= BESIDE + SURE * std:
+            continue
+        low, high = math.exp(-BESIDE), math.exp(BESIDE)
+        evidence = f"the left wheel moves {math.exp(ratio):.2f} times as much as the right one (± {100 * std:.0f} %), {low:.2g} to {high:.2g} times where both sensors are right"
+        text = f"deflections of the {axle} axle's wheels differ in size"
+        action = "left out: which of both is right, the log does not say"
+        found += [Decision(name, "range", text, action, evidence, applied=True) for name in names]
+    return found
+
+
+def _sizes(left: FloatArray, right: FloatArray) -> tuple[float, float] | None:
+    """ln of how much more one wheel moves than the other within some seconds, and its standard deviation, from parts left out in turn."""
+    rows = np.isfinite(left) & np.isfinite(right)
+    if np.count_nonzero(rows) < LEAST_CELLS:
+        return None
+    middle = np.ones(SPAN) / SPAN
+    quick = [
+        (column - np.convolve(column, middle, mode="same"))[SPAN:-SPAN]
+        for column in (left[rows], right[rows])
+    ]
+    if min(float(np.std(column)) for column in quick) < LEAST_MOVED_M:
+        return None
+    sums = np.array([[float(part @ part) for part in np.array_split(column, BLOCKS)] for column in quick])
+    whole = sums.sum(axis=1)
+    rest = whole[:, None] - sums
+    without = 0.5 * np.log(rest[0] / rest[1])
+    std = float(np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((without - without.mean()) ** 2)))
+    return 0.5 * float(np.log(whole[0] / whole[1])), std
 
 
 def _ratio(front: FloatArray, rear: FloatArray, side: FloatArray) -> tuple[float, float] | None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from parsers.checks.axle_scales import unlike_axles
+from parsers.checks.axle_scales import unlike_axles, unlike_sides
 from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
 from parsers.checks.frozen import SPEEDS, frozen
@@ -104,7 +104,7 @@ def _wheels_put_right(
         work = _scaled(work, dict.fromkeys(odd.inverted, -1.0))
         present = make_grid(fixes(work), grid)
     if not any(each.applied for each in still):
-        still += unlike_axles(work, present) or wrong_travel(work, present)
+        still += unlike_sides(work, present) or unlike_axles(work, present) or wrong_travel(work, present)
     return work, present, odd, still
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from parsers.checks import check_all
-from parsers.checks.axle_scales import unlike_axles
+from parsers.checks.axle_scales import unlike_axles, unlike_sides
 from parsers.checks.grid import make_grid
 from parsers.drive import Signal
 
@@ -65,3 +67,31 @@ def test_a_drive_that_hardly_leans_tells_nothing() -> None:
     three = drive(0.7)
     del three["suspension_deflection_rr"]
     assert not unlike_axles(three, make_grid(three))
+
+
+def one_wheel(scale: float, wheel: str = "rr", **options: float) -> dict[str, Signal]:
+    signals = drive(1.0, **options)
+    name = f"suspension_deflection_{wheel}"
+    return signals | {name: replace(signals[name], values=scale * signals[name].values)}
+
+
+@pytest.mark.parametrize(("scale", "wheel"), [(0.6, "rr"), (1.5, "fl"), (2.0, "rl")])
+def test_one_wheels_scale_is_found_and_its_axle_left_out(scale: float, wheel: str) -> None:
+    signals = one_wheel(scale, wheel)
+    found = unlike_sides(signals, make_grid(signals))
+    assert {each.signal for each in found} == {f"suspension_deflection_{wheel[0]}{side}" for side in "lr"}
+    told = float(found[0].evidence.split("moves ")[1].split(" ")[0])
+    assert told == pytest.approx(scale if wheel[1] == "l" else 1 / scale, rel=0.05)
+    checked = check_all(signals, fix=True, units_stated={})
+    other = "f" if wheel[0] == "r" else "r"
+    assert {f"suspension_deflection_{other}{side}" for side in "lr"} < set(checked.signals)
+    assert not {each.signal for each in found} & set(checked.signals)
+
+
+@pytest.mark.parametrize("scale", [0.87, 1.0, 1.15])
+def test_wheels_that_move_alike_within_a_sixth_are_left_alone(scale: float) -> None:
+    signals = one_wheel(scale)
+    assert not unlike_sides(signals, make_grid(signals))
+    still = one_wheel(1.5, lean=0.0)
+    quiet = {name: replace(each, values=0.05 * each.values) for name, each in still.items()}
+    assert not unlike_sides(quiet, make_grid(quiet))
