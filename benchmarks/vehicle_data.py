@@ -47,6 +47,9 @@ RATE_STD, DROP_STD, STOP_STD_M = 0.01, 0.1, 0.003
 EASED_STD_MPRAD, PATH_STD_MPRAD, SLOPE_STD = 0.025, 0.01, 0.008
 """Of what wheels' loads take off the roll stiffness, of their way in pitch, and of the hubs' along a metre of travel."""
 
+BASE_STD_M = 0.003
+"""Of how far a live axle's springs stand apart, where the sheet says it: a tape's, and a rig's roll rate beside its wheel rates."""
+
 STIFF_NPM = 1e9
 """Of the simulated tyres sideways: what they give is a lag, and not a place of the patch."""
 
@@ -141,5 +144,8 @@ def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, error
     for key, (value, std) in (curves(plant, found) | paths(plant)).items():
         draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
         found[key] = Quantity(value + errors * std * draw, std, RIG)
+    if "spring_base_rear_m" in found:
+        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
+        found["spring_base_rear_m"] = Quantity(plant.track_rear_m + errors * BASE_STD_M * draw, BASE_STD_M, RIG)
     found["tire_lateral_rate_npm"] = Quantity(STIFF_NPM, 0.1 * STIFF_NPM, RIG)
     return replace(file, quantities=found)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -35,6 +36,10 @@ ABSOLUTE: Mapping[str, float] = {
 """The same, std in the figure's own unit."""
 
 PLACE_STD_M = 0.01
+BASE_STD_M = 0.01
+RIGID = 1.0
+"""Share of the body's lean that a rigid axle takes from its wheels."""
+_VALUE = re.compile(r"value = ([^,]+),")
 _LOAD_STD = 0.03
 _SHARES = ("brake_front_share", "drive_front_share")
 _FARTHEST = 2.5
@@ -129,7 +134,13 @@ def data_sheet(
     name, body = (json.dumps(text) for text in (f"{vehicle.name} (simulated)", vehicle.body))
     lines = [f"# {title}", "[vehicle]", f"name = {name}", f"body = {body}"]
     for key, true in sheet_values(vehicle).items():
-        lines.append(f"{key} = {_figure(key, true, errors, rng)}")
+        figure = _figure(key, true, errors, rng)
+        lines.append(f"{key} = {figure}")
+        if key == "track_rear_m" and vehicle.camber_compensation_rear == RIGID:
+            # a live axle's springs: the plant's rates are those at the wheels
+            lines.append(
+                f"spring_base_rear_m = {{value = {_VALUE.findall(figure)[0]}, std = {BASE_STD_M:g}}}"
+            )
     if load is not None:
         # an empty vehicle is a load of 0 kg at no height in particular
         mass, height = load
