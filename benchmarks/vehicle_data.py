@@ -146,6 +146,8 @@ def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, error
         found[key] = Quantity(value + errors * std * draw, std, RIG)
     if "spring_base_rear_m" in found:
         draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
-        found["spring_base_rear_m"] = Quantity(plant.track_rear_m + errors * BASE_STD_M * draw, BASE_STD_M, RIG)
+        found["spring_base_rear_m"] = Quantity(
+            plant.track_rear_m + errors * BASE_STD_M * draw, BASE_STD_M, RIG
+        )
     found["tire_lateral_rate_npm"] = Quantity(STIFF_NPM, 0.1 * STIFF_NPM, RIG)
     return replace(file, quantities=found)
