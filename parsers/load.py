@@ -211,13 +211,9 @@ def _odd_time(parts: Sequence[PartFacts], seconds: float) -> list[str]:
 
 
 def find_all(paths: Sequence[Path]) -> None:
-    """Raise LogError where one of the paths is no log, or one of them twice: said before its hash is begun, which would go through all of it."""
-    seen: set[Path] = set()
+    """Raise LogError where one of the paths is no log: said before its hash is begun, which would go through all of it."""
     for path in paths:
         find_importer(path)
-        if (place := path.resolve()) in seen:
-            raise LogError("given twice: every log of a drive counts once", path=path)
-        seen.add(place)
 
 
 def options_of_each(paths: Sequence[Path], options: LoadOptions) -> LoadOptions:

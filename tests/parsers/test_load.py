@@ -336,12 +336,3 @@ def test_rows_without_a_fix_are_counted_and_no_places(tmp_path: Path) -> None:
     assert drive.signals["latitude"].values.min() == 48.1
     said = "row without a position fix, or value outside of its valid range"
     assert drive.record.rejected == {f"latitude: {said}": 30, f"longitude: {said}": 30}
-
-
-def test_a_log_that_is_given_twice_is_an_error(samples, tmp_path):
-    log = samples / "csv" / "drive.csv"
-    other = tmp_path / "again.csv"
-    other.symlink_to(log)
-    for twice in ([log, log], [log, other]):
-        with pytest.raises(LogError, match="given twice"):
-            load_drive(twice)
