@@ -99,7 +99,7 @@ def test_truth_and_vehicle_file(inside: Runner, tmp_path: Path) -> None:
     assert not vehicle.load_stated
     assert vehicle.reference["cg_height_m"] == pytest.approx(truth["parameters"]["cg_height_m"], rel=1e-6)
     exact = sheet_values(van)
-    assert set(vehicle.quantities) == set(exact)
+    assert set(vehicle.quantities) == set(exact) | {"spring_base_rear_m"}
     off = {k: (vehicle.quantities[k].value / exact[k] - 1) / RELATIVE[k] for k in RELATIVE}
     # off by what it says, and not more: 22 figures, each within 2.5 std
     assert 0.5 < np.sqrt(np.mean(np.square(list(off.values())))) < 1.6
