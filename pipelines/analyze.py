@@ -133,6 +133,28 @@ def _placed(verdict: Mapping[str, ParameterEstimate], vehicle: Vehicle) -> Stand
     )
 
 
+def _inputs(request: Request, vehicle: Vehicle) -> Inputs:
+    """What was asked, with the hashes of the vehicle's files as they are now; the log's hash and the time come when it is done.
+
+    Raises VehicleError.
+    """
+    return Inputs(
+        logs=tuple(str(path) for path in request.logs),
+        log_sha256="",
+        vehicle=str(request.vehicle) if request.vehicle else None,
+        vehicle_sha256=_sha256(request.vehicle),
+        map=str(request.map) if request.map else None,
+        settings=str(request.settings) if request.settings else None,
+        dbc=tuple(str(path) for path in request.dbc),
+        seed=request.seed,
+        command=request.command,
+        version=request.version,
+        suspension_map=str(vehicle.suspension_map_path) if vehicle.suspension_map_path else None,
+        suspension_map_sha256=_sha256(vehicle.suspension_map_path),
+        created_utc="",
+    )
+
+
 def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     """Analyse one drive.
 
@@ -145,7 +167,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     if request.suspension_map is not None:
         vehicle = with_suspension_map(vehicle, request.suspension_map)
     # at once: a file may be changed while the drive is analysed
-    file_hash, map_hash = _sha256(request.vehicle), _sha256(vehicle.suspension_map_path)
+    inputs = _inputs(request, vehicle)
     mapping = read_map(request.map, strict=request.map_given) if request.map else None
     drive = load_drive(
         request.logs, LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given)
@@ -166,19 +188,9 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     # what predicts is code, and no result
     results = [replace(estimate, evidence=()) for estimate in results]
     made = DriveResults(
-        inputs=Inputs(
-            logs=tuple(str(path) for path in request.logs),
+        inputs=replace(
+            inputs,
             log_sha256=drive.record.sha256,
-            vehicle=str(request.vehicle) if request.vehicle else None,
-            vehicle_sha256=file_hash,
-            map=str(request.map) if request.map else None,
-            settings=str(request.settings) if request.settings else None,
-            dbc=tuple(str(path) for path in request.dbc),
-            seed=request.seed,
-            command=request.command,
-            version=request.version,
-            suspension_map=str(vehicle.suspension_map_path) if vehicle.suspension_map_path else None,
-            suspension_map_sha256=map_hash,
             created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         ),
         record=drive.record,

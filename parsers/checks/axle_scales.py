@@ -24,7 +24,8 @@ BESIDE = 0.2
 """ln of how much more one wheel of an axle may move than the other: one-sided loads on springs that stiffen make a sixth."""
 SPAN = 41
 """Cells of the grid in whose middle a wheel is taken to stand: 4 s."""
-LEAST_MOVED_M = 0.0015
+LEAST_MOVED_M, LEAST_REST = 0.0015, 0.05
+"""Spread of a wheel's quick motion from which on it tells its size, and what any one part of the drive must leave of its square."""
 ODD = (0.3, 3.0)
 """Beyond these something else is wrong: a sign, a dead sensor, one that is another's."""
 BLOCKS, LEAST_CELLS = 10, 300
@@ -96,9 +97,15 @@ def _sizes(left: FloatArray, right: FloatArray) -> tuple[float, float] | None:
     sums = np.array([[float(part @ part) for part in np.array_split(column, BLOCKS)] for column in quick])
     whole = sums.sum(axis=1)
     rest = whole[:, None] - sums
-    without = 0.5 * np.log(rest[0] / rest[1])
-    std = float(np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((without - without.mean()) ** 2)))
+    if (rest < LEAST_REST * whole[:, None]).any():
+        return None
+    std = _scatter(0.5 * np.log(rest[0] / rest[1]))
     return 0.5 * float(np.log(whole[0] / whole[1])), std
+
+
+def _scatter(without: FloatArray) -> float:
+    """Standard deviation of a figure, from what it is (BLOCKS,) without one part of the drive after another."""
+    return float(np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((without - without.mean()) ** 2)))
 
 
 def _ratio(front: FloatArray, rear: FloatArray, side: FloatArray) -> tuple[float, float] | None:
@@ -117,6 +124,4 @@ def _ratio(front: FloatArray, rear: FloatArray, side: FloatArray) -> tuple[float
     rest = whole - sums
     if whole[0] == 0 or not (rest[:, 0] * whole[0] > 0).all():
         return None
-    without = rest[:, 1] / rest[:, 0]
-    std = float(np.sqrt((BLOCKS - 1) / BLOCKS * np.sum((without - without.mean()) ** 2)))
-    return float(whole[1] / whole[0]), std
+    return float(whole[1] / whole[0]), _scatter(rest[:, 1] / rest[:, 0])

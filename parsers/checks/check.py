@@ -157,10 +157,10 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     ]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
     rest += offsets(grid.without(left_out))
-    guessed = [
-        name for name in work if not stated.get(name, True) and name not in factors and name not in left_out
-    ]
-    unsure = (*signs.unchecked, *_unsaid(guessed))
+    unsure = (
+        *signs.unchecked,
+        *_unsaid(n for n in work if not told[n] and n not in factors and n not in left_out),
+    )
     findings = Findings(
         factors,
         signs.inverted ^ odd.inverted,
@@ -176,9 +176,9 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     return findings, {name: signal for name, signal in work.items() if name not in left_out}
 
 
-def _unsaid(names: list[str]) -> list[str]:
+def _unsaid(unstated: Iterable[str]) -> list[str]:
     """That nobody says these signals' units, in one sentence."""
-    if not names:
+    if not (names := list(unstated)):
         return []
     many = len(names) > 1
     return [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -95,3 +96,17 @@ def test_wheels_that_move_alike_within_a_sixth_are_left_alone(scale: float) -> N
     still = one_wheel(1.5, lean=0.0)
     quiet = {name: replace(each, values=0.05 * each.values) for name, each in still.items()}
     assert not unlike_sides(quiet, make_grid(quiet))
+
+
+def test_wheels_that_move_in_one_part_of_the_drive_alone_tell_nothing() -> None:
+    """What is left without that part is noise, or nothing at all: no ratio and no spread of one."""
+    signals = one_wheel(1.5)
+    for still in (0.0, 1e-3):
+        parked = {}
+        for name, signal in signals.items():
+            values = still * signal.values
+            values[1000:1500] = signal.values[1000:1500]
+            parked[name] = replace(signal, values=values)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            assert not unlike_sides(parked, make_grid(parked))
