@@ -105,7 +105,7 @@ def test_wheels_that_move_in_one_part_of_the_drive_alone_tell_nothing() -> None:
         parked = {}
         for name, signal in signals.items():
             values = still * signal.values
-            values[1000:1500] = signal.values[1000:1500]
+            values[900:1150] = signal.values[900:1150]
             parked[name] = replace(signal, values=values)
         with warnings.catch_warnings():
             warnings.simplefilter("error")
