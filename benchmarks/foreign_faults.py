@@ -81,7 +81,15 @@ def zero_at_start(log: Log) -> Log:
     return replace(log, frame=log.frame.with_columns([pl.col(n) - first[n].mean() for n in names]))
 
 
+def axle_loads(front: float, rear: float) -> Change:
+    """Axle loads off by a factor each."""
+    return columns(
+        lambda f: f.with_columns(pl.col("axle_load_front_n") * front, pl.col("axle_load_rear_n") * rear)
+    )
+
+
 DEFLECTIONS = tuple(f"suspension_deflection_{w}_m" for w in ("fl", "fr", "rl", "rr"))
+STRUTS = tuple(f"suspension_force_{w}_n" for w in ("fl", "fr", "rl", "rr"))
 RATES = tuple(f"{a}_rate_radps" for a in ("roll", "pitch", "yaw"))
 ACCELS = tuple(f"accel_{a}_mps2" for a in "xyz")
 
@@ -127,6 +135,13 @@ FAULTS: dict[str, tuple[str, Change]] = {
     "pitch turned": ("ins", scaled(-1, "pitch_rad")),
     "roll 100 ms late": ("ins", late(0.1, "roll_rad", "pitch_rad")),
     "torque halved": ("ins", scaled(0.5, "drive_torque_nm")),
+    "drive torque 20 % high": ("all", scaled(1.2, "drive_torque_nm")),
+    "drive torque 30 % low": ("all", scaled(0.7, "drive_torque_nm")),
+    "the engine's torque": ("all", scaled(0.1, "drive_torque_nm")),
+    "pressure 30 % high": ("all", scaled(1.3, "brake_pressure_pa")),
+    "axle loads 15 % high": ("axle", axle_loads(1.15, 1.15)),
+    "front axle's load 15 % low": ("axle", axle_loads(0.85, 1.0)),
+    "struts 15 % low": ("struts", scaled(0.85, *STRUTS)),
     "zeroed on the loaded car": ("deflection", zero_at_start),
     "the same, with torques": ("all", zero_at_start),
 }  # fmt: skip

@@ -23,6 +23,7 @@ from typing import Protocol
 import numpy as np
 
 from pipelines.evidence import Evidence
+from pipelines.joint.channels import WRONG, channels_of
 from pipelines.joint.file_check import STATED
 from pipelines.joint.suspension import levelled_n
 from pipelines.joint.unknowns import AXLES, CORNERS, Known
@@ -32,7 +33,7 @@ from pipelines.vehicles.kinematics import spring_curve
 from pipelines.vehicles.vehicle import Vehicle
 
 WRONG_FILE = 0.015
-"""Chance beforehand that a stated figure (or a pair that belongs together) is wrong by several of its own spreads."""
+"""Chance beforehand that a stated figure (or a pair that belongs together), or a channel's scale, is wrong by several of its own spreads."""
 
 OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05}
 """The same of what data sheets mean in several ways: kerb, empty or permitted mass; rates at the spring or at the wheel. Who states where
@@ -137,17 +138,27 @@ def _file_doubts(vehicle: Vehicle) -> list[Doubt]:
         names = tuple(unknown for key, unknown in figures.items() if vehicle.get(key) is not None)
         if not names:
             continue
-        size = len(names)
-        alike = np.full((size, size), 1 / size)
-        taken = (1 - WIDER**-2) * alike
-        ways = [(f"{title} wrong", np.eye(size) - taken)]
-        if size > 1:
-            ways.append((f"{title} wrong", np.eye(size) * WIDER**-2))
-        found += [
-            Doubt(text, names, np.zeros(size), precision, chance_wrong(title, vehicle) / len(ways))
-            for text, precision in ways
-        ]
+        found += _wider(f"{title} wrong", names, chance_wrong(title, vehicle))
     return found
+
+
+def _wider(text: str, names: tuple[str, ...], chance: float) -> list[Doubt]:
+    """Unknowns that lie wider about what was known: all alike, or each by itself."""
+    size = len(names)
+    alike = np.full((size, size), 1 / size)
+    ways = [np.eye(size) - (1 - WIDER**-2) * alike]
+    if size > 1:
+        ways.append(np.eye(size) * WIDER**-2)
+    return [Doubt(text, names, np.zeros(size), precision, chance / len(ways)) for precision in ways]
+
+
+def _channel_doubts(joint: Place) -> list[Doubt]:
+    """Every torque and force of the log: its scale off by several of the spreads that such have."""
+    return [
+        doubt
+        for channel, (scales, _) in channels_of(joint.evidence).items()
+        for doubt in _wider(WRONG.format(channel), scales, WRONG_FILE)
+    ]
 
 
 def _unlike_measured(vehicle: Vehicle) -> list[Doubt]:
@@ -285,13 +296,15 @@ def doubts_of(joint: Place, vehicle: Vehicle, opened: str = "") -> tuple[Weighed
     """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1.
 
     Each is there as often as there are places for the load, and none of them too: what stays for the posterior as it is is nothing then.
-    opened: a group of stated figures (`STATED`) that the posterior does not take from the file: of that there is none.
+    opened: a group of stated figures (`STATED`) that the posterior does not take from the file, or a channel whose scale it does not take
+    for known: of that there is none.
     """
     doubts = [
         d
         for d in (
             *_file_doubts(vehicle),
             *_unlike_measured(vehicle),
+            *_channel_doubts(joint),
             *_levelling(joint, vehicle),
             *_physics_doubts(joint, vehicle),
         )

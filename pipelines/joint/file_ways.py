@@ -21,6 +21,7 @@ from pipelines.joint.rigid_tyres import log_odds
 from pipelines.joint.unknowns import Known
 from pipelines.vehicles.vehicle import Vehicle
 
+BRAKE_GAIN = "stated brake gain"
 OPEN: Mapping[str, tuple[float, float]] = {
     "stated mass": (0.25, 0.0),
     "stated spring rates": (0.4, 0.0),
@@ -31,7 +32,7 @@ OPEN: Mapping[str, tuple[float, float]] = {
     "stated tracks": (0.06, 0.0),
     "stated wheelbase": (0.06, 0.0),
     "stated roll inertia": (0.3, 0.0),
-    "stated brake gain": (0.4, 0.0),
+    BRAKE_GAIN: (0.4, 0.0),
 }
 """Spread of a group's figures where they may be anything: share of the figure, and SI."""
 

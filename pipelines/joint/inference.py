@@ -12,6 +12,7 @@ import numpy as np
 from pipelines.evidence import Evidence
 from pipelines.joint.answers import SAMPLED, Told, estimate_of, learned_of, listed, told
 from pipelines.joint.bends import bent
+from pipelines.joint.channels import CHANNELS
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.doubts import Weighed, doubts_of, said
 from pipelines.joint.file_check import STATED, file_check
@@ -141,11 +142,11 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
 
 
 def _left_to_say(doubts: Sequence[Weighed], reached: Reached) -> tuple[str, ...]:
-    """Doubts that the log speaks for; of stated figures none, where those were asked by fits of their own and one is heard."""
-    texts = said(doubts)
-    if not any(text.startswith(tuple(STATED)) for text in reached.found):
+    """Doubts that the log speaks for; of stated figures and channels none, where those were asked by fits of their own and one is heard."""
+    texts, asked = said(doubts), (*STATED, *CHANNELS)
+    if not any(text.startswith(asked) for text in reached.found):
         return texts
-    return tuple(text for text in texts if not text.startswith(tuple(STATED)))
+    return tuple(text for text in texts if not text.startswith(asked))
 
 
 def _entries(

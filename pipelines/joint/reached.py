@@ -10,10 +10,12 @@ import numpy as np
 from scipy.special import softmax
 
 from pipelines.evidence import Evidence
+from pipelines.joint.channel_ways import channel_ways
+from pipelines.joint.channels import WRONG
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
 from pipelines.joint.file_check import file_check
-from pipelines.joint.file_ways import file_ways
+from pipelines.joint.file_ways import BRAKE_GAIN, file_ways
 from pipelines.joint.levelled import TEXT as LEVELLED
 from pipelines.joint.levelled import as_levelled
 from pipelines.joint.on_stops import NAME as STOPS
@@ -59,7 +61,7 @@ class _Way:
     """Tyres or sensors that are otherwise. odds: ln, over those that are as usual, with the log; joint: the posterior with them.
 
     known, whole: the unknowns and relations that it was joined with; text: what is said where there is no other way; opened: the group of
-    stated figures that are not taken from the file.
+    stated figures that are not taken from the file, or the channel whose scale is not taken for known; alone: whether one channel is otherwise, and nothing beside it.
     """
 
     name: str
@@ -69,6 +71,7 @@ class _Way:
     whole: tuple[Evidence, ...]
     text: Callable[[Joint], str]
     opened: str = ""
+    alone: bool = False
 
 
 @dataclass(frozen=True)
@@ -142,7 +145,9 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         # what looks like tyres or sensors may be the file
         plain, left = _weighed([*(way for _, way in left), *_springs_or_file(joint, whole, known, vehicle)])
     elif min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED:
-        plain, left = _beside_unknown(*_weighed([*_springs_or_file(joint, whole, known, vehicle)]))
+        plain, left = _weighed([*_springs_or_file(joint, whole, known, vehicle)])
+        if not (left and _settles(*left[0], vehicle)):
+            plain, left = _beside_unknown(plain, left)
     if left and left[0][0] > SURE:
         left, found = left[:1], [left[0][1].text(left[0][1].joint), *found]
     else:
@@ -168,6 +173,13 @@ def _weighed(ways: list[_Way]) -> tuple[float, list[tuple[float, _Way]]]:
     return plain, [pair for pair in likely if pair[0] > HEARD]
 
 
+def _settles(chance: float, way: _Way, vehicle: Vehicle) -> bool:
+    """Whether it surely is one channel's scale, without which nothing contradicts the rest any more."""
+    if not way.alone or chance <= SURE:
+        return False
+    return not any(c.in_conflict for c in (*check(way.joint), *file_check(way.joint, vehicle)))
+
+
 def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float, list[tuple[float, _Way]]]:
     """The chances, where a conflict may be of something that is none of them: a road that banks, a channel that is another."""
     rest = sum(chance for chance, _ in left)
@@ -183,7 +195,11 @@ def _springs_or_file(
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     for title, odds, found, free in file_ways(joint, whole, known, vehicle):
-        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title)
+        gain = title == BRAKE_GAIN
+        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title, gain)
+    for name, odds, found, free in channel_ways(joint, whole, known):
+        text = partial(_another_channel, name)
+        yield _Way(WRONG.format(name), odds, found, free, whole, text, name, alone=True)
 
 
 def _on_stops(axle: str, _: Joint) -> str:
@@ -192,6 +208,10 @@ def _on_stops(axle: str, _: Joint) -> str:
 
 def _not_its(title: str, _: Joint) -> str:
     return f"{title} wrong: the drive fits no vehicle with what the file states, and was joined with it open"
+
+
+def _another_channel(name: str, _: Joint) -> str:
+    return f"{WRONG.format(name)} (range, gear, unit?): all else contradicts it, and the drive was joined with its scale open"
 
 
 def _ways(joint: Joint, whole: tuple[Evidence, ...], known: Known) -> list[_Way]:
