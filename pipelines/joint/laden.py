@@ -110,12 +110,23 @@ def forces_lever(p: Values) -> Number:
     return (front + rear) / (parts[0] + parts[1])
 
 
+def _heavier(p: Values) -> Number:
+    """The loaded vehicle's mass over the empty one's."""
+    return 1 + p["load"] / p["empty_mass"]
+
+
 def side_patches(p: Values, body: Body) -> Number:
     """N m a m/s² of roll moment that the weight has on tyres whose side force moves their patches towards the inside of the bend.
 
-    The tyres see all of it; the springs as far as the wheels lean with the body, as a rigid axle keeps it to itself.
+    The tyres see all of it; the springs as far as the wheels lean with the body, as a rigid axle keeps it to itself. `patch_side` is that
+    of the empty vehicle: a load has a side force of its own.
     """
-    return GRAVITY * body.mass * p["patch_side"]
+    return GRAVITY * body.mass * p["patch_side"] * _heavier(p)
+
+
+def patch_lag(p: Values) -> Number:
+    """m of height that braked tyres' patches seem to add to the loaded vehicle's CG. `patch_lag` is that of the empty one."""
+    return p["patch_lag"] * _heavier(p)
 
 
 def side_moment(p: Values, body: Body, axle: str) -> Number:

@@ -52,9 +52,23 @@ def test_a_lagging_patch_reads_as_height() -> None:
     p = known.at(np.zeros(len(known.names)))
     mass = body_of(p, None).mass
     higher = p | {"patch_lag": p["patch_lag"] + 0.01}
-    for kind, moved in (("suspension", 0.01 * mass), ("tyre", 0.0)):
+    # a load has the patches give more, as its own braking force does
+    for kind, moved in (("suspension", 0.01 * mass * mass / p["empty_mass"]), ("tyre", 0.0)):
         terms = pitch_terms(kind, known, None)
         assert terms(higher)["fx_brake"] - terms(p)["fx_brake"] == pytest.approx(moved)
+
+
+def test_an_engine_that_holds_back_pushes_on_the_links_as_driving_does() -> None:
+    """While the brakes are on: as far as its torque is all that slows the vehicle, or what is usual where no torque is logged."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.zeros(len(known.names))) | {"pitch_center_brake": 0.2, "pitch_center_drive": 0.05}
+    terms = pitch_terms("suspension", known, None)(p)
+    a_metre = body_of(p, None).mass * p["radius"]
+    assert terms["fx_brake"] != pytest.approx(terms["fx_drive"], rel=0.1)
+    assert terms["fx_brake"] + terms["drive_on"] * a_metre == pytest.approx(terms["fx_drive"])
+    assert -terms["fx_brake"] * p["engine_drag"] + terms["held_on"] == pytest.approx(
+        -terms["fx_drive"] * p["engine_drag"]
+    )
 
 
 def test_hubs_on_swing_arms_pass_the_springs_by() -> None:

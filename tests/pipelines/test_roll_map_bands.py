@@ -27,7 +27,7 @@ SURE = fit(110.0, 7.0, 0.8)
     ("whole", "held", "lost"),
     [
         (fit(110.5, 7.2, 0.81), True, False),
-        (fit(110.5, 7.2, 0.81, converged=False), False, False),
+        (fit(110.5, 7.2, 0.81, converged=False), False, True),
         (fit(114.0, 7.0, 0.80), False, False),
         (fit(117.0, 7.0, 0.80), False, True),
         (fit(110.0, 7.0, 0.80, widened=2.0), False, False),

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pipelines.estimators.roll_map.data import RollData
+from pipelines.estimators.roll_map.fit import fit_roll
 from pipelines.estimators.roll_map.likelihood import QUIET, Problem, named
 from pipelines.estimators.roll_map.model import known_parameters, whitened
 from pipelines.estimators.roll_map.motion import simulated
@@ -71,6 +72,28 @@ def test_without_noise_the_planted_motion_comes_back_from_a_start_that_is_off() 
     found = named(problem.known, x)
     assert settled
     assert (found["a"], found["b"], found["c"]) == pytest.approx((110.0, 7.0, 0.8), rel=2e-3)
+
+
+def test_an_end_is_sought_near_the_start_alone_where_none_farther_off_is_of_use(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """A whole band that has nothing of the sure band's motion cost 13 to 50 s of climbing, and was then left."""
+    data = _sensed(1e-3, 1)
+    known = known_parameters(data, None, 0.2, 0.05, None, frozenset())
+    edges = np.array([data.size])
+    far = {**TRUTH, "a": 300.0, "b": 1.0, "c": 0.05, "rate_gain": 1.0, "log_input_noise": -3.0}
+    assert data.whole
+
+    def climbs(*_: object) -> None:
+        raise AssertionError
+
+    monkeypatch.setattr("pipelines.estimators.roll_map.fit.climb", climbs)
+    assert not fit_roll(data, known, edges, far, close=True).converged
+    with pytest.raises(AssertionError):
+        fit_roll(data, known, edges, far)
+    near = fit_roll(data, known, edges, {**TRUTH, "rate_gain": 1.0}, close=True)
+    assert near.converged
+    assert near.values["a"] == pytest.approx(110.0, rel=2e-3)
 
 
 def test_wide_noise_of_the_input_does_not_bias_the_instruments() -> None:

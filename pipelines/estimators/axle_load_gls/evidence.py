@@ -19,6 +19,7 @@ from pipelines.estimators.load_balance.evidence import PATCH
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
+from pipelines.joint.laden import patch_lag
 from pipelines.models.axle_load import GRAVITY
 
 SOURCE = "axle_load_gls"
@@ -95,7 +96,7 @@ def _transfer(seen: Seen, values: Values) -> float | FloatArray:
     """M_h as the sensors should show it: kg m of load times wheelbase a m/s² of the force that was fitted against."""
     body, gain = loaded_body(values), values[GAIN]
     links = 0.5 * (values["pitch_center_brake"] + values["pitch_center_drive"])
-    patch = values[PATCH] if _on_tyres(seen) else 0.0
+    patch = patch_lag(values) if _on_tyres(seen) else 0.0
     moment = body.mass * ((body.whole_h + patch) * (1 + gain) - links * gain)
     moment = moment + 4 * values["wheel_inertia"] / values["radius"]
     # springs do not see what the links carry

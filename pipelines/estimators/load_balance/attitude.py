@@ -16,7 +16,7 @@ from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
 from pipelines.joint.body import body_inertias, dip_levers, held_rate, past_the_springs, pitch_centres
-from pipelines.joint.laden import rate_under_load
+from pipelines.joint.laden import patch_lag, rate_under_load
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
@@ -39,12 +39,13 @@ def nod(p: Values, mode: str, sag: float | None) -> float:
     """rad of nose-down pitch on springs and tyres for 1 m/s² of f_x. mode: "brake" or "drive" (links differ)."""
     body = body_of(p, sag)
     springs, tyres = pitch_compliance(p)
-    moment = body.moment + body.mass * p["patch_lag"]
+    moment: float = body.moment + body.mass * patch_lag(p)
     braking, driving = pitch_centres(p, body)
     past = body.mass * (braking if mode == "brake" else driving) + past_the_springs(p)
     # links carry a moment by lifting the body at one axle: what that takes off the axles' springs is not even
     lifted = tipped(p, body) * body.sprung * p[f"jack_{mode}"]
-    return -(springs * (moment - past) + tyres * moment) - lifted
+    nose_down: float = -(springs * (moment - past) + tyres * moment) - lifted
+    return nose_down
 
 
 def held_share(p: Values) -> float:

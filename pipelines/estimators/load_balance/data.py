@@ -231,6 +231,10 @@ def _driven(
     found["vyaw"] = found["v"] * found["yaw"]
     found |= {n: smooth(pedals[n]) for n in ("brake", "drive", "on", "pushed") if n in pedals}
     found["on_rolling"] = smooth(pedals["on"] * (speed > CRAWL))
+    if "drive" in pedals:
+        found["drive_on"] = smooth(pedals["drive"] * pedals["on"] * (speed > CRAWL))
+    else:
+        found["held_on"] = found["on_rolling"]
     found["v2_on"] = smooth(pedals["on"] * speed * speed)
     if v is not None:
         found |= nodding_columns(prepared, found, smooth, speed)

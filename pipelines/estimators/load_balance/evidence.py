@@ -11,6 +11,7 @@ from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.estimators.load_balance.solve import Fit, Reduced
 from pipelines.evidence import Evidence, Kind, Values
+from pipelines.joint.laden import patch_lag
 from pipelines.joint.remembered import Remembered
 from pipelines.results import FloatArray
 
@@ -37,7 +38,7 @@ def _predict(reduced: Reduced, patch: bool) -> Callable[[Values], FloatArray]:
         if patch:
             p = Remembered(p)
             # what the tyres' patches move shows as if the whole vehicle were higher by as much
-            p["empty_h"] = p["empty_h"] + p[PATCH] * (p["empty_mass"] + p["load"]) / p["empty_mass"]
+            p["empty_h"] = p["empty_h"] + patch_lag(p) * (p["empty_mass"] + p["load"]) / p["empty_mass"]
         terms = relation.coefficients(p)
         vector = np.array(np.broadcast_arrays(*(terms[name] for name in relation.columns)))
         return np.asarray(total @ vector)

@@ -42,8 +42,8 @@ from pipelines.estimators.load_balance.forces import (
     stiffness_of,
 )
 from pipelines.estimators.load_balance.specific_force import forward, sideways, upward
-from pipelines.joint.body import body_inertias, dip_levers, past_the_springs, pitch_centres
-from pipelines.joint.laden import axis_lever, side_patches, widened
+from pipelines.joint.body import body_inertias, dip_levers, even_factor, past_the_springs, pitch_centres
+from pipelines.joint.laden import axis_lever, patch_lag, side_patches, widened
 from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -103,13 +103,18 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
     links = (0.0, 0.0)
     if not whole:
         braking, driving = pitch_centres(p, body)
-        links = (braking - p["patch_lag"], driving - p["patch_lag"])
+        lag = patch_lag(p)
+        links = (braking - lag, driving - lag)
     past = 0.0 if whole else past_the_springs(p)
     brake, drive = (gain * (body.moment - body.mass * link - past) for link in links)
     # drag passes the tyres by, and rolling resistance is no brake's
     pressure = air_pressure(p) * p["drag"]
     add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
     add(terms, "v2_on", -(links[0] - links[1]) * pressure)
+    # an engine that holds back while the brakes are on does so through the shafts: by its torque, or by what is usual
+    by_shafts = gain * (links[0] - links[1])
+    add(terms, "drive_on", by_shafts * even_factor(p["drive_scale"]) / p["radius"])
+    add(terms, "held_on", -by_shafts * body.mass * p["engine_drag"])
     mean = 0.5 * (brake + drive)
     forward(p, body, mean, terms, (brake, drive))
     add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])

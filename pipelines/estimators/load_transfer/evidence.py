@@ -30,7 +30,7 @@ from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, T
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.body import pitch_centres
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
-from pipelines.joint.laden import axis_lever, forces_lever, roll_springs, side_patches
+from pipelines.joint.laden import axis_lever, forces_lever, patch_lag, roll_springs, side_patches
 from pipelines.joint.outputs import roll_stiffness_of
 from pipelines.joint.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
@@ -100,7 +100,7 @@ def pitch_moments(values: Values) -> tuple[float | FloatArray, float | FloatArra
     body, gain = loaded_body(values), values[GAIN]
     spin = 4 * values["wheel_inertia"] / values["radius"]
     under = body.unsprung * values["radius"] + body.sprung * values["pitch_path"]
-    free = body.moment + body.mass * values[PATCH] - hubs_past(values) - gain * under + (1 - gain) * spin
+    free = body.moment + body.mass * patch_lag(values) - hubs_past(values) - gain * under + (1 - gain) * spin
     braking, driving = pitch_centres(cast("Mapping[str, float]", values), body)
     return free - body.mass * braking, free - body.mass * driving
 

@@ -63,7 +63,9 @@ def _missed(sure: RollFit, whole: RollFit) -> tuple[float, float]:
 
 
 def hopeless(sure: RollFit, whole: RollFit) -> bool:
-    """Whether the usual model misses the whole band by more than any part that it may lack has ever made good."""
+    """Whether the usual model finds no end near the sure band's, or misses the whole band by more than any part that it may lack has ever made good."""
+    if not whole.converged:
+        return True
     apart, widened = _missed(sure, whole)
     return not (apart <= HOPELESS[1] * AGREE and widened <= HOPELESS[0] * MOST_WIDENED)
 
@@ -98,7 +100,8 @@ def fit_models(data: RollData, asked: Asked, sure: RollFit | None = None) -> Rol
     Beyond MOST_ROWS the usual model stands alone: several on half an hour would cost ten times as much as one.
     """
     near = None if sure is None else sure.values
-    base = fit_roll(data, asked.known(data, STANDARD), asked.edges, near)
+    # what does not agree with the sure band is not taken (`holds`): none is sought far from it
+    base = fit_roll(data, asked.known(data, STANDARD), asked.edges, near, close=sure is not None)
     if base.explained < LEAST_TRIED or data.size > MOST_ROWS or (sure is not None and hopeless(sure, base)):
         return base
     verdict = select_parts(data, lambda parts: asked.known(data, parts), base.values)

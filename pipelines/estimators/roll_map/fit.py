@@ -270,14 +270,16 @@ def _cold_start(data: RollData, known: tuple[Known, ...]) -> FloatArray:
     return min(tried, key=lambda x: part.cost(x, None))
 
 
-def _point(problem: Problem, near: Mapping[str, float] | None) -> tuple[FloatArray, int, bool]:
+def _point(
+    problem: Problem, near: Mapping[str, float] | None, *, close: bool
+) -> tuple[FloatArray, int, bool]:
     """Where the fit ends, the steps and whether it settled. In the whole band by instruments (`refine`) where they lead anywhere."""
     data, known = problem.data, problem.known
     start = _cold_start(data, known) if near is None else problem.standing(near, None)
     if data.whole and near is not None:
         moved, steps, settled = refine(problem, start, MOST_STEPS)
-        if settled:
-            return moved, steps, True
+        if settled or close:
+            return moved, steps, settled
     x, steps, converged = climb(problem, start, MOST_STEPS)
     if not data.whole:
         return x, steps, converged
@@ -289,15 +291,21 @@ def _point(problem: Problem, near: Mapping[str, float] | None) -> tuple[FloatArr
 
 
 def fit_roll(
-    data: RollData, known: tuple[Known, ...], edges: IntArray, near: Mapping[str, float] | None = None
+    data: RollData,
+    known: tuple[Known, ...],
+    edges: IntArray,
+    near: Mapping[str, float] | None = None,
+    *,
+    close: bool = False,
 ) -> RollFit:
     """Fit. `edges` are rows up to which the running sums are wanted (the last is the data's size).
 
-    near: values to start from (a part of the model that they do not hold starts at its prior); else the start is sought.
+    near: values to start from (a part of the model that they do not hold starts at its prior); else the start is sought. close: whether
+    the end is close to them or of no use, so that it is not sought farther off.
     Raises LinAlgError for a model that runs away wherever it starts.
     """
     problem = Problem(data, known)
-    x, steps, converged = _point(problem, near)
+    x, steps, converged = _point(problem, near, close=close)
     slopes = problem.of_motion(x, named(known, x))
     taught = problem.taught(x)
     scores = slopes.scores()
