@@ -21,6 +21,9 @@ TRAVELS = [
     "Dämpferweg VL",
     "Stoßdämpferweg VL",
     "Damper_FL",
+    "Susp Pot FL",
+    "Suspension Potentiometer FL",
+    "Linpot FL",
 ]
 
 
