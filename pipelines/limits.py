@@ -41,7 +41,7 @@ def _data_limits(record: ImportRecord) -> list[str]:
 def _load_changed(record: ImportRecord) -> list[str]:
     """That the drive holds two loads (`prepare.load_step`), and what to do."""
     return [
-        f"{d.found[:1].upper()}{d.found[1:]}: split the drive there. What hangs on the load is weak, with both loads in its interval."
+        f"{d.found[:1].upper()}{d.found[1:]}: split the drive there. What hangs on the load is weak, and half of what the load changes of it is in its spread."
         for d in record.decisions
         if d.kind == "load"
     ]

@@ -87,7 +87,7 @@ class LoadStep:
             f"{self.change_kg:+.0f} ± {self.std_kg:.0f} kg by {self.source} at rest, between {self.after_s:.0f} and {self.before_s:.0f} s; "
             f"{100 * self.rear:.0f} % of it at the rear"
         )
-        action = "split the drive there; mass, place and heights are given with both loads in their intervals"
+        action = "split the drive there; mass, place and heights are weak, with half of what the load changes in their spreads"
         return Decision("", "load", self.found, action, evidence, applied=False)
 
 

@@ -94,7 +94,7 @@ def half_of_it(name: str, value: float, step: LoadStep, about: _About) -> float 
 def holding_both_loads(
     verdict: Mapping[str, ParameterEstimate], step: LoadStep | None, vehicle: Vehicle
 ) -> dict[str, ParameterEstimate]:
-    """The verdict, where what hangs on the load is at best weak, with both loads in its interval."""
+    """The verdict, where what hangs on the load is at best weak, with half of what the load changes in its spread."""
     found = dict(verdict)
     if step is None:
         return found
@@ -108,7 +108,7 @@ def holding_both_loads(
         std = math.hypot(entry.std, half)
         found[name] = replace(
             entry, std=std, low=entry.value - 1.96 * std, high=entry.value + 1.96 * std, inner=(), status="weak",
-            reason=f"{step.found}: the interval holds both loads; {entry.reason}",
+            reason=f"{step.found}: half of what that changes is in the spread; {entry.reason}",
         )  # fmt: skip
     return found
 

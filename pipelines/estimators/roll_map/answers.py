@@ -195,6 +195,8 @@ def log_answers(
     if count < 100:
         return {}
     a, _, c = drawn
+    # what the tyres add to a roll against the axles is not in the log
+    source = "the log alone" if bool(np.all(sensor[1] == 1)) else "the log and the tyres' rate"
     weak = "little lateral acceleration in relation to the noise, to dry friction, or to how the road banks into its bends"
     gradient = from_draws(
         "roll_gradient_degpg",
@@ -202,7 +204,7 @@ def log_answers(
         np.full(count, 1 / count),
         None,
         _alone(
-            f"from the log alone: roll {what} per g of sensed lateral acceleration (gravity's part included)",
+            f"from {source}: roll {what} per g of sensed lateral acceleration (gravity's part included)",
             weak,
             weak,
         ),
