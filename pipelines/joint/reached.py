@@ -25,7 +25,7 @@ from pipelines.joint.posterior import Joint, extended, find_mode
 from pipelines.joint.rigid_tyres import CHANCE, rigid, rigid_odds
 from pipelines.joint.rigid_tyres import NAME as RIGID
 from pipelines.joint.rigid_tyres import TEXT as RIGID_TEXT
-from pipelines.joint.stated import stated_relations
+from pipelines.joint.stated import stated_beside
 from pipelines.joint.travel_scale import NAME as SCALED
 from pipelines.joint.travel_scale import opened, scale_odds, text_of
 from pipelines.joint.unknowns import Known, before_the_log
@@ -128,8 +128,9 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
 
     Raises LinAlgError where no vehicle that is known of fits the relations.
     """
-    known, stated = before_the_log(vehicle), stated_relations(vehicle)
+    known = before_the_log(vehicle)
     kept, dropped = counted(evidence, known)
+    stated = stated_beside(kept, vehicle)
     if not kept:
         return None
     whole, found = (*kept, *stated), []

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -29,6 +29,17 @@ def _roll_stiffness(values: Values) -> FloatArray:
 def stated_relations(vehicle: Vehicle) -> tuple[Evidence, ...]:
     """What the file states of several unknowns together."""
     return (*_stated_roll_stiffness(vehicle), *_stated_level(vehicle))
+
+
+def stated_beside(evidence: Sequence[Evidence], vehicle: Vehicle) -> tuple[Evidence, ...]:
+    """What the file states, as far as a drive's relations can take it.
+
+    The unit's level is that of the empty vehicle. A load has the body lean, which deflections at both axles tell; without them it is in
+    the offset that the relations share (a nose that 500 kg lift by 1.3 degrees), and that is not the stated one.
+    """
+    used = {name for e in evidence for name in e.unknowns}
+    told = {"zero_fl", "zero_rl"} <= used
+    return tuple(e for e in stated_relations(vehicle) if told or e.title not in LEVELS)
 
 
 LEVEL: Mapping[str, tuple[Kind, str, str, float]] = {
@@ -65,6 +76,9 @@ def _stated_level(vehicle: Vehicle) -> tuple[Evidence, ...]:
             )  # fmt: skip
     return tuple(found)
 
+
+LEVELS = tuple(f"stated {key}" for key in LEVEL)
+"""Titles of what is stated of the unit's level."""
 
 LEAST_LEVEL_DEG = 0.01
 """No garage's floor is more level."""

@@ -14,7 +14,7 @@ from pipelines.estimators.load_balance.forces import Terms
 from pipelines.estimators.load_balance.specific_force import forward, sideways
 from pipelines.joint.body import body_of
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.stated import stated_relations
+from pipelines.joint.stated import stated_beside, stated_relations
 from pipelines.joint.unknowns import before_the_log
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
@@ -72,6 +72,20 @@ def test_a_levelled_unit_narrows_mounting_and_offset_together() -> None:
     assert float(slope @ joint.u[rows]) == pytest.approx(0.5, abs=0.01)
     # which of the two it is stays as open as before
     assert joint.covariance[rows[1], rows[1]] > 0.4
+
+
+def test_an_empty_vehicles_level_is_none_of_a_loaded_one_whose_lean_nobody_tells() -> None:
+    file = _told(imu_roll_deg=(0.5, 0.05), imu_pitch_deg=(0.2, 0.05))
+    springs = linear({"load": 1.0, "zero_fl": 1.0, "zero_rl": 1.0}, 180.0, 10.0)
+    assert [e.title for e in stated_beside((springs,), file)] == [
+        "stated imu_roll_deg",
+        "stated imu_pitch_deg",
+    ]
+    for lean_unknown in (
+        linear({"load": 1.0}, 180.0, 10.0),
+        linear({"load": 1.0, "zero_rl": 1.0}, 180.0, 10.0),
+    ):
+        assert stated_beside((lean_unknown,), file) == ()
 
 
 def test_the_loads_place_is_told_along_and_across() -> None:
