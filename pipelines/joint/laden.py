@@ -140,8 +140,8 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     what the springs hold. Wide tyres that lean stand on their edges instead, and models of feet that are points have none of it
     (`wheel_plane`: 1 a thin disc).
 
-    A rig that rolls the body over pads has both in one (`path_*`, where `paths_told` is 1): the stiffness by wheel rates and bars less
-    that by the pads' forces, over the load. It sinks with the roll centre.
+    A rig that rolls the body over pads has both in one (`path_*`, where `paths_told` is 1): the stiffness by the pads' forces, where
+    they stand, less that by wheel rates and bars, over the load. It sinks with the roll centre.
     """
     behind = body.x / p["wheelbase"]
     weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)
