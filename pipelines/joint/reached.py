@@ -192,7 +192,7 @@ def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float
 def _springs_or_file(
     joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
 ) -> Iterator[_Way]:
-    """Springs that are none any more under the load, and figures of the file that may be wrong."""
+    """Springs that are none any more under the load, figures of the file that may be wrong, and channels of a wrong scale."""
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     for title, odds, found, free in file_ways(joint, whole, known, vehicle):
