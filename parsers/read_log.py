@@ -30,6 +30,9 @@ MIN_SAMPLES = 2
 """A channel with fewer valid samples than this is no signal."""
 
 BEYOND_JUMP = "row beyond a jump of the clock"
+MUCH = 0.05
+"""Share of a log's rows beyond jumps of its clock from which on it is no whole log."""
+
 _BLOCK = 1 << 14
 
 Progress = Callable[[str, float], None]
@@ -328,6 +331,18 @@ def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:
     return Taken(replace(opened, reader=_read_out(opened.reader)), proposals, rows)
 
 
+def leave_out_beyond_jumps(log: ImportLog, lost: int) -> None:
+    """Write down the rows that are not used since the clock was set, or started again with another drive."""
+    log.reject(BEYOND_JUMP, lost)
+    rows = max(log.messages, lost)
+    if lost > MUCH * rows:
+        log.worsen(
+            "malformed",
+            f"the clock is set or starts again within the log: its longest stretch is read, and {lost} of {rows} rows "
+            f"({lost / rows:.0%}) beyond it are left out; split the log there for what they hold",
+        )
+
+
 def unheard(signal: Signal) -> None:
     """Nobody waits for the signals one by one."""
 
@@ -338,7 +353,7 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     ordered = [group.ordered for group in groups.values()]
     summed = with_axle_sums(taken.proposals, infos, HeldRows(groups), taken.opened.log)
     taken = replace(taken, proposals=summed)
-    taken.opened.log.reject(BEYOND_JUMP, sum(each.lost for each in ordered))
+    leave_out_beyond_jumps(taken.opened.log, sum(each.lost for each in ordered))
     # signals of one table share their stamps: how often they come is worked out once
     periods = {id(group.time_ns): usual_period_s(group.time_ns) for group in groups.values()}
     uses = Counter(name for each in taken.proposals.values() for binding in each for name in binding.needed)

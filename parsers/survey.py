@@ -10,13 +10,13 @@ import numpy as np
 from parsers.axle_sums import RowPiece, with_axle_sums
 from parsers.channels import FloatArray, IntArray
 from parsers.read_log import (
-    BEYOND_JUMP,
     MIN_SAMPLES,
     PartFacts,
     Taken,
     given,
     group_of,
     is_stated,
+    leave_out_beyond_jumps,
     mapped_channel,
     refused,
 )
@@ -60,7 +60,7 @@ class _Values:
 def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
     """Go once through a log's rows on disk."""
     infos, groups = taken.infos, taken.rows.spooled()
-    taken.opened.log.reject(BEYOND_JUMP, sum(rows.lost for rows in groups.values()))
+    leave_out_beyond_jumps(taken.opened.log, sum(rows.lost for rows in groups.values()))
     logged = list(groups.values())
     stored = _SpooledRows(groups, window_bytes)
     proposals = with_axle_sums(taken.proposals, infos, stored, taken.opened.log)

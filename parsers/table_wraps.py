@@ -1,4 +1,7 @@
-"""Counters of time that start again at zero: 16 or 32 bits of milliseconds or microseconds, seconds of a day or week."""
+"""Counters of time that start again: 16 or 32 bits of milliseconds or microseconds, seconds of a day or week.
+
+Those with a sign go from half their count to the negative half.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +30,8 @@ def turns_of(unit_ns: int) -> tuple[int, ...]:
 class Counter:
     """Follows blocks of stamps, and lets a counter run on where it starts again.
 
-    It does so only where the stamps come close to a counter's end, by some usual steps, and go on as close to zero.
+    It does so only where the stamps come close to a counter's end, by some usual steps, and go on as close to where it starts: at zero, or
+    with a sign at the negative end.
     """
 
     turns: tuple[int, ...]
@@ -56,9 +60,11 @@ class Counter:
     def _turn(self, last: int, first: int, near: int) -> int:
         """What a counter counted to that showed `last` and then `first`; 0 where it was none."""
         for turn in self.turns:
-            if turn - near <= last <= turn and 0 <= first <= near and 4 * near < turn:
-                self.log.note(
-                    f"the time column is a counter that starts again at zero after {turn / _SECOND_NS:g} s: it runs on"
-                )
-                return turn
+            for start, where in ((0, "at zero"), (-turn // 2, "at its negative end")):
+                end = start + turn
+                if end - near <= last <= end and start <= first <= start + near and 4 * near < turn:
+                    self.log.note(
+                        f"the time column is a counter that starts again {where} after {turn / _SECOND_NS:g} s: it runs on"
+                    )
+                    return turn
         return 0

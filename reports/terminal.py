@@ -18,6 +18,7 @@ from reports.sections.verdict import LEADING, Line, lines
 from reports.text import DASH, NARROW, NO_BREAK, clean, gist, sentence, spec_of, with_unit
 
 WIDTH = 100
+MOST_REASONS = 2
 _STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}
 _RESET = "\x1b[0m"
 
@@ -41,9 +42,20 @@ def _reason(line: Line) -> list[str]:
     return [f"    {piece}" for piece in textwrap.wrap(clean(line.estimate.reason), WIDTH - 4)] or [""]
 
 
+def _log(results: DriveResults) -> list[str]:
+    """A log that is not whole, and what of it is not used; nothing where it is."""
+    record = results.record
+    if record.status == "complete":
+        return []
+    most = sorted(record.rejected.items(), key=lambda pair: -pair[1])[:MOST_REASONS]
+    left = ", ".join(f"{count} × {clean(reason, 80)}" for reason, count in most)
+    return [f"The log is {record.status}{': left out ' + left if left else ''} (report: data quality)."]
+
+
 def _next_and_conflicts(results: DriveResults) -> list[str]:
-    """A load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
-    told = [
+    """A log that is not whole, a load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
+    told = _log(results)
+    told += [
         f"{sentence(clean(d.found, 200)).rstrip('.')}: split the drive there."
         for d in results.record.decisions
         if d.kind == "load"
@@ -69,7 +81,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
 def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
     """Parameter, value ± standard deviation, 95 % interval, status; below each line the reason, if long in short.
 
-    Behind the table: a load that changed, tyres or sensors that the drive speaks for, conflicts, and the measurement that would help most next.
+    Behind the table: a log that is not whole, a load that changed, tyres or sensors that the drive speaks for, conflicts, and the measurement that would help most next.
 
     colour: paint the status; for a terminal only. Every text is free of control characters.
     """

@@ -90,6 +90,19 @@ def test_rows_are_ordered_and_what_was_done_is_counted(play):
     assert (record.duration_s, drive.start_ns) == (pytest.approx(9.9), 0)
 
 
+@pytest.mark.parametrize(("second", "status"), [(400, "malformed"), (20, "complete")])
+def test_a_clock_that_starts_again_is_said_with_what_it_took(play, second, status):
+    (first_ns, first), (again_ns, again) = row(0, 1000), row(0, second)
+    drive = play(Tape((np.r_[first_ns, again_ns], np.r_[first, again])))
+    record = drive.record
+    assert (record.status, record.clock_jumps) == (status, 1)
+    assert record.rejected["row beyond a jump of the clock"] == second
+    assert len(drive.signals["speed"].values) == 1000
+    assert any(f"{second} of {1000 + second} rows" in note for note in record.notes) == (
+        status == "malformed"
+    )
+
+
 def test_stamps_that_no_clock_shows_are_rejected(play):
     time_ns, values = row(0, 100)
     extreme = np.array([np.iinfo(np.int64).min, LATEST_NS + 1, np.iinfo(np.int64).max])

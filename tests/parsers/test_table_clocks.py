@@ -91,6 +91,17 @@ def test_a_counter_runs_on_over_its_end(tmp_path: Path, bits: int) -> None:
     assert "starts again at zero" in got.said
 
 
+@pytest.mark.parametrize("bits", [16, 32])
+def test_a_counter_with_a_sign_runs_on_at_its_negative_end(tmp_path: Path, bits: int) -> None:
+    rows, step = 600, 20
+    half = 2 ** (bits - 1)
+    counted = half - 300 * step + 7 + step * np.arange(rows)
+    time = [str(int((c + half) % 2**bits - half)) for c in counted]
+    got = read(tmp_path, table(time, count_from(0, rows), count_from(0, rows), head="time_ms,accel_x,speed"))
+    assert np.array_equal(np.diff(got.time), np.full(rows - 1, step * MS))
+    assert "starts again at its negative end" in got.said
+
+
 def test_a_counter_that_ends_between_two_blocks() -> None:
     counter = Counter(turns_of(MS), ImportLog())
     raw = (2**16 - 1000 + 20 * np.arange(100)) % 2**16 * MS

@@ -45,7 +45,8 @@ def test_the_leading_reason_is_whole_and_the_others_are_short() -> None:
     verdict = {
         k: replace(v, reason=long) for k, v in sample.verdict.items() if k in ("cg_height_m", "mass_kg")
     }
-    told = verdict_table(replace(sample, verdict=verdict, joint=None)).splitlines()
+    whole = replace(sample.record, status="complete")
+    told = verdict_table(replace(sample, record=whole, verdict=verdict, joint=None)).splitlines()
     mass = next(i for i, line in enumerate(told) if line.startswith("Mass"))
     assert " ".join(line.strip() for line in told[3:mass]) == long
     assert told[mass + 1] == "    the first clause; and a further one that goes on for a while …"
@@ -86,3 +87,14 @@ def test_a_load_that_changed_stands_below_and_on_the_first_screen() -> None:
     assert "load changed" not in verdict_table(sample)
     (block,) = checks_card(changed)
     assert "The load changed at about 350 s" in str(block)
+
+
+def test_a_log_that_is_not_whole_is_said_below() -> None:
+    sample = rich()
+    record = replace(
+        sample.record, status="malformed", rejected={"row beyond a jump of the clock": 800, "cell": 2, "x": 1}
+    )
+    told = " ".join(line.strip() for line in verdict_table(replace(sample, record=record)).splitlines())
+    assert "The log is malformed: left out 800 × row beyond a jump of the clock, 2 × cell (report:" in told
+    complete = replace(record, status="complete")
+    assert "The log is" not in verdict_table(replace(sample, record=complete))
