@@ -157,6 +157,8 @@ def _fates(proposals: Mapping[str, tuple[Binding, ...]], drive: Drive | None) ->
                     fates[name] = (signal if before[0] is None else f"{before[0]}, {signal}", binding.rule)
                 elif before[0] is None:
                     fates[name] = (None, _why_not(signal, entry, taken, drive))
+            if binding.sign_channel is not None and taken:
+                fates.setdefault(binding.sign_channel, (None, f"the sign of {signal}"))
     return fates
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from parsers.checks.axle_scales import unlike_axles, unlike_sides
-from parsers.checks.codes import Span, possible, spans_of_codes, without_codes
+from parsers.checks.codes import Span, nines_free, possible, spans_of_codes, without_codes
 from parsers.checks.flat_tops import Limits
 from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
@@ -112,7 +112,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     """What is wrong with signals, and the signals with all of it applied. stated: see `check_all`."""
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
-    spans = spans_of_codes(quiet, stated)
+    spans = nines_free(work) | spans_of_codes(quiet, stated)
     grid = make_grid(fixes({name: without_codes(signal, spans.get(name)) for name, signal in quiet.items()}))
     sized, units = size_faults(grid, stated)
     told = {name: stated.get(name, True) or name in sized for name in work}

@@ -20,6 +20,8 @@ USUAL_MOST: dict[str, float] = {
     "steering_wheel_angle": 17.0, "speed": 75.0, "gps_speed_2d": 75.0, "accel_x": 13.0, "accel_y": 13.0,
 }  # fmt: skip
 """SI: a drive reaches more at most for moments, and never stands at one and the same value there."""
+NINES = frozenset(float(n) for n in (9999, 99_999, 999_999, 32_767, 32_768, 65_535))
+"""What loggers write for "no value", either sign: torques and forces may be as large, but not at that one value, apart from all others."""
 STAND_S = 0.2
 _MOST = 0.5
 """Where more than this share of a signal is said to be a code, it is rather the rest that is odd."""
@@ -46,6 +48,19 @@ def code_free(signal: Signal, *, stated: bool) -> Span | None:
         if span is not None:
             return span
     return _between(values, _beyond(values, whole)) if stated else None
+
+
+def nines_free(signals: Mapping[str, Signal]) -> dict[str, Span]:
+    """The ranges (SI) of torques and forces up to `NINES`, which single samples may be."""
+    found = {}
+    for name, signal in signals.items():
+        if SIGNALS[name].quantity in ("torque", "force") and len(signal.values) > 2:
+            ends = float(signal.values.min()), float(signal.values.max())
+            nines = [end for end in ends if abs(end) in NINES]
+            span = _between(signal.values, np.isin(signal.values, nines)) if nines else None
+            if span is not None:
+                found[name] = span
+    return found
 
 
 def without_codes(signal: Signal, span: Span | None) -> Signal:

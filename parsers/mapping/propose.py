@@ -15,6 +15,7 @@ from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
 from parsers.mapping.names import name_bindings, vendor_prefixes
 from parsers.mapping.profiles import load_profiles, may_be_named
+from parsers.mapping.sign_channels import with_signs
 from parsers.signals import SIGNALS
 
 _BUILTIN = 100
@@ -46,7 +47,7 @@ def propose_and_say(
             refused.setdefault(candidate.signal, candidate)
         elif candidate.damper:
             dampers.setdefault(candidate.signal, candidate)
-    proposals = _ranked(found, channels)
+    proposals = with_signs(_ranked(found, channels), channels)
     if user is not None:
         proposals = _with_user(proposals, channels, user)
     proposals = _with_places(proposals, channels)

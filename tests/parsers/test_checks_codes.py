@@ -32,6 +32,27 @@ def test_a_second_of_a_code_is_removed_and_changes_no_unit(name, value, stated):
     assert np.array_equal(fixed[name].values, np.delete(signals[name].values, SECOND))
 
 
+@pytest.mark.parametrize("code", [-9999.0, 32767.0, -32768.0, 65535.0])
+def test_single_samples_of_what_loggers_write_for_no_value_are_removed_from_a_torque(code):
+    signals = drive()
+    pattern = signals["accel_x"]
+    torque = replace(pattern, name="drive_torque", values=600 * pattern.values)
+    at = np.array([300, 301, 900, 1500])
+    fixed, decisions = check(with_code(signals | {"drive_torque": torque}, "drive_torque", code, at))
+    assert [(each.signal, each.kind) for each in decisions] == [("drive_torque", "spikes")]
+    assert np.array_equal(fixed["drive_torque"].values, np.delete(torque.values, at))
+
+
+def test_a_torque_that_comes_near_such_a_value_keeps_it():
+    signals = drive()
+    pattern = signals["accel_x"]
+    values = 9999 * np.sin(pattern.time_ns / 1e10)
+    values[500] = 9999.0
+    fixed, decisions = check(signals | {"drive_torque": replace(pattern, name="drive_torque", values=values)})
+    assert not decisions
+    assert len(fixed["drive_torque"].values) == len(values)
+
+
 def test_a_kerb_strike_stays_beside_a_code():
     signals = with_code(drive(), "accel_x", 30.0, slice(2000, 2001))
     fixed, decisions = check(with_code(signals, "accel_x", -65.0))
