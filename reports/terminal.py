@@ -113,7 +113,7 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
         out += _reason(line)
     if any(bracketed_text(row[0].estimate) for row in rows):
         out.append(
-            "(in brackets: no result, but what was known before the log, or what its load leaves of that)"
+            "(in brackets: no result, but what was known before the log, or what the drive leaves of that)"
         )
     out += _next_and_conflicts(results)
     return "\n".join(row[: WIDTH + 16] if colour else row[:WIDTH] for row in out)

@@ -73,6 +73,10 @@ STIFFENED = "roll_stiffness_nmprad"
 tails are those of loads on the stops. A light load takes them off and shows nothing of the springs: so it goes by spreads."""
 
 SOURCE = "vehicle file and what is known of the load"
+OPENED, MOVED = 1.25, 2.0
+"""Spread over that before the log, and standard deviations off it, from which on a drive that narrows nothing leaves open what the file seemed to know:
+one of its figures is doubted."""
+
 GRID = 121
 NAMED = 3
 """Relations named in a reason; the report's table has all of them."""
@@ -216,11 +220,16 @@ def prior_record(prior: Spread, *, whole: bool = False) -> Prior:
     return Prior(prior.mean, prior.whole_std if whole else prior.std, SOURCE)
 
 
-def _under_its_load(name: str, std: float, prior: Spread | None, kinds: Collection[Kind]) -> str:
-    """Of a `STIFFENED` parameter that the drive does not tell, why its figures are those of the drive's load; else empty."""
-    if prior is None or name != STIFFENED:
+def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Collection[Kind]) -> str:
+    """Of a parameter that the drive does not tell, why its figures are not those of the file alone; else empty."""
+    if prior is None:
         return ""
-    if std > prior.std:
+    away = abs(answer.value - prior.mean)
+    if name != STIFFENED and (answer.std > OPENED * prior.whole_std or away > MOVED * prior.whole_std):
+        return "what this drive shows against the vehicle file leaves it more open than the file does"
+    if name != STIFFENED:
+        return ""
+    if answer.std > prior.std:
         return "the load that this drive shows leaves it more open than the vehicle file alone"
     if "vertical" in kinds:
         return (
@@ -248,7 +257,7 @@ def estimate_of(
     reason = reason_of(name, status, shares, file_std, answer.std, lacks)
     if prior is None and status == "not_identifiable":
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
-    words = _under_its_load(name, answer.std, prior, kinds) if status == "not_identifiable" else ""
+    words = _opened_by_drive(name, answer, prior, kinds) if status == "not_identifiable" else ""
     if prior is not None and words:
         low, high = (
             (max(answer.low, 0.0), answer.high)

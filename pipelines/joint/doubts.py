@@ -24,20 +24,21 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.channels import WRONG, channels_of
-from pipelines.joint.file_check import STATED
+from pipelines.joint.file_check import LOAD, stated_unknowns
 from pipelines.joint.suspension import levelled_n
 from pipelines.joint.unknowns import AXLES, CORNERS, Known
 from pipelines.results import FloatArray
-from pipelines.vehicles.kinds import kind_of
+from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.kinematics import spring_curve
 from pipelines.vehicles.vehicle import Vehicle
 
 WRONG_FILE = 0.015
 """Chance beforehand that a stated figure (or a pair that belongs together), or a channel's scale, is wrong by several of its own spreads."""
 
-OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05}
+OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05, LOAD: 0.05}
 """The same of what data sheets mean in several ways: kerb, empty or permitted mass; rates at the spring or at the wheel. Who states where
-the CG lies across has weighed the wheels, and who states wheel rates above and below ride height has had them measured at the wheel."""
+the CG lies across has weighed the wheels, and who states wheel rates above and below ride height has had them measured at the wheel. And of
+a load, which who wrote it down did not drive with."""
 
 SIMPLE = 0.25
 """Chance beforehand that a log comes from a simple model, which leaves each piece of physics out or not, as a coin falls."""
@@ -131,14 +132,17 @@ def chance_wrong(title: str, vehicle: Vehicle) -> float:
     return OFTEN_WRONG.get(title, WRONG_FILE)
 
 
-def _file_doubts(vehicle: Vehicle) -> list[Doubt]:
-    """Every stated figure: each of a pair by itself, and both wrong alike."""
+def _file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
+    """Every stated figure: each of a pair by itself, and both wrong alike. A load that is not the stated one is any that such vehicles carry."""
     found = []
-    for title, figures in STATED.items():
-        names = tuple(unknown for key, unknown in figures.items() if vehicle.get(key) is not None)
-        if not names:
-            continue
-        found += _wider(f"{title} wrong", names, chance_wrong(title, vehicle))
+    for title, names in stated_unknowns(vehicle).items():
+        text, chance = f"{title} wrong", chance_wrong(title, vehicle)
+        if title == LOAD:
+            kilos = float(joint.known.mean[joint.known.index("empty_mass")])
+            usual = usual_load(vehicle, kilos)
+            found.append(_physics(text, joint.known, {"load": (usual.mean, usual.std)}, chance))
+        else:
+            found += _wider(text, names, chance)
     return found
 
 
@@ -296,13 +300,13 @@ def doubts_of(joint: Place, vehicle: Vehicle, opened: str = "") -> tuple[Weighed
     """All doubts with what the log makes of them. At most one is true: their weights and that of none sum to 1.
 
     Each is there as often as there are places for the load, and none of them too: what stays for the posterior as it is is nothing then.
-    opened: a group of stated figures (`STATED`) that the posterior does not take from the file, or a channel whose scale it does not take
+    opened: a group of stated figures (`stated_unknowns`) that the posterior does not take from the file, or a channel whose scale it does not take
     for known: of that there is none.
     """
     doubts = [
         d
         for d in (
-            *_file_doubts(vehicle),
+            *_file_doubts(joint, vehicle),
             *_unlike_measured(vehicle),
             *_channel_doubts(joint),
             *_levelling(joint, vehicle),

@@ -44,6 +44,20 @@ STATED: Mapping[str, Mapping[str, str]] = {
 }
 """Figures of the vehicle file that go wrong together, and the unknowns that hold them."""
 
+LOAD = "stated load"
+"""The group of the load's mass: a driver who is not counted, a pallet that was left."""
+
+
+def stated_unknowns(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
+    """The unknowns of each group of figures that the vehicle file states; the load's as far as it is not stated as exact."""
+    found = {
+        title: tuple(unknown for key, unknown in figures.items() if vehicle.get(key) is not None)
+        for title, figures in STATED.items()
+    }
+    load = vehicle.load.get("mass_kg")
+    found[LOAD] = ("load",) if load is not None and load.std > 0 else ()
+    return {title: names for title, names in found.items() if names}
+
 
 def misfit(u: FloatArray, covariance: FloatArray) -> tuple[float, int]:
     """chi² of k unknowns' priors against the log, u (k,) and covariance (k, k) at the mode, and its degrees of freedom."""
@@ -99,11 +113,8 @@ def file_check(joint: Joint, vehicle: Vehicle) -> tuple[Check, ...]:
     from scipy.stats import chi2 as law
 
     found = [*_lighter_than_empty(joint, vehicle)]
-    for title, figures in STATED.items():
-        names = [unknown for key, unknown in figures.items() if vehicle.get(key) is not None]
+    for title, names in stated_unknowns(vehicle).items():
         rows = [joint.known.names.index(name) for name in names]
-        if not rows:
-            continue
         probability, amount, count = worse_test(joint.u[rows], joint.covariance[np.ix_(rows, rows)])
         if probability >= UNLIKELY:
             continue

@@ -15,7 +15,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.doubts import chance_wrong
-from pipelines.joint.file_check import STATED
+from pipelines.joint.file_check import LOAD, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.rigid_tyres import log_odds
 from pipelines.joint.unknowns import Known
@@ -33,6 +33,7 @@ OPEN: Mapping[str, tuple[float, float]] = {
     "stated wheelbase": (0.06, 0.0),
     "stated roll inertia": (0.3, 0.0),
     BRAKE_GAIN: (0.4, 0.0),
+    LOAD: (0.0, 100.0),
 }
 """Spread of a group's figures where they may be anything: share of the figure, and SI."""
 
@@ -45,6 +46,9 @@ FARTHEST = 3.5
 BAR = 0.6
 """The same of a bar, over its axle's roll stiffness by springs: a nought may stand for a bar that nobody looked up."""
 
+CARRIED = 0.15
+"""The same of a load's mass, over the empty vehicle's."""
+
 
 def opened(known: Known, names: Sequence[str], spread: tuple[float, float]) -> Known:
     """The unknowns with some of them open about what is stated; never narrower than they were."""
@@ -54,6 +58,8 @@ def opened(known: Known, names: Sequence[str], spread: tuple[float, float]) -> K
         if name.startswith("bar_"):
             rate, track = (known.mean[known.index(f"{part}_{name[4:]}")] for part in ("spring", "track"))
             least = BAR * 0.5 * rate * track**2
+        elif name == "load":
+            least = max(least, CARRIED * float(known.mean[known.index("empty_mass")]))
         std[row] = max(std[row], spread[0] * abs(known.mean[row]), least)
     return replace(known, std=std)
 
@@ -69,12 +75,9 @@ def file_ways(
     joint: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
 ) -> Iterator[tuple[str, float, Joint, Known]]:
     """For each group that the file states: its title, ln odds with the log that it is wrong, the posterior with it open, and its unknowns."""
-    for title, figures in STATED.items():
-        names = [unknown for key, unknown in figures.items() if vehicle.get(key) is not None]
+    for title, names in stated_unknowns(vehicle).items():
         # what is stated without a spread is no unknown of the relations
-        if not names or any(
-            known.std[known.index(n)] < SURE * abs(known.mean[known.index(n)]) for n in names
-        ):
+        if any(known.std[known.index(n)] < SURE * abs(known.mean[known.index(n)]) for n in names):
             continue
         free = opened(known, names, OPEN[title])
         found = joined_again(joint, evidence, known, free)

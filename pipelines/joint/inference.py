@@ -15,7 +15,7 @@ from pipelines.joint.bends import bent
 from pipelines.joint.channels import CHANNELS
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.doubts import Weighed, doubts_of, said
-from pipelines.joint.file_check import STATED, file_check
+from pipelines.joint.file_check import LOAD, STATED, file_check
 from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
 from pipelines.joint.mixture import Apart, doubted
@@ -143,7 +143,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
 
 def _left_to_say(doubts: Sequence[Weighed], reached: Reached) -> tuple[str, ...]:
     """Doubts that the log speaks for; of stated figures and channels none, where those were asked by fits of their own and one is heard."""
-    texts, asked = said(doubts), (*STATED, *CHANNELS)
+    texts, asked = said(doubts), (*STATED, LOAD, *CHANNELS)
     if not any(text.startswith(asked) for text in reached.found):
         return texts
     return tuple(text for text in texts if not text.startswith(asked))

@@ -6,10 +6,18 @@ tonnes is too far for that.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import replace
 
-from pipelines.joint.doubts import LEVELS, doubts_of
+from pipelines.evidence import Evidence
+from pipelines.joint.doubts import LEVELLED, LEVELS, chance_wrong, doubts_of
+from pipelines.joint.file_check import LOAD, stated_unknowns
+from pipelines.joint.file_ways import OPEN, joined_again, opened
 from pipelines.joint.posterior import Joint
+from pipelines.joint.rigid_tyres import log_odds
+from pipelines.joint.unknowns import Known
+from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
 SURE = 0.7
@@ -24,3 +32,18 @@ def as_levelled(joint: Joint, vehicle: Vehicle) -> Vehicle | None:
         return None
     weight = sum(each.weight for each in doubts_of(joint, vehicle) if each.doubt.text == LEVELS)
     return replace(vehicle, self_levelling="both") if weight > SURE else None
+
+
+def rather_another_load(
+    joint: Joint, levelled: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
+) -> bool:
+    """Whether a stated load that is wrong explains the drive better than springs that level themselves, each by a fit of its own.
+
+    joint: the posterior with neither; levelled: that with such springs.
+    """
+    names = stated_unknowns(vehicle).get(LOAD, ())
+    if not names:
+        return False
+    loaded = joined_again(joint, evidence, known, opened(known, names, OPEN[LOAD]))
+    odds = log_odds(joint, loaded) + math.log(chance_wrong(LOAD, vehicle))
+    return odds > log_odds(joint, levelled) + math.log(0.5 * LEVELLED[kind_of(vehicle)])

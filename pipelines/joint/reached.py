@@ -14,10 +14,10 @@ from pipelines.joint.channel_ways import channel_ways
 from pipelines.joint.channels import WRONG
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
-from pipelines.joint.file_check import file_check
+from pipelines.joint.file_check import LOAD, file_check
 from pipelines.joint.file_ways import BRAKE_GAIN, file_ways
 from pipelines.joint.levelled import TEXT as LEVELLED
-from pipelines.joint.levelled import as_levelled
+from pipelines.joint.levelled import as_levelled, rather_another_load
 from pipelines.joint.on_stops import NAME as STOPS
 from pipelines.joint.on_stops import TEXT as STOPS_TEXT
 from pipelines.joint.on_stops import stop_ways
@@ -61,7 +61,7 @@ class _Way:
     """Tyres or sensors that are otherwise. odds: ln, over those that are as usual, with the log; joint: the posterior with them.
 
     known, whole: the unknowns and relations that it was joined with; text: what is said where there is no other way; opened: the group of
-    stated figures that are not taken from the file, or the channel whose scale is not taken for known; alone: whether one channel is otherwise, and nothing beside it.
+    stated figures that are not taken from the file, or the channel whose scale is not taken for known; alone: whether one channel or figure is otherwise, and nothing beside it.
     """
 
     name: str
@@ -137,9 +137,11 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     joint, modes = _modes(whole, known, rng)
     levelled = as_levelled(joint, vehicle)
     if levelled is not None:
-        vehicle, known = levelled, before_the_log(levelled)
-        joint, modes = _modes(whole, known, rng)
-        found.append(LEVELLED)
+        raised = before_the_log(levelled)
+        high, ends = _modes(whole, raised, rng)
+        if not rather_another_load(joint, high, whole, known, vehicle):
+            vehicle, known, joint, modes = levelled, raised, high, ends
+            found.append(LEVELLED)
     checks = before = check(joint)
     plain, left = _weighed(_ways(joint, whole, known))
     if left:
@@ -196,8 +198,8 @@ def _springs_or_file(
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     for title, odds, found, free in file_ways(joint, whole, known, vehicle):
-        gain = title == BRAKE_GAIN
-        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title, gain)
+        alone = title in (BRAKE_GAIN, LOAD)
+        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title, alone)
     for name, odds, found, free in channel_ways(joint, whole, known):
         text = partial(_another_channel, name)
         yield _Way(WRONG.format(name), odds, found, free, whole, text, name, alone=True)

@@ -173,6 +173,10 @@ class Vehicle:
         return "the vehicle file's [load] has no mass_kg" if self.load else "the vehicle file has no [load]"
 
 
+LEAST_LOAD_STD_KG = 5.0
+"""Of a load that is stated as a bare number: nobody weighs a jacket, and fuel is burnt."""
+
+
 def _number(raw: object, key: str, table: str, path: Path) -> tuple[float, float | None]:
     """Read a quantity: a number, or {value, std}."""
     place = f"[{table}] {key}"
@@ -238,6 +242,8 @@ def _quantities(raw: Mapping[str, Any], table: str, known: frozenset[str], path:
             std = abs(value) * RELATIVE_STD.get(key, DEFAULT_RELATIVE_STD)
             if key in ANY_SIGN | LOAD_ANY_SIGN or table == "sensors":
                 std = max(std, LEAST_STD.get(key, 0.02))
+            elif table == "load" and key == "mass_kg":
+                std = max(std, LEAST_LOAD_STD_KG)
         found[key] = Quantity(value, std, "vehicle file", stated)
     return found
 

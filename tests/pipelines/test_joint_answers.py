@@ -61,7 +61,7 @@ def test_a_stiffness_that_the_drive_does_not_tell_is_given_for_the_load_that_it_
 
 
 def test_what_nothing_opened_is_given_with_what_was_known_before() -> None:
-    for name, std in (("roll_stiffness_nmprad", 2400.0), ("cg_height_m", 4e3)):
+    for name, std in (("roll_stiffness_nmprad", 2400.0), ("cg_height_m", 2900.0)):
         found = entry(name, std)
         assert (found.value, found.std, found.status) == (
             90e3,
@@ -70,18 +70,29 @@ def test_what_nothing_opened_is_given_with_what_was_known_before() -> None:
         )
 
 
+@pytest.mark.parametrize(("value", "std"), [(94e3, 4e3), (96e3, 2400.0)])
+def test_what_a_drive_opens_against_the_file_is_given_as_open(value: float, std: float) -> None:
+    told = Told(value, std, value - 1.96 * std, value + 1.96 * std, None)
+    found = estimate_of("cg_height_m", told, PRIOR, (), None, rolling())
+    assert (found.value, found.low, found.status) == (value, value - 1.96 * std, "not_identifiable")
+    assert "leaves it more open than the file does" in found.reason
+    assert found.prior is not None
+    assert found.prior.value == 90e3
+
+
 def test_what_was_known_before_is_given_with_one_spread_for_std_and_interval() -> None:
     """Loads on their stops leave a long tail: the middle's spread would be far narrower than the interval beside it."""
     rng = np.random.default_rng(1)
     draws = np.where(rng.random(20_000) < 0.1, 150e3, 90e3) + 2500 * rng.standard_normal(20_000)
-    told = Told(94e3, 60e3, -20e3, 210e3, None)
+    told = Told(94e3, 16e3, 62e3, 126e3, None)
     found = estimate_of("roll_inertia_kgm2", told, Spread(90e3, 2500.0, draws), (), None, ())
     assert found.low is not None
     assert found.high is not None
     assert found.std == pytest.approx((found.high - found.low) / 3.92)
     assert found.prior is not None
     assert found.prior.std == found.std
-    low = estimate_of("roll_stiffness_nmprad", told, Spread(90e3, 2500.0, draws), (), None, ()).low
+    wide = Told(94e3, 60e3, -20e3, 210e3, None)
+    low = estimate_of("roll_stiffness_nmprad", wide, Spread(90e3, 2500.0, draws), (), None, ()).low
     assert low == 0.0
 
 
@@ -117,7 +128,7 @@ def test_a_status_is_by_what_is_left_of_the_interval_before(std: float, status: 
 
 def test_what_was_known_before_has_the_interval_of_its_draws() -> None:
     draws = 90e3 + 2500.0 * np.random.default_rng(2).exponential(1.0, 20_000)
-    told = Told(94e3, 4e3, 86e3, 102e3, None)
+    told = Told(94e3, 2.4e3, 89.3e3, 98.7e3, None)
     found = estimate_of("cg_height_m", told, Spread(92e3, 2300.0, draws), (), None, ())
     assert (found.low, found.high) == pytest.approx((90e3 + 2500 * 0.0253, 90e3 + 2500 * 3.689), rel=2e-3)
 
