@@ -1,7 +1,7 @@
 """Do the deflections show the wheels' travel? Sensors at the damper or on a lever, inches, a gain of another range: all are off alike.
 
-A balance sees no more of it than of other spring rates, which stand for it (`doubts`). A gyro that turns with the same body sees
-the scale by itself. So where there is one the relations are joined a second time, with the scale open,
+A balance sees no more of it than of other spring rates. A gyro that turns with the same body sees the scale by itself; without one the
+stated rates and heights alone may contradict it, as far as they are known. The relations are joined a second time, with the scale open,
 
     s_w ~ N(1, S),    S⁻¹ = W⁻² I + D' C⁻¹ D
 
@@ -63,9 +63,9 @@ def _lacking(known: Known, alike: Evidence) -> float:
 def scale_odds(right: Joint, evidence: Sequence[Evidence], known: Known) -> tuple[float, Joint] | None:
     """ln odds with the log for deflections of a wrong scale, and the posterior with it open. right: the one with the scale as stated.
 
-    None, without a second fit, where no gyro tells.
+    None, without a second fit, where no relation has it.
     """
-    if not any(e.carrier == GYRO_BESIDE_SPRINGS for e in evidence):
+    if not any(set(NAMES) & {*e.unknowns} for e in evidence):
         return None
     free, alike = opened(known)
     open_ = find_mode([*evidence, alike], free, [np.zeros(len(right.u)), right.u])

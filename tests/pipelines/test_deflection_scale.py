@@ -186,3 +186,19 @@ def test_the_cause_is_named_and_what_hangs_on_it_is_no_surer() -> None:
     assert wrong > 2 * right
     assert any(SCALED in words for words in said)
     assert not any(SCALED in words for words in quiet)
+
+
+@pytest.mark.parametrize(("share", "low", "high"), [(1.0, 0.0, 0.01), (0.75, 0.5, 1.0)])
+def test_without_a_gyro_stated_springs_and_a_known_arm_contradict_it(
+    share: float, low: float, high: float
+) -> None:
+    """Deflections that show a share of the travel, on springs and heights that are known to 2 %."""
+
+    def seen(axle: str, rate: float) -> Evidence:
+        wheels = {f"scale_{axle}{side}": 0.5 * rate for side in "lr"}
+        sums = linear(
+            {**wheels, f"spring_{'front' if axle == 'f' else 'rear'}": -1.0}, rate * (1 / share - 1), 700.0
+        )
+        return replace(sums, carrier=f"{axle} springs")
+
+    assert low <= _chance([seen("f", 35e3), seen("r", 38e3)]) <= high

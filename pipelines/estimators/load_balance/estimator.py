@@ -179,7 +179,7 @@ class LoadBalance:
         return Estimate(
             self.name, "ran", self._reason(fit, known, said(doubts)), {**parameters, **rest},
             tracks=tracks(fit, data), traces=traces(fit, data),
-            assumptions=(*known.assumptions, self._filter(prepared, settings)),
+            assumptions=(*known.assumptions, *self._travel(prepared, data), self._filter(prepared, settings)),
             diagnostics=self._figures(fit, data), used_fraction=used,
             evidence=evidence_of(fit, data, heavy=heavy),
         )  # fmt: skip
@@ -189,6 +189,14 @@ class LoadBalance:
             self.name, "ran", reason, unanswered(known, self.parameters, reason, priors, vehicle.reference),
             assumptions=known.assumptions,
         )  # fmt: skip
+
+    @staticmethod
+    def _travel(prepared: Prepared, data: Columns) -> tuple[Assumption, ...]:
+        if "deflection" not in data.kinds and not data.one_axle:
+            return ()
+        checked = "roll_rate" in prepared.columns and "deflection" in data.kinds
+        how = "the roll rate beside them checks it" if checked else "nothing in this log checks it; a roll rate would"
+        return (Assumption("travel that the deflections show", "the wheels', at 1 : 1", how),)
 
     @staticmethod
     def _lacks(data: Columns, known: Known) -> str:
