@@ -195,7 +195,11 @@ class LoadBalance:
         if "deflection" not in data.kinds and not data.one_axle:
             return ()
         checked = "roll_rate" in prepared.columns and "deflection" in data.kinds
-        how = "the roll rate beside them checks it" if checked else "nothing in this log checks it; a roll rate would"
+        how = (
+            "the roll rate beside them checks it"
+            if checked
+            else "nothing in this log checks it; a roll rate would"
+        )
         return (Assumption("travel that the deflections show", "the wheels', at 1 : 1", how),)
 
     @staticmethod
