@@ -10,7 +10,9 @@ from typing import Literal
 from parsers.channels import FloatArray, IntArray
 from parsers.importer import Status
 
-DecisionKind = Literal["sign", "unit", "spikes", "offset", "scale", "range", "choice", "load", "zero"]
+DecisionKind = Literal[
+    "sign", "unit", "spikes", "offset", "scale", "range", "choice", "load", "zero", "vehicle"
+]
 
 
 @dataclass(frozen=True)

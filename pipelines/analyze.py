@@ -30,6 +30,7 @@ from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
 from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.spring_forces import at_the_wheels
+from pipelines.prepare.steered import steered
 from pipelines.results import Assumption, DriveResults, Estimate, Inputs, ParameterEstimate, Standing, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
@@ -175,7 +176,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive = at_the_wheels(drive, vehicle)
     lateral = lateral_doubt(drive, vehicle)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
-    drive = with_doubt(drive, lateral)
+    drive = steered(with_doubt(drive, lateral), vehicle)
     step = load_step(drive, vehicle)
     drive, vehicle = with_zero_open(with_load_step(drive, step), vehicle)
     results: list[Estimate] = []

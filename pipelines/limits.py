@@ -56,6 +56,15 @@ def _zero_open(record: ImportRecord) -> list[str]:
     ]
 
 
+def _another_vehicle(record: ImportRecord) -> list[str]:
+    """That the drive turns unlike the vehicle file's vehicle (`prepare.steered`)."""
+    return [
+        f"{d.found[:1].upper()}{d.found[1:]}: is the file this vehicle's?"
+        for d in record.decisions
+        if d.kind == "vehicle"
+    ]
+
+
 def _changed(record: ImportRecord) -> list[str]:
     """That samples are used otherwise than they were logged, beyond units and signs: all that rests on them hangs on it."""
     return [
@@ -132,6 +141,7 @@ def what_limits(
     limits += [
         *_load_changed(record),
         *_zero_open(record),
+        *_another_vehicle(record),
         *_changed(record),
         *_contradiction(joint),
         *_two_stiffnesses(vehicle),

@@ -65,6 +65,11 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
         for d in results.record.decisions
         if d.kind == "zero"
     ]
+    told += [
+        f"{sentence(clean(d.found, 200)).rstrip('.')}: is the file this vehicle's?"
+        for d in results.record.decisions
+        if d.kind == "vehicle"
+    ]
     told += [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
     if results.joint is not None:
         told += [sentence(clean(text, 300)) for text in results.joint.spoke_for]
