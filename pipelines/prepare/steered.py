@@ -40,7 +40,7 @@ LEAST_RATE = 0.05
 """rad/s, rms beside the other columns: below it next to nothing is turned."""
 
 USUAL, SURE = 0.2, 4.0
-"""Share of the file's product by which racks with a variable ratio are off, and standard deviations that it must be off by beyond."""
+"""Share of the file's product by which racks with a variable ratio are off, and standard deviations that it must be off by."""
 
 
 def steering_product(drive: Drive) -> tuple[float, float] | None:
@@ -71,8 +71,7 @@ def steered(drive: Drive, vehicle: Vehicle) -> Drive:
     product, std = told
     stated = ratio.value * length.value
     own = stated * math.hypot(ratio.std / ratio.value, length.std / length.value)
-    away = abs(product - stated) - USUAL * stated
-    if away < SURE * math.hypot(std, own):
+    if abs(product - stated) < max(USUAL * stated, SURE * math.hypot(std, own)):
         return drive
     text = (
         f"steering ratio times wheelbase is {product:.1f} m by steering angle, yaw rate and speed, and {stated:.1f} m in the "
