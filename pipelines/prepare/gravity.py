@@ -32,6 +32,9 @@ BETWEEN = 0.5
 NONE = 0.3
 """Share up to which it may be none: sideslip in hard bends takes half of it away in places."""
 
+NOTHING = 0.12
+"""The same where nothing but the springs shows the lean, as roads that bank take as much away: what a level unit reads has none at all."""
+
 SURE = 2.5
 """Standard deviations from BETWEEN that a share must be off."""
 
@@ -193,6 +196,12 @@ def _banked(drive: Drive, vehicle: Vehicle, tilt: Signal) -> tuple[Share, str] |
     return None
 
 
+def _by_springs_alone(drive: Drive, vehicle: Vehicle, tilt: Signal) -> bool:
+    """Whether neither the horizon, a gyro nor bends so slow that no road banks for them show gravity's part."""
+    by_springs = tilt.source.startswith("derived") and turned_share(drive) is None
+    return by_springs and shares(drive, vehicle, SLOW_MPS[0]).get("accel_y") is None
+
+
 def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set[str] = frozenset()) -> Drive:
     """The drive with gravity's part added to accelerations that surely lack it, and a decision for each in the record.
 
@@ -209,6 +218,15 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
                 Decision(
                     name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends",
                     "left as it is", f"{share.value:.2f} ± {share.std:.2f} of it is there, {other.value:.2f} ± {other.std:.2f} {where}", applied=False,
+                )
+            )  # fmt: skip
+            continue
+        if name == "accel_y" and abs(share.value) > NOTHING and _by_springs_alone(drive, vehicle, tilt):
+            said.append(
+                Decision(
+                    name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends, or it is no accelerometer's reading",
+                    "left as it is: neither a gyro nor slow bends tell which",
+                    f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=False,
                 )
             )  # fmt: skip
             continue

@@ -185,8 +185,23 @@ def test_a_banked_road_without_slow_bends_is_left_alone_where_a_gyro_turns() -> 
     (decision,) = (d for d in found.record.decisions if d.signal == "accel_y")
     assert not decision.applied
     assert "gyro" in decision.evidence
-    blind = replace(banked, signals={n: s for n, s in banked.signals.items() if n != "roll_rate"})
-    assert any(d.applied for d in with_gravity(blind, CAR).record.decisions)
+
+
+def test_without_a_gyro_a_banked_road_is_not_taken_for_gravity_that_is_missing_either() -> None:
+    """A unit that levels its output reads nothing of gravity; banks take away more or less than all of it."""
+
+    def blind(gravity: float) -> Drive:
+        whole = _superelevated(gravity=gravity)
+        return replace(whole, signals={n: s for n, s in whole.signals.items() if n != "roll_rate"})
+
+    over, level = blind(1.0), blind(0.0)
+    assert shares(over, CAR)["accel_y"][0].missing
+    found = with_gravity(over, CAR)
+    assert found.signals["accel_y"] is over.signals["accel_y"]
+    (decision,) = (d for d in found.record.decisions if d.signal == "accel_y")
+    assert not decision.applied
+    assert "neither a gyro nor slow bends tell which" in decision.action
+    assert any(d.applied for d in with_gravity(level, CAR).record.decisions)
 
 
 def test_that_gravity_was_added_stands_on_the_first_screen() -> None:
