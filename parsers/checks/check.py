@@ -13,6 +13,7 @@ from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
 from parsers.checks.mounting import judge_signs
 from parsers.checks.offsets import offsets, stuck, weightless
+from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
@@ -126,7 +127,7 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
     work, spikes, wild, limits = _cleaned(work, spans)
-    wild |= {each.signal: each for each in pressure if each.applied}
+    wild |= {each.signal: each for each in pressure if each.applied} | scrambled(work)
     if wild:
         # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
         own = {each.signal: each.found for each in units if not each.applied}
