@@ -53,6 +53,9 @@ LEVELS = "springs that level themselves, so that deflections tell no load"
 
 WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips a pitched body"
 
+WEIGHED = 0.005
+"""The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
+
 WIDER = 5.0
 """A wrong figure's spread over the stated one."""
 
@@ -127,8 +130,9 @@ def chance_wrong(title: str, vehicle: Vehicle) -> float:
     """Chance beforehand that stated figures are wrong: as data sheets are, or as rigs are where the file holds what only those find."""
     if title == "stated spring rates" and all(spring_curve(vehicle.quantities, axle) for axle in AXLES):
         return WRONG_FILE
-    if title == "stated mass" and vehicle.get("cg_lateral_offset_m") is not None:
-        return WRONG_FILE
+    if vehicle.get("cg_lateral_offset_m") is not None:
+        weighed = {"stated mass": WRONG_FILE, "stated place of the CG": WEIGHED}
+        return weighed.get(title, OFTEN_WRONG.get(title, WRONG_FILE))
     return OFTEN_WRONG.get(title, WRONG_FILE)
 
 

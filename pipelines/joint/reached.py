@@ -25,6 +25,9 @@ from pipelines.joint.posterior import Joint, extended, find_mode
 from pipelines.joint.rigid_tyres import CHANCE, rigid, rigid_odds
 from pipelines.joint.rigid_tyres import NAME as RIGID
 from pipelines.joint.rigid_tyres import TEXT as RIGID_TEXT
+from pipelines.joint.slip_way import NAME as SLIPS
+from pipelines.joint.slip_way import TEXT as SLIPS_TEXT
+from pipelines.joint.slip_way import slip_ways
 from pipelines.joint.stated import stated_beside
 from pipelines.joint.travel_scale import NAME as SCALED
 from pipelines.joint.travel_scale import opened, scale_odds, text_of
@@ -194,12 +197,14 @@ def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float
 def _springs_or_file(
     joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
 ) -> Iterator[_Way]:
-    """Springs that are none any more under the load, figures of the file that may be wrong, and channels of a wrong scale."""
+    """Springs that are none any more under the load, figures of the file that may be wrong, slips that may be, and channels of a wrong scale."""
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     for title, odds, found, free in file_ways(joint, whole, known, vehicle):
         alone = title in (BRAKE_GAIN, LOAD)
         yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title, alone)
+    for odds, found, unsure in slip_ways(joint, whole, known):
+        yield _Way(SLIPS, odds, found, known, unsure, lambda _: SLIPS_TEXT, alone=True)
     for name, odds, found, free in channel_ways(joint, whole, known):
         text = partial(_another_channel, name)
         yield _Way(WRONG.format(name), odds, found, free, whole, text, name, alone=True)

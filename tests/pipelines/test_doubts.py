@@ -15,6 +15,7 @@ from pipelines.joint.doubts import (
     OFTEN_WRONG,
     UNLIKE,
     UPRIGHT,
+    WEIGHED,
     WHEELS,
     WIDER,
     WRONG_FILE,
@@ -65,6 +66,9 @@ def test_figures_of_a_rig_are_wrong_less_often_than_a_data_sheets() -> None:
     sheet, weighed = _only("mass_kg"), _with(cg_lateral_offset_m=0.004)
     assert chance_wrong("stated mass", sheet) == OFTEN_WRONG["stated mass"]
     assert chance_wrong("stated mass", weighed) == WRONG_FILE
+    assert chance_wrong("stated place of the CG", weighed) == WEIGHED
+    assert chance_wrong("stated place of the CG", sheet) == WRONG_FILE
+    assert chance_wrong("stated spring rates", weighed) == chance_wrong("stated spring rates", sheet)
     rates = {
         f"spring_rate_{axle}{end}_npm": 28e3
         for axle in ("front", "rear")
