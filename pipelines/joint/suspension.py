@@ -155,6 +155,8 @@ def suspension(book: Book, kilos: float) -> bool:
         book.put(f"rebound_{axle}", 1.2 * mean, spread * mean)
         share, spread = SLIDING[rigid_axle(vehicle, axle)]
         book.put(f"friction_{axle}", share * GRAVITY * corner, spread * GRAVITY * corner)
+    # a zero that is off by a travel twists the bars as well; springs that level themselves are off by a force alone
+    book.put("zero_twists", float(vehicle.self_levelling not in ("rear", "both")), 0.0)
     # how much of it turns round within millimetres only
     book.put("yielding", *YIELDING)
     stuck = STUCK * GRAVITY * corner

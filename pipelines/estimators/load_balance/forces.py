@@ -34,6 +34,16 @@ def _empty_corner(p: Values, axle: str) -> float:
     return 0.5 * GRAVITY * (p["empty_mass"] * part - p[f"unsprung_{axle}"])
 
 
+def _zero(p: Values, axle: str, wheel: str, other: str) -> float:
+    """What a wheel's force is off by where the deflections' zeros are, N: by the travel that a zero is off by, the bar as well as the spring.
+
+    Springs that level themselves are off by a force, and twist no bar.
+    """
+    bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
+    twist = p["zero_twists"] * bar / p[f"spring_{axle}"]
+    return p[f"zero_{wheel}"] + twist * (p[f"zero_{wheel}"] - p[f"zero_{other}"])
+
+
 def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
     """Adds lever * S of the four wheels, S from the deflections."""
     for i, wheel in enumerate(CORNERS):
@@ -51,7 +61,7 @@ def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
         add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"] * (1 - p["yielding"]))
         add(terms, f"yield_{wheel}", arm * p[f"friction_{axle}"] * p["yielding"])
         cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
-        add(terms, "one", arm * (_empty_corner(p, axle) + cross + p[f"zero_{wheel}"]))
+        add(terms, "one", arm * (_empty_corner(p, axle) + cross + _zero(p, axle, wheel, other)))
         add(terms, "rest", arm * p[f"stuck_{wheel}"])
         add(terms, f"scrub_{axle}", arm * held_rate(p, axle))
 
