@@ -60,6 +60,9 @@ SEEN_BY: Mapping[str, tuple[Kind, ...]] = {
 """The physics that sees a parameter. What a known mass alone makes of it (how much load there is, put where loads are) is
 what was known before, however narrow."""
 
+MASS_SEEN_BY: tuple[Kind, ...] = ("vertical", "axle", "longitudinal")
+"""The physics that sees a mass: where it is there, nothing of it is missing, whatever it leaves open."""
+
 NOT_LEVEL = (
     "horizon",
     "quick spring deflections",
@@ -253,7 +256,8 @@ def estimate_of(
     left = None if prior is None else left_of(name, prior, answer.std, answer.low, answer.high)
     status = status_of(name, answer.value, answer.std, left, kinds)
     file_std = prior.std if prior is not None else math.inf
-    lacks = lacks_of(name, bool(kinds & set(SEEN_BY.get(name, ()))), following)
+    witnesses = SEEN_BY.get(name, MASS_SEEN_BY if "mass" in name else ())
+    lacks = lacks_of(name, bool(kinds & set(witnesses)), following)
     reason = reason_of(name, status, shares, file_std, answer.std, lacks)
     if prior is None and status == "not_identifiable":
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())

@@ -34,8 +34,8 @@ def _sideways_give(book: Book) -> None:
     usual = quarter / (0.65 * book.rows["tyre_rate"][0])
     rate = book.vehicle.get("tire_lateral_rate_npm")
     if rate is None:
-        # most simulators leave it out
-        book.put("patch_side", 0.15 * usual, 0.5 * usual)
+        # every tyre gives sideways, and loads that follow by a third to all of it; most simulators leave it out
+        book.put("patch_side", 0.45 * usual, 0.55 * usual)
         return
     give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
     spread = float(np.hypot(np.hypot(share * rate.std / rate.value, unsure) * give, LEAST_GIVE * usual))

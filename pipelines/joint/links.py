@@ -104,7 +104,8 @@ def _sinking(book: Book) -> None:
         book.put("axis_sinks", 0.0, 0.0)
     else:
         said = "how far roll centres sink for a metre that a load presses the springs"
-        book.put("axis_sinks", 0.4, 0.55, said)
+        # struts 1 to 1.8, wishbones 0.5 to 1, beam axles and most simulators none
+        book.put("axis_sinks", 0.6, 0.55, said)
     for axle, drop in zip(AXLES, stated, strict=True):
         if drop is None:
             book.put(f"sinks_{axle}", 0.0, 0.0)

@@ -183,12 +183,15 @@ def log_answers(
     what: str,
     reference: Mapping[str, float],
     rng: np.random.Generator,
+    *,
+    angle: bool = True,
 ) -> dict[str, ParameterEstimate]:
     """Roll gradient, natural frequency and damping ratio: what the log gives without a vehicle file.
 
     sensor: draws (n,) of the accelerometer's height above the roll axis, and of factor and summand that turn the
     apparent c into the body's own. The factor is also what share of the roll against the horizon the roll against the
-    axles is (1 where the angle is against the horizon): the gradient is told with the tyres' part. what: of which angle.
+    axles is (1 where the angle is against the horizon): the gradient is told with the tyres' part. what: of which angle. angle: whether
+    it was measured, and not its rate alone.
     """
     drawn = draw_coefficients(coefficients, rng, len(sensor[0]))
     count = drawn.shape[1]
@@ -197,7 +200,11 @@ def log_answers(
     a, _, c = drawn
     # what the tyres add to a roll against the axles is not in the log
     source = "the log alone" if bool(np.all(sensor[1] == 1)) else "the log and the tyres' rate"
-    weak = "little lateral acceleration in relation to the noise, to dry friction, or to how the road banks into its bends"
+    weak = (
+        "little lateral acceleration in relation to the noise, to dry friction, or to how the road banks into its bends"
+        if angle
+        else "a roll rate shows little of a lean that lasts: a roll angle or suspension deflections would tell it"
+    )
     gradient = from_draws(
         "roll_gradient_degpg",
         np.asarray(roll_gradient_degpg(a)) / sensor[1][:count],
@@ -218,6 +225,14 @@ def log_answers(
     return {gradient.name: gradient} | _dynamics(
         coefficients, drawn[:, possible], length[possible], factor[possible], imu_known, what, reference
     )
+
+
+def spreads_in_words(coefficients: Coefficients) -> str:
+    """How sure the motion is of inertia and damping, where it is not sure enough."""
+    damping, inertia = np.sqrt(np.diag(coefficients.covariance)[1:3]) / np.maximum(
+        coefficients.mean[1:3], 1e-9
+    )
+    return f"leaves inertia to ± {inertia:.0%} and damping to ± {damping:.0%}"
 
 
 def quick_enough(coefficients: Coefficients) -> tuple[bool, bool]:
@@ -250,9 +265,7 @@ def _dynamics(
     weak = "the model's own error limits it (tyres, dampers with two slopes)"
     if not imu_known:
         weak = "the accelerometer's height is not known: give sensors.imu_above_ground_m"
-    slow = (
-        "the motion is too slow to show inertia and damping: quick steering (sine with dwell, 0.5-1 Hz) would"
-    )
+    slow = f"the quick motion that there is {spreads_in_words(coefficients)}: more of quick steering (sine with dwell, 0.5-1 Hz and above) would"
     found: dict[str, ParameterEstimate] = {}
     for name, values, told, formula in (
         (

@@ -146,7 +146,7 @@ def vehicle_answers(
         "sprung_mass_kg": _same(mass),
     }
     untold = {"mass_kg", "sprung_mass_kg"}
-    slow = "the motion is too slow to tell it: quick steering (sine with dwell, 0.5-1 Hz) would"
+    slow = "the quick motion that there is leaves it open: more of quick steering (sine with dwell, 0.5-1 Hz and above) would tell it"
     for name, told in (("roll_damping_nmsprad", all(quick)), ("roll_inertia_kgm2", quick[1])):
         if not told:
             untold.add(name)

@@ -154,7 +154,7 @@ def usable(
         return coefficients, []
     c, std = coefficients.mean[2], coefficients.covariance[2, 2] ** 0.5
     sentence = (
-        "The roll motion is too slow to show inertia and damping: only its steady part is used."
+        "The roll motion shows inertia and damping too little: only its steady part is used."
         if std > 0.3 or c < 0.101 or coefficients.mean[1] < 0.301
         else f"The inertia term of the roll motion (c = {c:.2f} ± {std:.2f} m) is not one that this vehicle can have "
         f"(a filter in the sensors, or lateral acceleration that is not that of the roll axis): only the steady part of "
@@ -178,7 +178,9 @@ def explain_vehicle(
     )
     coefficients, sentences = usable(before, coefficients, data.against_axles)
     sensor = _sensor_draws(before, vehicle, coefficients, data, rng)
-    found = log_answers(coefficients, sensor, before.imu_known, what, vehicle.reference, rng)
+    found = log_answers(
+        coefficients, sensor, before.imu_known, what, vehicle.reference, rng, angle=data.has_roll
+    )
     if before.draws is None:
         missing = "the vehicle's mass is not known: give mass_kg (and body) in a vehicle file"
         names = ("cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_stiffness_nmprad", "roll_damping_nmsprad",
