@@ -55,6 +55,22 @@ def test_others_are_not(other):
     assert found["steering_wheel_angle"][0].sign_channel is None
 
 
+@pytest.mark.parametrize(
+    ("values", "sign", "expected"),
+    [
+        ([3.0, 4.0], [0.0, 1.0], [3.0, -4.0]),
+        ([3.0, 4.0], [1.0, -1.0], [3.0, -4.0]),
+        ([3.0, -4.0], [0.0, 1.0], [3.0, -4.0]),
+        ([3.0, -4.0], [1.0, 0.0], [-3.0, 4.0]),
+    ],
+    ids=["magnitude", "plus and minus one", "signed already", "signed, the other way round"],
+)
+def test_no_sign_takes_one_away(values, sign, expected):
+    """The last is turned by the checks; a magnitude would be lost."""
+    (binding,) = propose([column("Ay", "m/s2"), column("Ay Sign")], None)["accel_y"]
+    assert list(bind(binding, {"Ay": np.array(values), "Ay Sign": np.array(sign)})) == expected
+
+
 def test_what_is_never_negative_has_no_sign():
     found = propose([column("Brake Pressure", "bar"), column("Brake Pressure Sign")], None)
     assert found["brake_pressure"][0].sign_channel is None
