@@ -6,7 +6,6 @@ as little, but is small; a vehicle's motion is large, and lasts over many sample
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 
 import numpy as np
@@ -56,4 +55,4 @@ def _together(signal: Signal, spread: float) -> float | None:
     if np.count_nonzero(close) < FEWEST // 2:
         return None
     steps = np.diff(signal.values)[close]
-    return 1 - 0.5 * math.pow(float(np.sqrt(np.mean(steps * steps))) / spread, 2)
+    return 1 - 0.5 * float(np.mean(steps * steps)) / spread**2

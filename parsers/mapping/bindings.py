@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from parsers.channels import FloatArray
 from parsers.units import Unit
@@ -100,18 +99,13 @@ def bind(binding: Binding, columns: Mapping[str, FloatArray]) -> FloatArray:
         valid &= (columns[name] >= low) & (columns[name] <= high)
     if binding.sign_channel is not None:
         sign = columns[binding.sign_channel]
-        valid &= np.isfinite(sign)
-        values = np.where(_negative(sign), -np.abs(values), np.abs(values))
+        # 0 or 1: of a sign of ±1 a piece of a log does not tell what its ones mean
+        valid &= sign >= 0
+        values = np.where(sign > 0, -np.abs(values), np.abs(values))
     if binding.invert:
         values = -values
     values = values * binding.unit.scale + binding.unit.offset
     return np.where(valid, values, np.nan)
-
-
-def _negative(sign: FloatArray) -> NDArray[np.bool_]:
-    """Where a sign says "negative": below zero where it is ±1, else where it is not zero."""
-    below = sign < 0
-    return np.asarray(below if below.any() else sign != 0)
 
 
 def _angle_of_quaternion(kind: BindingKind, parts: list[FloatArray]) -> FloatArray:

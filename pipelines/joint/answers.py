@@ -227,10 +227,10 @@ def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Colle
     """Of a parameter that the drive does not tell, why its figures are not those of the file alone; else empty."""
     if prior is None:
         return ""
-    away = abs(answer.value - prior.mean)
-    if name != STIFFENED and (answer.std > OPENED * prior.whole_std or away > MOVED * prior.whole_std):
-        return "what this drive shows against the vehicle file leaves it more open than the file does"
     if name != STIFFENED:
+        away = abs(answer.value - prior.mean)
+        if answer.std > OPENED * prior.whole_std or away > MOVED * prior.whole_std:
+            return "what this drive shows against the vehicle file leaves it more open than the file does"
         return ""
     if answer.std > prior.std:
         return "the load that this drive shows leaves it more open than the vehicle file alone"

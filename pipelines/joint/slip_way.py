@@ -1,7 +1,6 @@
 """Is it the slips of the wheels? What braked wheels' slips tell of height and place hangs on tyres that nobody knows.
 
-Of 173 drives of the plant whose vehicles were measured, nine had slips that contradicted the rest at less than one in a hundred, by half a
-per cent of the wheelbase and more: tyres of one axle that warm or wear. Against a place of the CG that is stated to 3 mm, the file would
+Of 173 drives of the plant whose vehicles were measured, nine had slips that contradicted the rest at less than one in a hundred. Against a place of the CG that is stated to 3 mm, the file would
 be blamed for it.
 """
 

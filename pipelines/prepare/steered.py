@@ -2,8 +2,8 @@
 
     delta v = i L r + i K v² r + c v
 
-with the steering wheel's angle delta, speed v, yaw rate r, steering ratio i, wheelbase L and understeer gradient K (Wong, Theory of
-Ground Vehicles, eq. 5.5 for small angles). Of i L the log tells the product alone, and variable racks make it vary by a tenth or
+with the steering wheel's angle delta, speed v, yaw rate r, steering ratio i, wheelbase L and understeer gradient K: the
+steady turn of the linear single-track model. Of i L the log tells the product alone, and variable racks make it vary by a tenth or
 more: so it is said where it is far off, and nothing is repaired.
 """
 
