@@ -99,10 +99,11 @@ def evidence_of(
     parameters: Parameters,
     unknowns: tuple[str, ...],
     own: tuple[Unknown, ...] = (),
+    given: Mapping[str, float] | None = None,
 ) -> Evidence:
     """What was told of a fit's parameters, as a relation; parameters: what they would be for a given vehicle.
 
-    unknowns: of the vehicle that they depend on; own: those of this relation besides.
+    unknowns: of the vehicle that they depend on; own: those of this relation besides; given: see `Evidence`.
     """
     rows = told.rows
 
@@ -110,7 +111,9 @@ def evidence_of(
         return np.asarray(rows @ stacked(parameters(values)))
 
     names = tuple(dict.fromkeys((*unknowns, *(o.name for o in own))))
-    return Evidence(kind, carrier, title, source, told.observed, told.covariance, predict, names, own)
+    return Evidence(
+        kind, carrier, title, source, told.observed, told.covariance, predict, names, own, given or {}
+    )
 
 
 def direct(values: Sequence[float], covariance: FloatArray) -> Told:

@@ -64,6 +64,16 @@ def roll_inertia_of(values: Values, body: Body) -> FloatArray:
     return np.asarray(inertias_of(values)[0] + hubs + np.asarray(body.sprung) * (body.h - body.whole_h) ** 2)
 
 
+INERTIA_BY_FORCES = "inertia_by_forces"
+"""In `given`: the share of the doubt about what swings with the body that is left where forces between body and wheels were set
+against its acceleration. Lean and deflections follow tyres, hubs and what gives besides."""
+
+
+def swinging(values: Values, given: Mapping[str, float]) -> FloatArray:
+    """The rigid vehicle's roll inertia over that which the drive's motion tells of."""
+    return np.asarray(1 + given.get(INERTIA_BY_FORCES, 1.0) * (np.asarray(values["inertia_factor"]) - 1))
+
+
 def pitch_inertia_of(values: Values, body: Body) -> FloatArray:
     """Of the whole vehicle about its CG, as `roll_inertia_of`."""
     hubs = sum(
@@ -123,7 +133,7 @@ def outputs_of(values: Values, given: Mapping[str, float]) -> dict[str, FloatArr
         "roll_arm_m": body.h - roll_axis_of(values, body),
         "roll_stiffness_nmprad": roll_stiffness_of(values),
         "roll_damping_nmsprad": roll_damping_of(values) * values["damping_factor"],
-        "roll_inertia_kgm2": roll_inertia_of(values, body) * values["inertia_factor"],
+        "roll_inertia_kgm2": roll_inertia_of(values, body) * swinging(values, given),
         "roll_center_height_m": roll_axis_of(values, body),
         "pitch_arm_m": np.asarray(body.h) - pitch_centres(cast("Mapping[str, float]", values), body)[0],
         "pitch_inertia_kgm2": pitch_inertia_of(values, body),

@@ -20,7 +20,7 @@ from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_C
 from pipelines.evidence import Evidence, FloatArray, Kind, Values
 from pipelines.joint.from_parameters import evidence_of, hubs_past, loaded_body, without_prior
 from pipelines.joint.laden import forces_lever
-from pipelines.joint.outputs import inertias_of, roll_axis_of
+from pipelines.joint.outputs import INERTIA_BY_FORCES, inertias_of, roll_axis_of
 from pipelines.models.roll import GRAVITY
 
 CARRIER = "suspension forces in quick motion"
@@ -60,6 +60,7 @@ def _of(
         told,
         lambda values: [inertia(values)],
         tuple(dict.fromkeys((*BODY, *SCALES, *names))),
+        given={INERTIA_BY_FORCES: 0.5} if kind == "roll" else None,
     )
 
 
