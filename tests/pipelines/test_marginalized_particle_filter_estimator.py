@@ -12,6 +12,7 @@ from parsers.drive import Drive
 from pipelines.analyze import run_estimator
 from pipelines.estimators.base import FullSettings
 from pipelines.estimators.marginalized_particle_filter.estimator import SETTINGS, MarginalizedParticleFilter
+from pipelines.estimators.marginalized_particle_filter.run import explained_share
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -143,3 +144,36 @@ def test_an_accelerometer_where_no_model_stands_is_no_traceback(lively: Drive) -
         assert estimate.status == "ran"
         assert "does not run away" in estimate.reason
         assert all(p.status == "not_identifiable" for p in estimate.parameters.values())
+
+
+@pytest.mark.parametrize("variant", ["nonbo", "nonadap"])
+def test_papers_comparisons_are_variants(lively: Drive, variant: str) -> None:
+    estimate = run(lively, vehicle(), variant)
+    assert estimate.status == "ran"
+    gradient = estimate.parameters["roll_gradient_degpg"]
+    assert gradient.value is not None
+    assert gradient.value == pytest.approx(CAR.gradient(road=True), rel=0.25)
+    if variant == "nonadap":
+        assert estimate.diagnostics["particles_mean"] == pytest.approx(QUICK["particles"])
+
+
+@pytest.mark.parametrize("variant", ["published", "kernel"])
+def test_cap_holds_whatever_is_wanted(lively: Drive, variant: str) -> None:
+    few = FullSettings(
+        {**settings(variant), "particles": 5000.0, "most_particles": 100.0}, {"variant": variant}
+    )
+    estimate = run_estimator(MarginalizedParticleFilter(), lively, vehicle(), few, 0)
+    assert estimate.diagnostics["particles_mean"] <= 100.0
+
+
+def test_few_rows_are_no_motion_that_does_not_follow() -> None:
+    short = driven(slalom(4.0, seconds=6.0))
+    estimate = run(short, vehicle())
+    assert "does not follow" not in estimate.reason
+    assert not any("does not follow" in p.reason for p in estimate.parameters.values())
+
+
+def test_share_that_is_explained_needs_few_samples() -> None:
+    angle = np.column_stack((0.02 * np.sin(np.arange(8.0)), np.full(8, np.nan)))
+    assert explained_share(angle, 0.01 * angle) == pytest.approx(1 - 1e-4)
+    assert explained_share(0 * angle, 0 * angle) == 0.0

@@ -255,6 +255,22 @@ def test_spikes_do_not_steer(slalom: tuple[plant.Car, plant.Drive]) -> None:
     assert dirty.value == pytest.approx(clean.value, abs=clean.std)
 
 
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_scattered_holes_in_every_channel(slalom: tuple[plant.Car, plant.Drive], seed: int) -> None:
+    car, drive = slalom
+    rng = np.random.default_rng(seed)
+    signals = {}
+    for name, signal in drive.signals.items():
+        kept = rng.random(len(signal.values)) > 0.2
+        signals[name] = replace(signal, time_ns=signal.time_ns[kept], values=signal.values[kept])
+    gradient = analyse(
+        replace(drive, signals=signals), plant.vehicle_of(car, plant.Knowledge(), rng)
+    ).parameters["roll_gradient_degpg"]
+    assert gradient.value is not None
+    assert gradient.std is not None
+    assert abs(gradient.value - car.gradient(road=True)) < 3 * gradient.std
+
+
 def test_a_late_roll_channel_is_said() -> None:
     rng = np.random.default_rng(4)
     car = plant.Car()

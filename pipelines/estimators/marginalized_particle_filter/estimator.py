@@ -50,7 +50,7 @@ SNAPSHOTS = 40
 SETTINGS: tuple[Setting, ...] = (
     Setting("particles", 500, "particles", "wanted effective particles N* of a cloud (published: 1 000 in one cloud); "
             "of the kernel variant, its particles", 50, 20_000),
-    Setting("most_particles", 8000, "particles", "cap on the number that adaptation asks for", 100, 50_000),
+    Setting("most_particles", 8000, "particles", "cap on the number of particles, whatever is wanted or adaptation asks for", 100, 50_000),
     Setting("clouds", 4, "clouds", "independent clouds on the same data: their spread makes the interval honest", 2, 16),
     Setting("max_rows", 12_000, "samples", "most samples that are filtered; the liveliest stretches are taken", 500, 200_000),
     Setting("cutoff_hz", 8.0, "Hz", "zero-phase low-pass of all signals", 2.0, 40.0),
@@ -61,8 +61,9 @@ TEXT_SETTINGS: tuple[TextSetting, ...] = (
     TextSetting(
         "variant",
         "published",
-        ("published", "kernel"),
-        "published: resampling at every sample, a random walk of the parameters; kernel: resampling below half the particles, Liu "
+        ("published", "nonbo", "nonadap", "kernel"),
+        "published: resampling at every sample, a random walk of the parameters; nonbo: the same from the whole box, without Bayesian "
+        "optimisation; nonadap: the same with `particles` particles throughout; kernel: resampling below half the particles, Liu "
         "and West's move, no random walk, sensor offsets as states",
     ),
 )

@@ -9,7 +9,7 @@ import numpy as np
 from parsers.channels import IntArray
 from pipelines.estimators.marginalized_particle_filter.inputs import Inputs
 from pipelines.estimators.roll_map.priors import VehicleDraws
-from pipelines.filters.marginalized_particle.clouds import cloud_of
+from pipelines.filters.marginalized_particle.clouds import cloud_of, uniform_cloud
 from pipelines.filters.marginalized_particle.filter import run_particles
 from pipelines.filters.marginalized_particle.records import (
     BETTER,
@@ -18,6 +18,7 @@ from pipelines.filters.marginalized_particle.records import (
     Noise,
     ParticleRun,
     ParticleSettings,
+    fixed_size,
 )
 from pipelines.results import FloatArray
 from pipelines.warm_start.density import Box
@@ -29,6 +30,12 @@ WARM_S = 20.0
 GRID = 20
 FIRST_TIMES = 4
 """s of the drive for the warm start; values a dimension; of the kernel variant's particles, at first."""
+
+NONBO, NONADAP, KERNEL = "nonbo", "nonadap", "kernel"
+"""The paper's comparisons, Algorithm 2 without Bayesian optimisation and without adaptation; and the better variant."""
+
+LEAST_SEEN = 5
+"""Samples of a channel from which its variance is one."""
 
 PUBLISHED_AT = (65_000.0, 5_500.0, 0.74)
 PUBLISHED_STEP_S = 0.01
@@ -124,18 +131,19 @@ def _columns(function: np.ufunc | object, table: FloatArray, otherwise: float) -
 def chosen_settings(
     variant: str, wanted: int, most: int, inputs: Inputs, given: Given, theta: FloatArray
 ) -> ParticleSettings:
-    """Published or kernel variant for this drive's rate and vehicle."""
-    if variant == "kernel":
+    """Variant, for this drive's rate and vehicle; never more than `most` particles."""
+    wanted = min(wanted, most)
+    if variant == KERNEL:
         return replace(
-            BETTER, adaptive=False, fixed=wanted, wanted=wanted, most=max(most, wanted), above_mirror=False,
+            BETTER, adaptive=False, fixed=wanted, wanted=wanted, most=most, above_mirror=False,
             gravity_mps2=inputs.gravity, quantiles_every=10**9,
         )  # fmt: skip
     share = np.array(PUBLISHED.walk) / PUBLISHED_AT * np.sqrt(inputs.step_s / PUBLISHED_STEP_S)
     stiffness, damping, height = (share * theta).tolist()
-    return replace(
-        PUBLISHED, wanted=wanted, most=max(most, wanted), walk=(stiffness, damping, height), gravity_mps2=inputs.gravity,
-        quantiles_every=10**9,
+    chosen = replace(
+        PUBLISHED, wanted=wanted, most=most, walk=(stiffness, damping, height), gravity_mps2=inputs.gravity, quantiles_every=10**9
     )  # fmt: skip
+    return fixed_size(chosen, wanted) if variant == NONADAP else chosen
 
 
 def run_clouds(
@@ -151,10 +159,11 @@ def run_clouds(
     """Warm start, offsets and noise from its best point, then `count` clouds. snapshots: rows whose particles are kept."""
     first = inputs.first(WARM_S)
     error = _error(first, given, offsets=True)
-    published = variant == "published"
+    published = variant != KERNEL
+    box = box_of(inputs, given)
     started = warm_start(
         error,
-        box_of(inputs, given),
+        box,
         None,
         WARM_PUBLISHED if published else TEMPERED,
         rng,
@@ -166,11 +175,15 @@ def run_clouds(
     part = whole[: len(first.y)] - offsets
     spread = np.maximum(_columns(np.std, part, 1.0), LEAST_NOISE)
     noise = Noise(float(spread[0]), float(spread[1]), ACCEL_NOISE)
-    explained = _explained(inputs.y, whole)
+    explained = explained_share(inputs.y, whole)
     settings = chosen_settings(variant, wanted, most, inputs, given, best)
     runs = []
     for stream in rng.spawn(count):
-        prior = _prior(started, given, settings, published, stream)
+        prior = (
+            _whole_box(box, given, settings, stream)
+            if variant == NONBO
+            else _prior(started, given, settings, published, stream)
+        )
         runs.append(
             run_particles(
                 inputs.less(offsets).y, inputs.accel, inputs.step_s, prior, noise, settings, stream,
@@ -186,21 +199,30 @@ def _prior(
     """The paper's grid, or draws of the tempered density, weighted so that the stretch is not counted twice."""
     if published:
         theta = grid_particles(started, GRID, rng)
-        theta = theta[rng.permutation(len(theta))[: settings.most]]
+        theta = theta[rng.permutation(len(theta))[: settings.fixed or settings.most]]
         weights = None
     else:
-        theta, weights = drawn_particles(started, FIRST_TIMES * settings.wanted, rng)
+        theta, weights = drawn_particles(started, min(FIRST_TIMES * settings.wanted, settings.most), rng)
     return cloud_of(
         theta, mass_kg=given.mass, roll_inertia_kgm2=given.inertia, input_height_m=given.sensor, weights=weights,
         above_mirror=settings.above_mirror, rng=rng,
     )  # fmt: skip
 
 
-def _explained(y: FloatArray, misfit: FloatArray) -> float:
+def _whole_box(box: Box, given: Given, settings: ParticleSettings, rng: np.random.Generator) -> Cloud:
+    """NONBO's prior; where noise and offsets come from is the warm start's best point all the same."""
+    ranges = dict(zip("KDh", zip(box.low.tolist(), box.high.tolist(), strict=True), strict=True))
+    return uniform_cloud(
+        settings.most, ranges, mass_kg=given.mass, roll_inertia_kgm2=given.inertia, input_height_m=given.sensor,
+        above_mirror=settings.above_mirror, rng=rng,
+    )  # fmt: skip
+
+
+def explained_share(y: FloatArray, misfit: FloatArray) -> float:
     """Share of the first output's variance that the simulated motion holds; 0 for a dead channel."""
     for column in range(2):
         seen = np.isfinite(y[:, column])
-        if seen.sum() > 20:
+        if seen.sum() >= LEAST_SEEN:
             variance = float(np.var(y[seen, column]))
             left = misfit[seen, column]
             whole = variance > 1e-14 and bool(np.isfinite(left).all())

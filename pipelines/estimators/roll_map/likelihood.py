@@ -127,10 +127,13 @@ class Problem:
         return whitened(self.data, weights, simulated(self.data, named(self.known, x)))
 
     def _stands(self, error: FloatArray, variance: FloatArray) -> bool:
-        """Whether a motion did not run away: all outputs compared, none farther off than numbers of any use are."""
+        """Whether a motion did not run away: most outputs compared, none farther off than numbers of any use are.
+
+        Between samples of a channel with holes there are fewer than on them, so that a lag costs some.
+        """
         there = variance > 0
         near = np.abs(error[there]) < RAN_OFF * np.sqrt(variance[there])
-        return int(np.count_nonzero(there)) >= self.outputs and bool(near.all())
+        return 2 * int(np.count_nonzero(there)) >= self.outputs and bool(near.all())
 
     def a_sample(self, weights: Mapping[str, float]) -> tuple[float, ...]:
         """Variance of what noise adds to one sample of the input, by probe: of the acceleration, and of the angle in it."""
