@@ -13,7 +13,6 @@ import numpy as np
 
 from pipelines.joint.remembered import once
 from pipelines.models.roll import GRAVITY
-from pipelines.vehicles.kinds import LOAD_SPREAD
 
 TYRE_SHARE = 1.15
 """Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
@@ -142,5 +141,5 @@ def body_inertias(p: Values) -> tuple[float, float]:
     roll = p["roll_inertia"] - wheels_roll - lifted + reduced * (above + (p["load_y"] - y) ** 2)
     pitch = p["pitch_inertia"] - wheels_pitch - lifted - empty * (x - p["empty_x"]) ** 2
     pitch = pitch + reduced * (above + (p["load_x"] - x) ** 2)
-    wide, long = LOAD_SPREAD[0] * p["track_front"] ** 2, LOAD_SPREAD[1] * length**2
+    wide, long = p["load_wide"] * p["track_front"] ** 2, p["load_long"] * length**2
     return roll + wide * p["load"], pitch + long * p["load"]

@@ -14,7 +14,7 @@ from pipelines.joint.remembered import Remembered
 from pipelines.joint.suspension import CORNERS, suspension
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
-from pipelines.vehicles.kinds import kind_of, usual_load
+from pipelines.vehicles.kinds import LOAD_SPREAD, LOAD_SPREAD_STD, kind_of, usual_load
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.usual import (
@@ -139,6 +139,8 @@ def _load(book: Book, kilos: float) -> None:
         book.put("load", usual.mean, usual.std, "load, kg", book.vehicle.load_unsaid)
     else:
         book.put("load", stated.value, stated.std, "load, kg", stated.source)
+    for name, mean, std in zip(("load_wide", "load_long"), LOAD_SPREAD, LOAD_SPREAD_STD, strict=True):
+        book.put(name, mean, std)
     where = "seats, boot, roof: anywhere in or on the vehicle"
     high, unsure = usual_height(book.vehicle)
     # people sit on the front half and before the rear axle, luggage lies above it or behind

@@ -130,9 +130,10 @@ def test_without_a_gyro_nothing_tells() -> None:
 def test_a_gain_by_roads_that_lean_says_little() -> None:
     """The same gain of flat ground and of bends alone: roads bank into their bends, and nobody knows by how much."""
     slow = Motion(against_axles=True, banked_share=1.0, friction=0.0)
-    flat, bends = _chance(_seen(0.85)), _chance(_seen(0.85, motion=slow))
-    assert flat > 0.95
-    assert bends < 0.6
+    assert _chance(_seen(0.85)) > 0.95
+    # a gyro that turns with the road is no relation at all
+    assert _seen(0.85, motion=slow) == ()
+    assert _chance(_seen(1.0, motion=slow)) < 0.1
 
 
 def test_without_a_mass_the_gain_alone_is_handed_on() -> None:

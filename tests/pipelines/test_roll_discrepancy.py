@@ -7,7 +7,13 @@ import pytest
 
 from pipelines.estimators.roll_map.answers import Coefficients
 from pipelines.estimators.roll_map.posterior import pure_likelihood, with_discrepancy
-from pipelines.estimators.roll_map.tyre_share import BANKED, BANKED_STD, gain_alone, off_banked_roads
+from pipelines.estimators.roll_map.tyre_share import (
+    BANKED,
+    BANKED_LAG_S,
+    BANKED_STD,
+    gain_alone,
+    off_banked_roads,
+)
 
 NAMES = ("a", "b", "c", "rate_gain")
 PRIOR_MEAN, PRIOR_STD = np.array([110.0, 6.0, 0.8, 1.2]), np.array([80.0, 6.0, 0.6, 0.15])
@@ -58,7 +64,19 @@ def test_a_gain_as_unsure_as_its_prior_is_no_wild_figure() -> None:
     gain, variance = gain_alone(
         off_banked_roads(Coefficients(NAMES, post, spread, PRIOR_MEAN, PRIOR_STD), 0.95)
     )
-    assert 1.3 < gain < 1.4
-    assert 0.12 < np.sqrt(variance) < 0.18
+    assert gain == pytest.approx(1.3 / (1 - 0.95 * BANKED), rel=1e-3)
+    assert np.sqrt(variance) == pytest.approx(
+        np.hypot(0.04, 0.95 * BANKED_STD * 1.3) / (1 - 0.95 * BANKED), rel=0.1
+    )
     nothing = Coefficients(NAMES, PRIOR_MEAN, np.diag(PRIOR_STD**2), PRIOR_MEAN, PRIOR_STD)
     assert gain_alone(nothing)[1] == np.inf
+
+
+@pytest.mark.parametrize("banked_share", [0.0, 0.7])
+def test_bends_of_roads_leave_the_damping_as_unsure_as_a_delay(banked_share: float) -> None:
+    post, spread = _posterior(np.array([90.0, 7.0, 0.7, 1.3]), np.diag([4.0, 0.1, 0.01, 0.04**2]))
+    seen = off_banked_roads(Coefficients(NAMES, post, spread, PRIOR_MEAN, PRIOR_STD), banked_share)
+    matrix, linear = pure_likelihood(seen.mean, seen.covariance, seen.prior_mean, seen.prior_std)
+    told = np.linalg.inv(matrix)
+    assert (told @ linear)[1] == pytest.approx(7.0, abs=0.01)
+    assert told[1, 1] == pytest.approx(0.1 + (BANKED_LAG_S * banked_share * post[0]) ** 2, rel=0.01)

@@ -11,6 +11,7 @@ import pytest
 
 from parsers.drive import Drive
 from pipelines.estimators.roll_map.estimator import RollMap
+from pipelines.estimators.roll_map.fit import UNCHOSEN
 from pipelines.estimators.roll_map.posterior import KNEE
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
@@ -253,6 +254,24 @@ def test_spikes_do_not_steer(slalom: tuple[plant.Car, plant.Drive]) -> None:
     assert clean.value is not None
     assert clean.std is not None
     assert dirty.value == pytest.approx(clean.value, abs=clean.std)
+
+
+def test_a_motion_too_short_to_choose_the_models_parts_is_not_told_sharply() -> None:
+    rng = np.random.default_rng(12)
+    car = plant.Car()
+    spreads = []
+    for seconds in (8, 40):
+        motion = plant.simulate(car, plant.slalom(4.0, seconds=seconds))
+        drive = plant.record(motion, car, ROUGH, rng)
+        gradient = analyse(drive, plant.vehicle_of(car, plant.Knowledge(), rng)).parameters[
+            "roll_gradient_degpg"
+        ]
+        assert gradient.value is not None
+        assert gradient.std is not None
+        assert abs(gradient.value - car.gradient(road=True)) < 3 * gradient.std
+        spreads.append(gradient.std / gradient.value)
+    assert spreads[0] > UNCHOSEN
+    assert spreads[1] < spreads[0]
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
-from pipelines.estimators.roll_map.tyre_share import off_banked_roads
+from pipelines.estimators.roll_map.tyre_share import off_banked_roads, turns_with_the_road
 from pipelines.evidence import Evidence, Unknown, Values
 from pipelines.joint.book import AXLES
 from pipelines.joint.laden import axis_lever, roll_springs
@@ -41,7 +41,7 @@ by more than the drive moves them."""
 
 DEPENDS = (
     "wheelbase", "track_front", "track_rear", "spring_base_front", "spring_base_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
-    "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "spring_front", "spring_rear",
+    "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "load_wide", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear", "free_front", "free_rear", "stop_front", "stop_rear",
     "bar_front", "bar_rear", "bump_front", "bump_rear", "friction_front", "friction_rear", "rebound_front", "rebound_rear", "roll_center_front",
     "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "side_path", "wheel_plane", "paths_told", "path_front", "path_rear", "camber",
@@ -137,11 +137,14 @@ def evidence_of(
     estimators see as well; damping and inertia are not. Empty where the motion told nothing. Without the mass the gyro's gain over
     the springs is all that is handed on: of how tyres share the roll, or the deflections' scale.
     """
+    gyro = motion.against_axles and GAIN in coefficients.names
+    if gyro and turns_with_the_road(coefficients, motion.banked_share):
+        gyro = False
+        coefficients = _some(coefficients, [0, 1, 2])
     if vehicle.get("mass_kg") is None:
-        gain = coefficients.names.index(GAIN) if motion.against_axles and GAIN in coefficients.names else None
-        if gain is None:
+        if not gyro:
             return ()
-        coefficients = _some(coefficients, [gain])
+        coefficients = _some(coefficients, [coefficients.names.index(GAIN)])
     # a motion that is too slow for them gives damping and inertia with the model's errors and without their spread
     quick = zip((1, 2), quick_enough(coefficients), strict=True)
     slow = [i for i, told in quick if not told]
@@ -153,7 +156,7 @@ def evidence_of(
         parts = [
             ("spring deflections", "steady roll against the axles", _some(coefficients, [0])),
             (
-                GYRO_BESIDE_SPRINGS if GAIN in coefficients.names else "quick spring deflections",
+                GYRO_BESIDE_SPRINGS if gyro else "quick spring deflections",
                 "quick roll motion against the axles",
                 _some(coefficients, rest),
             ),

@@ -26,7 +26,18 @@ from pipelines.models.roll import GRAVITY
 CARRIER = "suspension forces in quick motion"
 
 
-INERTIA = ("load_h", "load_x", "load_y", "empty_h", "empty_y", "radius", "track_front", "track_rear")
+INERTIA = (
+    "load_h",
+    "load_x",
+    "load_y",
+    "load_wide",
+    "load_long",
+    "empty_h",
+    "empty_y",
+    "radius",
+    "track_front",
+    "track_rear",
+)
 """What the body's inertia hangs on beside the masses: see `body_inertias`."""
 
 
