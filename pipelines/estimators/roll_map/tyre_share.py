@@ -20,6 +20,10 @@ BANKED, BANKED_STD = 0.1, 0.2
 """Share of the body's roll in bends that the road's own lean takes off what a gyro sees, where nothing shows more of it: none in town
 and in most simulators, a third and more where country roads are banked by 4 to 5 %, which looks like tyres that do not give."""
 
+BANKED_ALONE = (0.05, 0.12)
+"""The same where nothing but the gyro tells tyres that give from rigid ones: a wider one would leave the latter their chance beforehand, and
+the roll gradient of a simulator with rigid tyres was 25 % off at 4.5 standard deviations."""
+
 IMPOSSIBLE, LEANING, LEANING_STD = 0.93, 0.3, 0.3
 """Gain of the gyro over the springs' own rate below which no tyres, rigid ones neither, explain it: the road leans, and how much is
 hardly known (6 % in bends of 3 m/s² is as much as a body rolls), or the deflections show more than there is."""
@@ -47,11 +51,14 @@ FEWEST = 100.0
 """Effective draws below which a gyro's gain is one that none of the tyres has, and tells nothing of them."""
 
 
-def off_banked_roads(coefficients: Coefficients, banked_share: float) -> Coefficients:
+def off_banked_roads(
+    coefficients: Coefficients, banked_share: float, usual: tuple[float, float] = (BANKED, BANKED_STD)
+) -> Coefficients:
     """The gyro's gain as on flat ground, and damping as unsure as such roads leave it.
 
     A road that leans into its bends turns the body against the horizon the other way than its springs do. What was steered
     on flat ground is quicker than such bends: there a gain below `IMPOSSIBLE` is that of deflections of a wrong scale.
+    usual: share that bends of roads take off any other gain, and its spread.
     """
     slow = min(max(banked_share, 0.0), 1.0)
     delayed = np.zeros((len(coefficients.mean), 1))
@@ -63,7 +70,7 @@ def off_banked_roads(coefficients: Coefficients, banked_share: float) -> Coeffic
     if "rate_gain" not in coefficients.names:
         return coefficients
     i = coefficients.names.index("rate_gain")
-    lean, unsure = (LEANING, LEANING_STD) if coefficients.mean[i] < IMPOSSIBLE else (BANKED, BANKED_STD)
+    lean, unsure = (LEANING, LEANING_STD) if coefficients.mean[i] < IMPOSSIBLE else usual
     c, flat = coefficients, np.ones(len(coefficients.mean))
     flat[i] = 1 - lean * slow
     # on flat ground the gain is larger, and so is the weak prior that the fit had of it
@@ -129,7 +136,7 @@ def drawn_tyres(
     if "rate_gain" in coefficients.names and (
         coefficients.mean[coefficients.names.index("rate_gain")] >= IMPOSSIBLE
     ):
-        seen, variance = gain_alone(off_banked_roads(coefficients, banked_share))
+        seen, variance = gain_alone(off_banked_roads(coefficients, banked_share, BANKED_ALONE))
         by_gyro = weight * np.exp(-0.5 * (gain - seen) ** 2 / variance)
         weight = by_gyro if _enough(by_gyro) else weight
     if weight.min() == weight.max() or not _enough(weight):
