@@ -18,6 +18,7 @@ from scipy.stats import t as student
 
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map.data import RollData
+from pipelines.estimators.roll_map.held_out import FEWEST, SPAN_S
 from pipelines.estimators.roll_map.likelihood import Problem, Slopes, climb, named
 from pipelines.estimators.roll_map.model import BANK_TIME_S, Known, run
 from pipelines.estimators.roll_map.motion import handed_on
@@ -42,9 +43,9 @@ FRICTION_MPS2, FRICTION_MISSED, UNFITTED_MPS2 = 0.015, 0.4, 0.03
 own, and a delay or the dampers take a part of what they hold (where simulated cars had 0.5 m/s² 0.1 to 0.2 was fitted, and a was 5 to 10 % off).
 UNFITTED_MPS2: where the model has none."""
 
-SHORT_S, UNCHOSEN = 18.0, 0.025
-"""s of motion below which no stretches can be held out (`held_out`: six of 3 s), and what parts of the model that nothing chose are worth
-in a: slaloms of 6 to 9 s of a simulator that is not ours read 3 to 7 % off where they said 2."""
+UNCHOSEN = 0.025
+"""What parts of the model are worth in a that nothing chose, as the motion is too short to hold stretches of it out: slaloms of 6 to 9 s of a
+simulator that is not ours read 3 to 7 % off where they said 2."""
 
 BANKED = 0.3
 """How closely the road's bank goes with the lateral acceleration on roads that bank into their bends."""
@@ -190,7 +191,7 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     spread = max(float(np.std(data.accel)), 1e-6)
     held = values.get("friction")
     missed = UNFITTED_MPS2 if held is None else math.hypot(FRICTION_MPS2, FRICTION_MISSED * held)
-    unchosen = UNCHOSEN if len(data.taken[0]) * data.every * data.step_s < SHORT_S else 0.0
+    unchosen = UNCHOSEN if len(data.taken[0]) * data.every * data.step_s < FEWEST * SPAN_S else 0.0
     friction = math.hypot(missed / spread, unchosen)
     if data.against_axles:
         return friction

@@ -26,18 +26,7 @@ from pipelines.models.roll import GRAVITY
 CARRIER = "suspension forces in quick motion"
 
 
-INERTIA = (
-    "load_h",
-    "load_x",
-    "load_y",
-    "load_wide",
-    "load_long",
-    "empty_h",
-    "empty_y",
-    "radius",
-    "track_front",
-    "track_rear",
-)
+INERTIA = ("load_h", "load_x", "load_y", "load_wide", "load_long", "empty_h", "empty_y", "radius", "track_front", "track_rear")  # fmt: skip
 """What the body's inertia hangs on beside the masses: see `body_inertias`."""
 
 
