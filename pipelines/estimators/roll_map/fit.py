@@ -17,9 +17,10 @@ from scipy.signal import lfilter
 from scipy.stats import t as student
 
 from parsers.channels import IntArray
+from pipelines.estimators.roll_map.climb import climb
 from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.held_out import FEWEST, SPAN_S
-from pipelines.estimators.roll_map.likelihood import Problem, Slopes, climb, named
+from pipelines.estimators.roll_map.likelihood import Problem, Slopes, named
 from pipelines.estimators.roll_map.model import BANK_TIME_S, Known, run
 from pipelines.estimators.roll_map.motion import handed_on
 from pipelines.estimators.roll_map.polish import refine

@@ -1,4 +1,4 @@
-"""What the roll fit minimises, and how: two blocks that take turns, the motion's parameters and the noises' levels.
+"""What the roll fit minimises: two blocks that take turns (`climb`), the motion's parameters and the noises' levels.
 
 The accelerometer's own noise goes into the simulation and not into the body: noise in a regressor. Left alone it is taken for motion
 that the body does not follow, and b, c and the delay came out by four of their bounds too large in a slow slalom, however exact
@@ -18,11 +18,9 @@ import numpy as np
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.model import CLIP, NOISES, Known, whitened
-from pipelines.estimators.roll_map.motion import simulated
+from pipelines.estimators.roll_map.motion import offset_slope, simulated
 from pipelines.results import FloatArray
 
-SETTLED, TURNED = 0.01, 0.05
-MOST_TURNS = 5
 RAN_OFF = 1e6
 """Standard deviations beyond which a motion has run away."""
 
@@ -122,9 +120,12 @@ class Problem:
         """Minus the log prior."""
         return 0.5 * float(np.sum(self.weight * (x - self.mean) ** 2))
 
-    def innovations(self, x: FloatArray, weights: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
-        """Innovations and variances of the motion x, weighed as at `weights`."""
-        return whitened(self.data, weights, simulated(self.data, named(self.known, x)))
+    def innovations(
+        self, x: FloatArray, weights: Mapping[str, float], miss: FloatArray | None = None
+    ) -> tuple[FloatArray, FloatArray]:
+        """Innovations and variances of the motion x, weighed as at `weights`. miss: what the motion leaves over, where it is known."""
+        left = simulated(self.data, named(self.known, x)) if miss is None else miss
+        return whitened(self.data, weights, left)
 
     def _stands(self, error: FloatArray, variance: FloatArray) -> bool:
         """Whether a motion did not run away: most outputs compared, none farther off than numbers of any use are.
@@ -185,17 +186,22 @@ class Problem:
 
     def of_motion(self, x: FloatArray, weights: Mapping[str, float]) -> Slopes:
         """The motion's slopes; what the input's noise adds is spread over the rows as `given`."""
-        error, variance = self.innovations(x, weights)
+        miss = simulated(self.data, named(self.known, x))
+        error, variance = self.innovations(x, weights, miss)
         slope = np.zeros((len(self.motion), *error.shape))
         given = np.zeros(len(self.motion))
         noise = self.carried(x, weights)
         for row, i in enumerate(self.motion.tolist()):
+            name = self.known[i].name
+            added = offset_slope(self.data, name)
             # beside the last motion that stands only one of the two sides can be looked at
             for back in (False, True):
                 other, step = self._moved(x, i, back=back)
                 with np.errstate(over="ignore", invalid="ignore"):
-                    moved, wide = self.innovations(other, weights)
-                    carried = self.carried(other, weights)
+                    moved, wide = self.innovations(
+                        other, weights, None if added is None else miss - step * added
+                    )
+                    carried = noise if name in QUIET else self.carried(other, weights)
                     stands = self._stands(moved, wide) and abs(carried) < RAN_OFF * self.rows
                 if stands:
                     slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
@@ -221,60 +227,3 @@ class Problem:
         The noise of the input teaches nothing: it is left out here, and so is what the parameters do to the weights.
         """
         return self.taught_by(self.data.cleaned(), x, {})
-
-
-def _climb(
-    problem: Problem, x: FloatArray, weights: Mapping[str, float] | None, most: int
-) -> tuple[FloatArray, float, int]:
-    """Damped scoring of the motion (with weights) or the levels from x: the point, what was gained, and the steps."""
-    block = problem.levels if weights is None else problem.motion
-    cost = first = problem.cost(x, weights)
-    damping = 1e-3
-    count = 0
-    for count in range(1, most + 1):  # noqa: B007
-        slopes = problem.of_levels(x) if weights is None else problem.of_motion(x, weights)
-        gradient = slopes.scores().sum(axis=0) - problem.weight[block] * (x - problem.mean)[block]
-        curvature = slopes.information() + np.diag(problem.weight[block])
-        if not (np.isfinite(curvature).all() and np.isfinite(gradient).all()):
-            break
-        scale = np.sqrt(np.diag(curvature))
-        gained = 0.0
-        for _ in range(12):
-            matrix = curvature / np.outer(scale, scale) + damping * np.eye(len(block))
-            trial = x.copy()
-            trial[block] += np.linalg.solve(matrix, gradient / scale) / scale
-            trial = np.clip(trial, problem.low, problem.high)
-            trial_cost = problem.cost(trial, weights)
-            if trial_cost < cost:
-                gained = cost - trial_cost
-                x, cost = trial, trial_cost
-                damping = max(damping / 8, 1e-9)
-                break
-            damping = max(damping, 1e-6) * 8
-        if gained < SETTLED:
-            break
-    return x, first - cost, count
-
-
-def level(problem: Problem, x: FloatArray, most: int) -> tuple[FloatArray, float, int]:
-    """The noises' levels from x, with the motion held: the point, what was gained, and the steps."""
-    return _climb(problem, x, None, most)
-
-
-def settle(problem: Problem, x: FloatArray, weights: Mapping[str, float], most: int) -> FloatArray:
-    """The motion's parameters from x, with the levels held at `weights`."""
-    return _climb(problem, x, weights, most)[0]
-
-
-def climb(
-    problem: Problem, x: FloatArray, most: int, turns: int = MOST_TURNS
-) -> tuple[FloatArray, int, bool]:
-    """The blocks in turn until neither gains anything. Returns the point, the scoring steps and whether it settled."""
-    steps = 0
-    for _ in range(turns):
-        x, motion, taken = _climb(problem, x, named(problem.known, x), most)
-        x, levels, more = _climb(problem, x, None, most)
-        steps += taken + more
-        if motion < TURNED and levels < TURNED:
-            return x, steps, True
-    return x, steps, False

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipelines.estimators.roll_map.data import RollData
-from pipelines.filters.kalman import innovations
+from pipelines.models.driven import driven
 from pipelines.models.roll import GRAVITY, RollCoefficients, dry_friction
 from pipelines.models.roll_series import (
     AXLES_MOMENT,
@@ -91,15 +91,8 @@ def _run(
     data: RollData, model: LinearRoll, push: FloatArray, rows: FloatArray, feed: FloatArray | float = 0.0
 ) -> FloatArray:
     """(n, k) outputs rows x + feed of the model under inputs (n, 2), from rest at each segment's start; rows: (k, s)."""
-    phi, before, after = model.held(data.step_s)
-    nothing = np.zeros((data.size, len(rows)))
-    states = len(phi)
-    error, _ = innovations(
-        nothing, push @ before.T + later_rows(data, push) @ after.T, nothing + feed, (data.starts, data.stops),
-        phi=phi, q=np.zeros((states, states)), c=rows, r=np.ones(len(rows)), x0=model.steady(push[data.starts]),
-        p0=np.zeros((states, states)),
-    )  # fmt: skip
-    return np.nan_to_num(-error)
+    first = model.steady(push[data.starts])
+    return feed + driven(push, (data.starts, data.stops), model.held(data.step_s), rows, first)
 
 
 def suspension_motion(data: RollData, model: LinearRoll, accel: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -202,6 +195,18 @@ def simulated(data: RollData, p: Mapping[str, float]) -> FloatArray:
     if p.get("smoothing") and data.has_roll:
         found[:, 0] = _smoothed(data, found[:, 0], p["smoothing"])
     return np.column_stack(measured) - found
+
+
+def offset_slope(data: RollData, name: str) -> FloatArray | None:
+    """(n, m) what one of a parameter that only adds to the measurements adds to them (`simulated` loses it); None for others."""
+    if name not in ("roll_offset", "rate_offset", "yaw_leak"):
+        return None
+    columns = []
+    if data.has_roll:
+        columns.append(np.full(data.size, float(name == "roll_offset")))
+    if data.has_rate:
+        columns.append(data.yaw if name == "yaw_leak" else np.full(data.size, float(name == "rate_offset")))
+    return np.column_stack(columns)
 
 
 def handed_on(

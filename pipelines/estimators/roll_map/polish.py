@@ -11,7 +11,8 @@ import math
 
 import numpy as np
 
-from pipelines.estimators.roll_map.likelihood import QUIET, TURNED, Problem, level, named
+from pipelines.estimators.roll_map.climb import TURNED, level
+from pipelines.estimators.roll_map.likelihood import QUIET, Problem, named
 from pipelines.estimators.roll_map.model import CLIP, whitened
 from pipelines.estimators.roll_map.motion import simulated
 from pipelines.results import FloatArray

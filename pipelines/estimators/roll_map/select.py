@@ -7,9 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pipelines.estimators.roll_map.climb import settle
 from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.held_out import RAN_AWAY, Gain, gain_of, held_out, spans_of
-from pipelines.estimators.roll_map.likelihood import Problem, named, settle
+from pipelines.estimators.roll_map.likelihood import Problem, named
 from pipelines.estimators.roll_map.model import OPTIONS, Known
 from pipelines.results import FloatArray
 

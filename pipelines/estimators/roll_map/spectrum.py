@@ -77,16 +77,18 @@ class Shifter:
             for start, stop in zip(starts.tolist(), stops.tolist(), strict=True)
         ]
         # a fit asks again and again with the same delay: of some ten slopes one alone moves it
-        self._last: dict[str, tuple[float, FloatArray]] = {}
+        self._last: dict[str, list[tuple[float, FloatArray]]] = {}
 
     def _kept(self, what: str, delay_s: float, make: Callable[[float], FloatArray]) -> FloatArray:
-        """The last answer where the delay is the same; read-only, as it may be handed out again."""
-        last = self._last.get(what)
-        if last is None or last[0] != delay_s:
-            column = make(delay_s)
-            column.flags.writeable = False
-            last = self._last[what] = (delay_s, column)
-        return last[1]
+        """One of the last two answers where the delay is the same; read-only, as it may be handed out again."""
+        last = self._last.setdefault(what, [])
+        for known, column in last:
+            if known == delay_s:
+                return column
+        column = make(delay_s)
+        column.flags.writeable = False
+        self._last[what] = [*last[-1:], (delay_s, column)]
+        return column
 
     @staticmethod
     def _part(part: FloatArray, start: int, rate_hz: float, held: bool, band: Band | None) -> _Part:
