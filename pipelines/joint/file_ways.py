@@ -68,7 +68,7 @@ def joined_again(joint: Joint, evidence: Sequence[Evidence], known: Known, free:
     """The posterior with some unknowns more open (`free`), searched from what is usual and from where it was with them as `known`."""
     start = joint.u.copy()
     start[: len(known.names)] *= known.std / np.where(free.std > 0, free.std, 1.0)
-    return find_mode(evidence, free, [np.zeros(len(joint.u)), start])
+    return find_mode(evidence, free, near=[start])
 
 
 def file_ways(

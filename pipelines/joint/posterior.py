@@ -24,6 +24,9 @@ MOST_STEPS = 60
 SETTLED = 1e-3
 """Nats that a full step would still gain, below which the search has ended."""
 
+ENOUGH = 0.05
+"""The same while the relations are taken as less sharp than they are."""
+
 LADDER = np.array([0.01, 0.1, 1.0, 10.0, 100.0])
 BLUNT = (30.0, 5.0, 1.0)
 """Factors on the relations' standard deviations, one search after the other."""
@@ -181,14 +184,15 @@ def _step(
 ) -> tuple[FloatArray, float, float, float]:
     """One damped Gauss-Newton step: the new u, its cost, the next damping, and what a full step would gain at most."""
     parts = parts_at(evidence, known, u, whiteners)
-    curvature = np.eye(len(u)) + sum((p.information for p in parts), np.zeros((len(u), len(u))))
-    gradient = u - sum((p.slope.T @ p.residual for p in parts), np.zeros(len(u)))
+    slope = np.concatenate([np.zeros((0, len(u))), *(p.slope for p in parts)])
+    curvature = np.eye(len(u)) + slope.T @ slope
+    gradient = u - slope.T @ np.concatenate([np.zeros(0), *(p.residual for p in parts)])
     left = 0.5 * float(gradient @ np.linalg.solve(curvature, gradient))
     # several dampings at once: a call for many vehicles costs little more than one for a single one
     ladder = damping * LADDER
-    scale = np.diag(np.diag(curvature))
-    moves = [np.linalg.solve(curvature + d * scale, -gradient) for d in ladder]
-    trials = np.clip(u + np.array(moves), -FARTHEST + 0.01, FARTHEST - 0.01)
+    damped = curvature + ladder[:, None, None] * np.diag(np.diag(curvature))
+    moves = np.linalg.solve(damped, -gradient[:, None])[:, :, 0]
+    trials = np.clip(u + moves, -FARTHEST + 0.01, FARTHEST - 0.01)
     costs = _cost(evidence, whiteners, known, trials)
     best = int(np.argmin(costs))
     if not costs[best] < cost:
@@ -197,30 +201,38 @@ def _step(
 
 
 def _climb(
-    evidence: Sequence[Evidence], whiteners: Sequence[FloatArray], known: Known, start: FloatArray
+    evidence: Sequence[Evidence],
+    whiteners: Sequence[FloatArray],
+    known: Known,
+    start: FloatArray,
+    blunted: Sequence[float] = BLUNT,
 ) -> tuple[FloatArray, float, tuple[Part, ...], bool]:
     """Damped Gauss-Newton from `start`: mode, cost, relations there, whether it settled.
 
     The relations are first taken as less sharp than they are: products of unknowns make a narrow curved valley of them, in
-    which straight steps are short.
+    which straight steps are short. That also takes the search back to what is usual: `blunted` = (1,) stays near the start.
     """
     u, cost, settled = start.copy(), math.inf, False
-    for blunt in BLUNT:
+    for blunt in blunted:
         softer = [w / blunt for w in whiteners]
         cost = float(_cost(evidence, softer, known, u[None])[0])
         damping, settled = 1e-3, False
         for _ in range(MOST_STEPS):
             u, cost, damping, left = _step(evidence, softer, known, u, cost, damping)
-            settled = left < SETTLED
+            settled = left < (SETTLED if blunt == 1 else ENOUGH)
             if settled or damping > 1e8:
                 break
     return u, cost, parts_at(evidence, known, u, whiteners), settled
 
 
 def find_mode(
-    evidence: Sequence[Evidence], known: Known, starts: Sequence[FloatArray] | None = None
+    evidence: Sequence[Evidence],
+    known: Known,
+    starts: Sequence[FloatArray] | None = None,
+    near: Sequence[FloatArray] = (),
 ) -> Joint:
-    """The most probable unknowns. starts: (k,) each, in prior standard deviations; the best end counts.
+    """The most probable unknowns. starts: (k,) each, in prior standard deviations; the best end counts. near: more of them, which
+    are near a mode of much the same relations.
 
     Raises LinAlgError where a relation's covariance is none.
     """
@@ -228,6 +240,7 @@ def find_mode(
     whiteners = [whitener_of(e.covariance) for e in evidence]
     first = [np.zeros(len(known.names))] if starts is None else [np.asarray(s) for s in starts]
     ends = [_climb(evidence, whiteners, known, s) for s in first]
+    ends += [_climb(evidence, whiteners, known, np.asarray(s), BLUNT[-1:]) for s in near]
     u, cost, parts, settled = min(ends, key=lambda end: end[1])
     given: dict[str, float] = {}
     for e in evidence:

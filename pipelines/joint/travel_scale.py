@@ -68,7 +68,7 @@ def scale_odds(right: Joint, evidence: Sequence[Evidence], known: Known) -> tupl
     if not any(set(NAMES) & {*e.unknowns} for e in evidence):
         return None
     free, alike = opened(known)
-    open_ = find_mode([*evidence, alike], free, [np.zeros(len(right.u)), right.u])
+    open_ = find_mode([*evidence, alike], free, near=[right.u])
     odds = log_odds(right, open_) + _lacking(free, alike)
     return odds + math.log(WRONG_FILE / (1 - WRONG_FILE)), open_
 
