@@ -72,10 +72,13 @@ def hopeless(sure: RollFit, whole: RollFit) -> bool:
 
 @dataclass(frozen=True)
 class Asked:
-    """known: the parameters of a model with certain parts on some data. edges: of the running sums."""
+    """known: the parameters of a model with certain parts on some data. edges: of the running sums. liveliest: the liveliest stretches of
+    the drive, so many rows at most; None where they hold nothing.
+    """
 
     known: Callable[[RollData, frozenset[str]], tuple[Known, ...]]
     edges: IntArray
+    liveliest: Callable[[int], RollData | None]
 
 
 def mixed_fit(fits: list[tuple[RollFit, float]]) -> RollFit:
@@ -97,13 +100,16 @@ def fit_models(data: RollData, asked: Asked, sure: RollFit | None = None) -> Rol
 
     sure: the fit in the sure band, to start from in the whole one. Where the usual model misses it by far, that one stands alone.
 
-    Beyond MOST_ROWS the usual model stands alone: several on half an hour would cost ten times as much as one.
+    Beyond MOST_ROWS the liveliest stretches say which parts are needed, and the model with these stands alone: several on half an hour
+    would cost ten times as much as one.
     """
     near = None if sure is None else sure.values
     # what does not agree with the sure band is not taken (`holds`): none is sought far from it
     base = fit_roll(data, asked.known(data, STANDARD), asked.edges, near, close=sure is not None)
-    if base.explained < LEAST_TRIED or data.size > MOST_ROWS or (sure is not None and hopeless(sure, base)):
+    if base.explained < LEAST_TRIED or (sure is not None and hopeless(sure, base)):
         return base
+    if data.size > MOST_ROWS:
+        return _of_liveliest(data, asked, base)
     verdict = select_parts(data, lambda parts: asked.known(data, parts), base.values)
     fits: list[tuple[RollFit, float]] = []
     for parts, weight in verdict.models:
@@ -117,6 +123,25 @@ def fit_models(data: RollData, asked: Asked, sure: RollFit | None = None) -> Rol
         return base
     total = sum(weight for _, weight in settled)
     return replace(mixed_fit([(fit, weight / total) for fit, weight in settled]), verdict=verdict)
+
+
+def _of_liveliest(data: RollData, asked: Asked, base: RollFit) -> RollFit:
+    """The usual model (`base`, of all data) with what the liveliest stretches ask for on top."""
+    part = asked.liveliest(MOST_ROWS)
+    if part is None or part.size == 0:
+        return base
+    verdict = replace(
+        select_parts(part, lambda parts: asked.known(part, parts), base.values),
+        liveliest_s=part.size * part.step_s,
+    )
+    if verdict.supported <= STANDARD:
+        return replace(base, verdict=verdict)
+    try:
+        fit = fit_roll(data, asked.known(data, STANDARD | verdict.supported), asked.edges, base.values)
+    except np.linalg.LinAlgError:
+        # it stood on its part and runs away on the whole: the usual one stands
+        return base
+    return replace(fit if fit.converged or not base.converged else base, verdict=verdict)
 
 
 def fit_best(sure: RollData, whole: Callable[[], RollData | None], asked: Asked) -> tuple[RollData, RollFit]:

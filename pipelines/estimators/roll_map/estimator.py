@@ -177,7 +177,10 @@ class RollMap:
         def whole() -> RollData | None:
             return collect(prepared, roll, least, round(_value(settings, "max_rows")), wide=True)
 
-        data, fit = fit_best(data, whole, Asked(known, edges))
+        def liveliest(most: int) -> RollData | None:
+            return collect(prepared, roll, least, most)
+
+        data, fit = fit_best(data, whole, Asked(known, edges, liveliest))
         if fit.explained < LEAST_EXPLAINED:
             return self._nothing(prepared, before, vehicle, spread, data, not_following(data, fit, spread))
         if fit.values["a"] < LEAST_STIFFNESS:

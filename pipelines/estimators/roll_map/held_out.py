@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map.data import RollData
-from pipelines.estimators.roll_map.likelihood import Problem, huber
+from pipelines.estimators.roll_map.likelihood import RAN_OFF, Problem, huber
 from pipelines.results import FloatArray
 
 SPAN_S = 3.0
@@ -113,8 +113,11 @@ def held_out(problem: Problem, x: FloatArray, weights: dict[str, float], spans: 
         moved = np.clip(moved, problem.low, problem.high)
         with np.errstate(over="ignore", invalid="ignore"):
             error, variance = problem.innovations(moved, weights)
+            carried = problem.carried(moved, weights)
             here = float(np.nansum(huber(error[own] ** 2 / variance[own])))
-            found[k] = 0.5 * problem.carried(moved, weights) * share * int(own.sum()) - here
-        if not math.isfinite(found[k]):
+            found[k] = 0.5 * carried * share * int(own.sum()) - here
+            # what runs away answers noise without end, which is no gain
+            stands = problem.stands(error, variance) and carried < RAN_OFF * problem.rows
+        if not (stands and math.isfinite(found[k])):
             found[k] = RAN_AWAY
     return found

@@ -127,7 +127,7 @@ class Problem:
         left = simulated(self.data, named(self.known, x)) if miss is None else miss
         return whitened(self.data, weights, left)
 
-    def _stands(self, error: FloatArray, variance: FloatArray) -> bool:
+    def stands(self, error: FloatArray, variance: FloatArray) -> bool:
         """Whether a motion did not run away: most outputs compared, none farther off than numbers of any use are.
 
         Between samples of a channel with holes there are fewer than on them, so that a lag costs some.
@@ -155,7 +155,7 @@ class Problem:
         # a trial far off may run away: its cost is infinite
         with np.errstate(over="ignore", invalid="ignore"):
             error, variance = self.innovations(x, named(self.known, x) if weights is None else weights)
-            if not self._stands(error, variance):
+            if not self.stands(error, variance):
                 return math.inf
             value = _squares(error, variance) + self.prior_cost(x)
             if weights is None:
@@ -202,7 +202,7 @@ class Problem:
                         other, weights, None if added is None else miss - step * added
                     )
                     carried = noise if name in QUIET else self.carried(other, weights)
-                    stands = self._stands(moved, wide) and abs(carried) < RAN_OFF * self.rows
+                    stands = self.stands(moved, wide) and abs(carried) < RAN_OFF * self.rows
                 if stands:
                     slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
                     given[row] = 0.5 * (carried - noise) / step

@@ -22,12 +22,14 @@ ASKED = Callable[[frozenset[str]], tuple[Known, ...]]
 @dataclass(frozen=True)
 class Verdict:
     """What the stretches said. supported: parts that the plain model needs. gains: of each part, over the model that it was
-    tried on. full_weight: of the model with all parts against the one with the supported ones. stretches: how many."""
+    tried on. full_weight: of the model with all parts against the one with the supported ones. stretches: how many. liveliest_s: seconds of
+    the drive that were asked, where that is not all of it: the model with the supported parts stands alone then."""
 
     supported: frozenset[str]
     gains: Mapping[str, Gain]
     full_weight: float
     stretches: int
+    liveliest_s: float | None = None
 
     @property
     def models(self) -> tuple[tuple[frozenset[str], float], ...]:

@@ -14,7 +14,7 @@ from pipelines.estimators.roll_map.answers import (
 )
 from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.fit import RollFit
-from pipelines.estimators.roll_map.model import BANK_TIME_S
+from pipelines.estimators.roll_map.model import BANK_TIME_S, STANDARD
 from pipelines.models.roll import DEGREES, GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource
@@ -111,12 +111,15 @@ def model_parts(fit: RollFit) -> str:
         f"the log asks for {', '.join(said)}" if said else "the log asks for no part beyond the plain model"
     )
     rest = f"; it cannot tell {', '.join(opened)}" if opened else ""
-    share = (
-        f": the answers hold the models with and without them, {100 * verdict.full_weight:.0f} % with"
-        if opened
-        else ""
-    )
-    return f"By the likelihood of {verdict.stretches} held-out stretches, {asked}{rest}{share}."
+    if verdict.liveliest_s is not None:
+        usual = " and ".join(PARTS[name] for name in PARTS if name in STANDARD)
+        of = f" of the drive's liveliest {verdict.liveliest_s / 60:.1f} min"
+        share = f": the answers hold what every suspension has, {usual}" + (", and those" if said else "")
+    else:
+        of = ""
+        share = f": the answers hold the models with and without them, {100 * verdict.full_weight:.0f} % with"
+    end = share if opened else ""
+    return f"By the likelihood of {verdict.stretches} held-out stretches{of}, {asked}{rest}{end}."
 
 
 def conflicts(data: RollData, fit: RollFit) -> tuple[str, ...]:
