@@ -18,6 +18,7 @@ from pipelines.joint.doubts import Weighed, doubts_of, said
 from pipelines.joint.file_check import LOAD, STATED, file_check
 from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
+from pipelines.joint.mirror import NAMED_WITH, said_of_mirror
 from pipelines.joint.mixture import Apart, doubted
 from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.outputs import outputs_of
@@ -131,6 +132,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         for name, value in middle.items()
     }
     parameters, learned = _entries(reached, answers, gradients, priors)
+    parameters |= _with_mirror(joint, parameters, answers)
     record = JointVerdict(
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
         (*_far(joint), *_left_to_say(doubts, reached)), method, factor, time.perf_counter() - started, reached.found,
@@ -197,6 +199,17 @@ def _drawn(joint: Joint, drawn: Drawn, gradients: Mapping[str, FloatArray]) -> d
 def _laplace(joint: Joint, gradient: FloatArray) -> float:
     """A parameter's spread by the curvature at the mode, before anything widens it."""
     return math.sqrt(max(float(gradient @ joint.covariance @ gradient), 1e-300))
+
+
+def _with_mirror(
+    joint: Joint, parameters: Mapping[str, ParameterEstimate], answers: Mapping[str, Told]
+) -> dict[str, ParameterEstimate]:
+    """The heights with what the roll motion's inertia leaves open of them, where they are not sure."""
+    words = said_of_mirror(
+        joint.given, {name: (answer.value, answer.std) for name, answer in answers.items()}
+    )
+    open_ = [parameters[n] for n in NAMED_WITH if n in parameters and parameters[n].status != "identified"]
+    return {e.name: replace(e, reason=f"{e.reason}; {words}") for e in open_} if words else {}
 
 
 def _with_conflicts(

@@ -1,4 +1,4 @@
-"""A slow, plain reference for posteriors: many chains of adaptive random-walk Metropolis, with a check that they agree."""
+"""A slow, plain reference for posteriors: many chains of adaptive Metropolis, with a check that they agree."""
 
 from __future__ import annotations
 
@@ -46,6 +46,34 @@ class Figures:
     r_hat: float
 
 
+class _Walk:
+    """Random-walk Metropolis (`about` False), or steps that turn about a normal distribution and keep it (Neal's, "preconditioned
+    Crank-Nicolson"): where the density is nearly normal these are taken whole, in any number of dimensions.
+
+    size: of a step, adapted by the accepted share; a turn is at most a fresh draw.
+    """
+
+    def __init__(self, k: int, *, about: bool) -> None:
+        self.about, self.size = about, 0.5 if about else 2.4 / np.sqrt(k)
+
+    def tried(
+        self, here: FloatArray, mean: FloatArray, root: FloatArray, rng: np.random.Generator
+    ) -> tuple[FloatArray, FloatArray | float]:
+        """Where the chains (n, k) may go, and (n,) what the way there is worth beside the density."""
+        fresh = rng.standard_normal(here.shape)
+        if not self.about:
+            return here + self.size * fresh @ root.T, 0.0
+        z = np.linalg.solve(root, (here - mean).T).T
+        new = np.sqrt(1 - self.size**2) * z + self.size * fresh
+        return mean + new @ root.T, 0.5 * np.sum(new**2 - z**2, axis=1)
+
+    def adapt(self, accepted: float, step: int) -> None:
+        """Towards the share ACCEPTED."""
+        self.size *= float(np.exp((accepted - ACCEPTED) / (1 + step) ** 0.6))
+        if self.about:
+            self.size = min(self.size, 1.0)
+
+
 def run_chains(
     log_density: LogDensity,
     starts: FloatArray,
@@ -55,34 +83,36 @@ def run_chains(
     thin: int = 10,
     burn: float = 0.4,
 ) -> Chains:
-    """Random-walk Metropolis of all chains at once from `starts` (chains, k); thin: steps for one that is kept.
+    """All chains at once from `starts` (chains, k), both kinds of step in turn; thin: steps for one that is kept.
 
-    covariance: (k, k) first shape of the steps; until `burn` of the steps it is that of all chains' last places (Haario,
-    Saksman & Tamminen 2001), and the size goes by the accepted share. Nothing is adapted later, so that the chains' draws
-    are of the density itself.
+    covariance: (k, k) about the starts' mean: what the steps turn about, and the first shape of the walk's steps; until `burn` of the steps
+    that is the covariance of all chains' last places (Haario, Saksman & Tamminen 2001), and the sizes go by the accepted share. Nothing is
+    adapted later, so that the chains' draws are of the density itself.
     """
     here = starts.copy()
     chains, k = here.shape
     value = log_density(here)
     if not np.all(np.isfinite(value)):
         raise ValueError("a chain starts where the density is nought")
-    root, size = np.linalg.cholesky(covariance), 2.4 / np.sqrt(k)
+    mean, root = here.mean(axis=0), np.linalg.cholesky(covariance)
+    shape = root
+    walks = (_Walk(k, about=False), _Walk(k, about=True))
     burning, hits = int(burn * steps), 0
     seen: list[FloatArray] = []
     past: list[FloatArray] = []
     for step in range(steps):
-        tried = here + size * rng.standard_normal((chains, k)) @ root.T
+        walk = walks[step % 2]
+        tried, worth = walk.tried(here, mean, root if walk.about else shape, rng)
         new = log_density(tried)
         with np.errstate(invalid="ignore"):
-            good = np.log(rng.random(chains)) < new - value
+            good = np.log(rng.random(chains)) < new - value + worth
         here, value = np.where(good[:, None], tried, here), np.where(good, new, value)
         if step < burning:
-            size *= float(np.exp((np.mean(good) - ACCEPTED) / (1 + step) ** 0.6))
+            walk.adapt(float(np.mean(good)), step)
             past.append(here)
             if step + 1 in (burning // 4, burning // 2, 3 * burning // 4):
                 last = np.concatenate(past[len(past) // 2 :])
-                spread = np.cov(last.T) + 1e-12 * np.eye(k)
-                root, past = np.linalg.cholesky(spread), []
+                shape, past = np.linalg.cholesky(np.cov(last.T) + 1e-12 * np.eye(k)), []
         else:
             hits += int(np.sum(good))
             if step % thin == 0:

@@ -2,7 +2,7 @@
 
 The chains move the unknowns that the answers or the relations depend on; the others stay N(0, 1) whatever is measured. Along
 a ridge that opens out (moments known, no mass) such chains do not agree in any time; there the weighted prior is the reference.
-Real drives: `benchmarks/joint_mcmc.py`.
+Whole drives' relations: `test_joint_drive_against_mcmc.py`, and longer ones in `benchmarks/joint_mcmc.py`.
 """
 
 from __future__ import annotations

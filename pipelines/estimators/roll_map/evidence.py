@@ -21,6 +21,7 @@ from pipelines.estimators.roll_map.tyre_share import off_banked_roads, turns_wit
 from pipelines.evidence import Evidence, Unknown, Values
 from pipelines.joint.book import AXLES
 from pipelines.joint.laden import axis_lever, roll_springs
+from pipelines.joint.mirror import QUICK_ROLL
 from pipelines.joint.outputs import (
     body_at,
     inertias_of,
@@ -162,6 +163,7 @@ def evidence_of(
             ),
         ]
     depends = (*DEPENDS, *SCALES) if motion.against_axles else DEPENDS
+    given = {} if 2 in slow else {QUICK_ROLL: 1.0}
     found = []
     for carrier, title, part in parts:
         seen = _whitened(part, motion.against_axles)
@@ -170,7 +172,16 @@ def evidence_of(
             predict = _predict(weights, motion)
             found.append(
                 Evidence(
-                    "roll", carrier, title, source, observed, np.eye(len(observed)), predict, depends, (RUBS,)
+                    "roll",
+                    carrier,
+                    title,
+                    source,
+                    observed,
+                    np.eye(len(observed)),
+                    predict,
+                    depends,
+                    (RUBS,),
+                    given,
                 )
             )
     return tuple(found)

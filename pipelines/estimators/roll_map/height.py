@@ -22,6 +22,13 @@ def plain(value: float, std: float) -> str:
     return " ± ".join(parts).replace(",", " ")
 
 
+FEW = 400.0
+"""Effective draws up to which peaks of a density are not told."""
+
+MIRRORED = 0.3
+"""By what share the product of two arms may be off I/m: mass and inertia are known to some ten per cent, peaks by a bin."""
+
+
 def two_peaks(values: FloatArray, weight: FloatArray) -> tuple[float, float] | None:
     """The two peaks of a density that has two clearly parted ones (the valley below 70 % of the lower), else None."""
     low, high = quantiles(values, weight, (0.002, 0.998))
@@ -37,6 +44,16 @@ def two_peaks(values: FloatArray, weight: FloatArray) -> tuple[float, float] | N
     if last - first < 5 or smooth[first : last + 1].min() > 0.7 * smooth[tops[1]]:
         return None
     return float(0.5 * (edges[first] + edges[first + 1])), float(0.5 * (edges[last] + edges[last + 1]))
+
+
+def mirrored(peaks: tuple[float, float], posterior: Posterior) -> bool:
+    """Whether two heights are each other's mirror image: their arms' product is I/m."""
+    height, arm, weight = posterior.values["cg_height_m"], posterior.values["roll_arm_m"], posterior.weight
+    (middle, spread), mean = moments(height, weight), float(weight @ arm)
+    slope = float(weight @ ((height - middle) * (arm - mean))) / max(spread**2, 1e-12)
+    product = moments(posterior.values["mirror"] * arm**2, weight)[0]
+    first, second = (mean + slope * (peak - middle) for peak in peaks)
+    return abs(first * second / product - 1) < MIRRORED
 
 
 def _height_reasons(
@@ -65,8 +82,10 @@ def _height_reasons(
             "mirror image fits as well"
         )
     peaks = two_peaks(posterior.values["cg_height_m"], posterior.weight)
-    if peaks is not None:
-        flat += f"; two heights fit, {peaks[0]:.2f} m and {peaks[1]:.2f} m (mirror solutions)"
+    # few draws in a tail make peaks as well
+    if peaks is not None and posterior.effective > FEW:
+        flat += f"; two heights fit, {peaks[0]:.2f} m and {peaks[1]:.2f} m"
+        flat += " (mirror solutions)" if mirrored(peaks, posterior) else ""
     text = missing + axis + flat
     prefix: dict[Identification, str] = {
         "identified": "",
