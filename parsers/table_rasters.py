@@ -24,8 +24,60 @@ _TOKENS = re.compile(r"[^0-9a-zäöüß]+|(?<=[a-zäöüß])(?=\d)")
 _CAMEL = re.compile(r"(?<=[a-zäöüß])(?=[A-ZÄÖÜ])")
 _NUMBERED = re.compile(r"[a-z]|\d+|\d+(?:ms|us|s|hz)|ms|hz|raster|group|gruppe")
 """What tells rasters apart and says nothing of a clock: a letter, a number, a rate."""
+_CLOCKS = frozenset(
+    [
+        "gps",
+        "utc",
+        "gnss",
+        "lap",
+        "left",
+        "raw",
+        "bus",
+        "ecu",
+        "host",
+        "pc",
+        "system",
+        "sys",
+        "device",
+        "sensor",
+        "log",
+        "logger",
+        "received",
+        "receive",
+        "recv",
+        "rx",
+        "arrival",
+        "unix",
+        "epoch",
+        "local",
+        "start",
+        "end",
+        "trigger",
+        "rel",
+        "abs",
+        "relative",
+        "absolute",
+        "total",
+        "elapsed",
+        "session",
+        "run",
+        "stint",
+        "sector",
+        "best",
+        "last",
+        "delta",
+        "track",
+        "race",
+        "video",
+        "frame",
+    ]
+)
+"""What names another clock of the same rows, or no clock: words beside "time"."""
+
 _PACE = 1.1
 _LEAST_ROWS = 3
+_TOGETHER = 50
+"""Rows within which the rasters of a table begin."""
 
 
 @dataclass(frozen=True)
@@ -64,13 +116,16 @@ def find_rasters(
     if plan.kind not in ("decimal", "calendar", "elapsed") or len(plan.columns) > 1:
         return one, ""
     main = plan.columns[0]
-    twins = {k: twin for k in every - {main} if (twin := _twin(columns, k, plan, options, path)) is not None}
+    found = {k: twin for k in every - {main} if (twin := _twin(columns, k, plan, options, path)) is not None}
+    # in a table of rasters every time column that begins with the others is one, however alike their paces are
+    of_rasters = any(not twin.near for twin in found.values())
+    twins = {k: twin for k, twin in found.items() if of_rasters or twin.offset}
     if not twins:
         return one, ""
-    plans = {main: plan, **{k: twins[k][0] for k in sorted(twins)}}
+    plans = {main: plan, **{k: twins[k].plan for k in sorted(twins)}}
     own, how = _owners(columns.names, sorted(plans))
     if own is None:
-        if options.time_channel is not None or not any(differs for _, differs in twins.values()):
+        if options.time_channel is not None or not any(twin.differs for twin in twins.values()):
             return one, ""
         raise LogError(
             f"several time columns of different pace ({_listed(columns.names, plans)}), and nothing tells which columns "
@@ -111,10 +166,19 @@ def _tokens(column: ColumnName) -> list[str]:
     return [token for token in _TOKENS.split(_CAMEL.sub(" ", column.name).lower()) if token]
 
 
-def _twin(
-    columns: Columns, place: int, plan: TimePlan, options: ReadOptions, path: Path
-) -> tuple[TimePlan, bool] | None:
-    """The plan of another time column of the same kind as `plan`'s, and whether it goes at another pace; None for others.
+@dataclass(frozen=True)
+class _Twin:
+    """Another time column of the same kind. differs: it goes at another pace. near: neither its name nor its pace tells that it is a raster's,
+    but it begins with the first one. offset: and within a row of it, which stamps by it would move by less than that."""
+
+    plan: TimePlan
+    differs: bool
+    near: bool
+    offset: bool
+
+
+def _twin(columns: Columns, place: int, plan: TimePlan, options: ReadOptions, path: Path) -> _Twin | None:
+    """Another time column of the same kind as `plan`'s that may be a raster's; None for others.
 
     A second clock of the same rows (GPS time, the time of a lap) goes at the first one's pace, and is none.
     """
@@ -148,9 +212,21 @@ def _twin(
     ):
         return None
     differs = numbers and _other_pace(here, there)
-    rest = a[1:] + b[1:] if at == 0 else a[:-1] + b[:-1]
+    # "Time_IMU_Dyn1" and "Time_IMU_Dyn2" differ by their numbers
+    rest = sorted((set(a) ^ set(b)) - _TIMES)
     numbered = all(_NUMBERED.fullmatch(token) for token in rest)
-    return (own, differs) if same or numbered or differs else None
+    if same or numbered or differs:
+        return _Twin(own, differs, near=False, offset=True)
+    if not numbers or _CLOCKS & set(rest):
+        return None
+    apart, step = _beginning(here, there)
+    return _Twin(own, differs, near=True, offset=apart <= step) if apart <= _TOGETHER * step else None
+
+
+def _beginning(here: np.ndarray, there: np.ndarray) -> tuple[float, float]:
+    """How far apart two columns begin, and the usual step of the first."""
+    first, second = here[np.isfinite(here)], there[np.isfinite(there)]
+    return abs(float(second[0] - first[0])), quantile(np.diff(first), 0.5)
 
 
 def _other_pace(here: np.ndarray, there: np.ndarray) -> bool:

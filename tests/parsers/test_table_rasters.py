@@ -148,6 +148,31 @@ def test_a_second_clock_of_the_same_rows_is_no_raster(header, clock, tmp_path):
     assert not any("several time columns" in note for note in log.notes)
 
 
+@pytest.mark.parametrize(
+    "times",
+    [
+        # alike but for a number; alike in pace, and within a row; beside rasters of another pace
+        ("Time_IMU_Dyn1 [s]", "Time_IMU_Dyn2 [s]"),
+        ("Time_IMU [s]", "Time_Wheels [s]"),
+        ("Time_IMU [s]", "Time_Level [s]", "Time_Chassis [s]"),
+    ],
+)
+def test_rasters_of_one_pace_lose_frames_each_on_its_own(times, tmp_path):
+    rng = np.random.default_rng(3)
+    own = [FAST + 0.004, *(np.delete(FAST + 0.011, 250) for _ in times[1:])]
+    own = [t + 0.002 * rng.random(len(t)) for t in own]
+    if len(times) == 3:
+        own[2], own[1] = SLOW + 0.3, own[1] + 0.2
+    names = ["AccY", "Speed", "YawRate"][: len(times)]
+    headers = [h for pair in zip(times, names, strict=True) for h in pair]
+    path = tmp_path / "log.csv"
+    path.write_text(side_by_side(headers, [c for t in own for c in (t, np.sin(t))]), encoding="utf-8")
+    found, log = chunks_of(path)
+    for name, t in zip(names, own, strict=True):
+        assert np.allclose(found[name][0], t, atol=1e-4)
+    assert any("each column has the stamps of the time column before it" in note for note in log.notes)
+
+
 def test_damage_is_counted_once(tmp_path):
     path = tmp_path / "log.csv"
     headers = ["Time_A [s]", "AccY [m/s^2]", "Time_B [s]", "Speed [m/s]"]

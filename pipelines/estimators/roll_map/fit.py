@@ -119,28 +119,35 @@ class RollFit:
 
 
 def _part(data: RollData, most: int) -> RollData:
-    """The first segments up to `most` rows, for finding where to start."""
+    """Up to `most` rows from the first segment on in which every channel is there, for finding where to start."""
     if data.size <= most:
         return data
-    stops = np.minimum(data.stops, most)
-    whole = stops - data.starts >= min(50, most // 2)
-    starts, stops = data.starts[whole], stops[whole]
-    n = int(stops[-1])
-    accel = data.accel[:n]
+    channels = [c for c, there in ((data.roll, data.has_roll), (data.rate, data.has_rate)) if there]
+    heard = [
+        all(np.isfinite(c[i:j]).any() for c in channels) for i, j in zip(data.starts, data.stops, strict=True)
+    ]
+    first = int(data.starts[heard.index(True)]) if any(heard) else 0
+    stops = np.minimum(data.stops, first + most)
+    later = (data.starts >= first) & (stops > data.starts)
+    long = stops - data.starts >= min(50, most // 2)
+    whole = later & long if (later & long).any() else later
+    starts, stops = data.starts[whole] - first, stops[whole] - first
+    rows = slice(first, first + int(stops[-1]))
+    accel = data.accel[rows]
     return replace(
         data,
-        rows=data.rows[:n],
+        rows=data.rows[rows],
         starts=starts,
         stops=stops,
         accel=accel,
-        roll=data.roll[:n],
-        rate=data.rate[:n],
-        whole_roll=data.whole_roll[:n],
-        whole_rate=data.whole_rate[:n],
-        yaw=data.yaw[:n],
+        roll=data.roll[rows],
+        rate=data.rate[rows],
+        whole_roll=data.whole_roll[rows],
+        whole_rate=data.whole_rate[rows],
+        yaw=data.yaw[rows],
         shifter=(sent := Shifter(accel, starts, stops, 1 / data.step_s, held=True)),
         clean_shifter=sent,
-        yaw_shifter=Shifter(data.yaw[:n], starts, stops, 1 / data.step_s, held=True)
+        yaw_shifter=Shifter(data.yaw[rows], starts, stops, 1 / data.step_s, held=True)
         if data.has_yaw
         else None,
     )
@@ -154,7 +161,10 @@ def _starts(problem: Problem) -> list[FloatArray]:
     for noise in ("log_roll_noise", "log_rate_noise"):
         if noise in names:
             column = data.roll if noise == "log_roll_noise" else data.rate
-            first[names.index(noise)] = math.log(max(0.1 * float(np.nanstd(column)), 2e-5))
+            there = column[np.isfinite(column)]
+            # a channel that begins later is as usual here
+            if len(there):
+                first[names.index(noise)] = math.log(max(0.1 * float(np.std(there)), 2e-5))
     if data.has_roll:
         good = np.isfinite(data.roll)
         f, angle = data.accel[good] - data.accel[good].mean(), data.roll[good]
