@@ -76,7 +76,7 @@ STIFFENED = "roll_stiffness_nmprad"
 tails are those of loads on the stops. A light load takes them off and shows nothing of the springs: so it goes by spreads."""
 
 SOURCE = "vehicle file and what is known of the load"
-OPENED, MOVED = 1.25, 2.0
+OPENED, MOVED = 1.25, 1.0
 """Spread over that before the log, and standard deviations off it, from which on a drive that narrows nothing leaves open what the file seemed to know:
 one of its figures is doubted."""
 
@@ -229,8 +229,10 @@ def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Colle
         return ""
     if name != STIFFENED:
         away = abs(answer.value - prior.mean)
-        if answer.std > OPENED * prior.whole_std or away > MOVED * prior.whole_std:
+        if answer.std > OPENED * prior.whole_std:
             return "what this drive shows against the vehicle file leaves it more open than the file does"
+        if away > MOVED * prior.whole_std:
+            return "what this drive shows leaves it elsewhere than the vehicle file does, and no surer"
         return ""
     if answer.std > prior.std:
         return "the load that this drive shows leaves it more open than the vehicle file alone"

@@ -199,16 +199,15 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
     pitches = vehicle.get("patch_path_pitch_mprad") is not None
     kilos, radius = (float(known.mean[known.index(n)]) for n in ("empty_mass", "radius"))
     low = 0.02 * radius
+    centres = {
+        "pitch_center_height_m": ("pitch_center_brake", low),
+        "pitch_center_height_drive_m": ("pitch_center_drive", low),
+    }
     pieces = {
         WHEELS: {} if tyres else {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002)},
         UPRIGHT: {} if pitches else _upright(joint),
-        "no anti-dive": _silent(
-            vehicle,
-            {
-                "pitch_center_height_m": ("pitch_center_brake", low),
-                "pitch_center_height_drive_m": ("pitch_center_drive", low),
-            },
-        ),
+        # a model with a pitch centre in braking is not without one in driving
+        "no anti-dive": _silent(vehicle, centres) if vehicle.get("pitch_center_height_m") is None else {},
         "a roll axis in the ground": _silent(
             vehicle, {f"roll_center_height_{a}_m": (f"roll_center_{a}", low) for a in AXLES}
         ),

@@ -20,6 +20,11 @@ RIGID_DRIVEN = (0.3, 0.2)
 of half a metre, which carry 0.4 to 0.7 m; simple models have none."""
 
 
+FRONT_DRIVEN = (0.02, 0.06)
+"""m above ground, where the file has no pitch_center_height_drive_m, of a car whose front wheels are driven through shafts: links see the force
+at the hub, whose way leans back (-0.05 to 0.05 m) where that of the tyre's foot, which brakes, leans forward; simple models have one height for both."""
+
+
 def drive_jacking(book: Book) -> tuple[float, float]:
     """Drop of the springs' force over the driving force: mean and spread.
 
@@ -126,7 +131,8 @@ def _pitch_links(book: Book) -> None:
     if driven is not None:
         mean, std, source = driven.value, driven.std, driven.source
     elif (share := vehicle.get("drive_front_share")) is not None and share.value > 0.9:
-        mean, std, source = 0.7 * mean, float(np.hypot(std, 0.03)), "between none and that of braking"
+        mean, std = FRONT_DRIVEN
+        source = "what the links of a front axle that is driven through shafts carry"
     elif rigid_axle(vehicle, "rear"):
         # its links hold the torque that drives its wheels, where a differential on the body keeps it from them
         mean, std = RIGID_DRIVEN
