@@ -94,8 +94,10 @@ class _Witness:
 def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, Together | None]:
     """The first witness with which a rate goes together clearly, and how; else why there is none."""
     turning = grid.columns[rate]
+    unclear: list[str] = []
     for each in witnesses:
         found = compare(turning, each.says)
+        unclear += [each.name] if found is not None else []
         if found is None or abs(found.correlation) < each.least:
             if each.pushes and (swiftly := swift_tells(turning, each.says)) is not None:
                 return each.name, swiftly
@@ -103,7 +105,12 @@ def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, To
         if each.by_road and rate == "roll_rate":
             found = told_by(grid, found, (turning, each.says), each.least)
         return (each.name, found) if found else (CANNOT_TELL, None)
-    return "the drive moves it too little", None
+    if not unclear:
+        return "the drive moves it too little", None
+    return (
+        f"it goes clearly with nothing that would tell it ({', '.join(unclear)}): other things turn it, as roads do",
+        None,
+    )
 
 
 def _witnesses(grid: Grid, angle: str, push: str, sense: int, untold: bool) -> Iterator[_Witness]:

@@ -77,3 +77,14 @@ def test_a_rate_that_the_springs_tell_tells_its_angle(names: tuple[str, ...]) ->
     wrong = scaled(signals, **dict.fromkeys(names, -1.0))
     assert same(check(wrong)[0], signals)
     assert not any("pitch" in text for text in unchecked(wrong, {}))
+
+
+def test_a_rate_that_goes_with_nothing_is_said_to_be_turned_by_other_things() -> None:
+    """A lively gyro beside a lively acceleration that it does not follow, as on roads that bank: not a drive that moves too little."""
+    signals = hilly()
+    for name in ("roll", "pitch"):
+        del signals[name]
+    lively = 0.1 * np.random.default_rng(4).standard_normal(len(signals["roll_rate"].values))
+    signals["roll_rate"] = replace(signals["roll_rate"], values=lively)
+    (said,) = (text for text in unchecked(signals, {}) if text.startswith("sign of roll_rate"))
+    assert "it goes clearly with nothing that would tell it (the change of accel_y)" in said
