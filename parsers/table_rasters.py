@@ -24,54 +24,12 @@ _TOKENS = re.compile(r"[^0-9a-zäöüß]+|(?<=[a-zäöüß])(?=\d)")
 _CAMEL = re.compile(r"(?<=[a-zäöüß])(?=[A-ZÄÖÜ])")
 _NUMBERED = re.compile(r"[a-z]|\d+|\d+(?:ms|us|s|hz)|ms|hz|raster|group|gruppe")
 """What tells rasters apart and says nothing of a clock: a letter, a number, a rate."""
-_CLOCKS = frozenset(
-    [
-        "gps",
-        "utc",
-        "gnss",
-        "lap",
-        "left",
-        "raw",
-        "bus",
-        "ecu",
-        "host",
-        "pc",
-        "system",
-        "sys",
-        "device",
-        "sensor",
-        "log",
-        "logger",
-        "received",
-        "receive",
-        "recv",
-        "rx",
-        "arrival",
-        "unix",
-        "epoch",
-        "local",
-        "start",
-        "end",
-        "trigger",
-        "rel",
-        "abs",
-        "relative",
-        "absolute",
-        "total",
-        "elapsed",
-        "session",
-        "run",
-        "stint",
-        "sector",
-        "best",
-        "last",
-        "delta",
-        "track",
-        "race",
-        "video",
-        "frame",
-    ]
-)
+_CLOCKS = frozenset((
+    "gps", "utc", "gnss", "lap", "left", "raw", "bus", "ecu", "host", "pc", "system", "sys", "device",
+    "sensor", "log", "logger", "received", "receive", "recv", "rx", "arrival", "unix", "epoch", "local",
+    "start", "end", "trigger", "rel", "abs", "relative", "absolute", "total", "elapsed", "session", "run",
+    "stint", "sector", "best", "last", "delta", "track", "race", "video", "frame",
+))  # fmt: skip
 """What names another clock of the same rows, or no clock: words beside "time"."""
 
 _PACE = 1.1

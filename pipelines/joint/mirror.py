@@ -16,7 +16,7 @@ QUICK_ROLL = "quick_roll_motion"
 
 NAMED_WITH = ("roll_arm_m", "cg_height_m", "sprung_cg_height_m")
 FLAT = (0.75, 1.33)
-"""I/(m h²) within which the flat line is near: 30 % of an error of c goes into h at its ends, and the rest nowhere."""
+"""I/(m h²) within which the flat line is near: an error of c is three times as large in h at its ends, and larger between them."""
 
 APART = 3.0
 """Standard deviations from which on an answer's interval leaves its mirror out."""

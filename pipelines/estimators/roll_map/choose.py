@@ -141,7 +141,8 @@ def _of_liveliest(data: RollData, asked: Asked, base: RollFit) -> RollFit:
     except np.linalg.LinAlgError:
         # it stood on its part and runs away on the whole: the usual one stands
         return base
-    return replace(fit if fit.converged or not base.converged else base, verdict=verdict)
+    # as does the usual one where the other finds no end
+    return base if base.converged and not fit.converged else replace(fit, verdict=verdict)
 
 
 def fit_best(sure: RollData, whole: Callable[[], RollData | None], asked: Asked) -> tuple[RollData, RollFit]:

@@ -19,6 +19,9 @@ from pipelines.results import FloatArray
 SETTLED, TURNED = 0.01, 0.05
 MOST_TURNS = 5
 MOST_TRIALS = 12
+FREE_DELAY_S = 1e-3
+"""Spread of the delay beforehand, up to which it counts as given."""
+
 LEAST_PART, MOST_PART, NEAR_WHOLE = 0.1, 3.0, 0.25
 """Of a step: how short and long it may get along its line, and how near to a whole one it is not tried again."""
 
@@ -92,7 +95,10 @@ class _Block:
     def __init__(self, problem: Problem, weights: Mapping[str, float] | None) -> None:
         self._problem, self._weights = problem, weights
         self._block = problem.levels if weights is None else problem.motion
-        self._straight = Straight([problem.known[i].name for i in self._block.tolist()])
+        known = [problem.known[i] for i in self._block.tolist()]
+        # beside a delay that is as good as given there is no valley, and its moment would be all prior
+        free = any(k.name == "delay" and k.std > FREE_DELAY_S for k in known)
+        self._straight = Straight([k.name for k in known] if free else [])
         self._low, self._high = problem.low[self._block], problem.high[self._block]
         # the moments have no bounds of their own: the delay's and c's cut afterwards
         self._boxed = ~np.isin(np.arange(len(self._block)), self._straight.places[2:])
