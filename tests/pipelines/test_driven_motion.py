@@ -22,9 +22,9 @@ def test_as_a_plain_loop_does(tyres: bool) -> None:
     push = rng.normal(size=(90, 2))
     starts, stops = np.array([3, 40]), np.array([31, 88])
     phi, before, after = held = model.held(0.02)
-    rows = np.array([model.angle, model.rate, model.between])
+    rows = np.array([model.angle, model.rate])
     first = model.steady(push[starts])
-    expected = np.zeros((90, 3))
+    expected = np.zeros((90, 2))
     for start, stop, x in zip(starts, stops, first, strict=True):
         for i in range(start, stop):
             expected[i] = rows @ x
@@ -43,6 +43,12 @@ def test_what_runs_away_is_beyond_and_not_missing() -> None:
     )
     assert found[0, 0] == 1.0
     assert (found[2:] == BEYOND).all()
+
+
+def test_a_model_that_is_larger_than_the_loop_is_refused() -> None:
+    held = (np.eye(4), np.zeros((4, 1)), np.zeros((4, 1)))
+    with pytest.raises(ValueError, match="do not fit"):
+        driven(np.zeros((5, 1)), (np.array([0]), np.array([5])), held, np.eye(4)[:1], np.zeros((1, 4)))
 
 
 @pytest.mark.parametrize("stop", [6, 5])
