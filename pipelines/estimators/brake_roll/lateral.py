@@ -205,6 +205,10 @@ def _channels(data: LateralData, used: BoolArray, band_hz: float) -> list[_Chann
     return found
 
 
+HEADS = 4
+"""Gain, lag, inertia and delay come first of the fit's parameters."""
+
+
 class _Problem:
     """The fit's model on the rows of all channels, whitened by each channel's memory."""
 
@@ -222,6 +226,9 @@ class _Problem:
         self.quick_f = _filtered(data.f_y, data, quick)
         self.slow_f = _filtered(data.f_y, data, GRAVITY_HZ)
         self.memory = np.zeros(3)
+        # of one memory: see `remember`
+        self._white: list[FloatArray] | None = None
+        self._moved: tuple[tuple[float, ...], FloatArray] | None = None
         self._last: tuple[tuple[float, float], tuple[FloatArray, FloatArray, FloatArray]] | None = None
 
     def _responses(self, lag: float, inertia: float) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -231,8 +238,8 @@ class _Problem:
             self._last = (lag, inertia), (*_response(self.data, self.quick_f, lag, inertia), slow)
         return self._last[1]
 
-    def whole(self, x: FloatArray) -> FloatArray:
-        """(n, 3) outputs for the parameters x."""
+    def _motion(self, x: FloatArray) -> FloatArray:
+        """(n, 3) outputs that gain, lag, inertia and delay (x's first four) make."""
         lag, inertia = math.exp(float(np.clip(x[1], -7, 1))), math.exp(float(np.clip(x[2], -10, 0)))
         phi, rate, slow = self._responses(lag, inertia)
         quick = (self.quick_f - phi - lag * rate) / inertia
@@ -241,7 +248,12 @@ class _Problem:
         out[:, 0] = x[0] * (rate - x[3] * quick)
         out[:, 1] = GRAVITY * x[0] * slow
         out[:, 2] = x[0] * phi
-        for value, (_, output, column) in zip(x[4:], self.nuisances, strict=True):
+        return out
+
+    def whole(self, x: FloatArray) -> FloatArray:
+        """(n, 3) outputs for the parameters x."""
+        out = self._motion(x)
+        for value, (_, output, column) in zip(x[HEADS:], self.nuisances, strict=True):
             out[:, output] += value * column
         return out
 
@@ -267,12 +279,27 @@ class _Problem:
         return Samples(self.whiten(self.y), group, block, noise, floor)
 
     def predict(self, x: FloatArray) -> FloatArray:
-        """The model on the rows of `samples`."""
-        return self.whiten(self.whole(x))
+        """The model on the rows of `samples`: whitened, the nuisances' columns are the same from step to step."""
+        if self._white is None:
+            self._white = [self.whiten(self._alone(column, output)) for _, output, column in self.nuisances]
+        head = tuple(x[:HEADS].tolist())
+        if self._moved is None or self._moved[0] != head:
+            self._moved = head, self.whiten(self._motion(x))
+        found = self._moved[1].copy()
+        for value, column in zip(x[HEADS:], self._white, strict=True):
+            found += value * column
+        return found
+
+    def _alone(self, column: FloatArray, output: int) -> FloatArray:
+        """(n, 3) noughts with one output's column."""
+        out = np.zeros((3, len(column))).T
+        out[:, output] = column
+        return out
 
     def remember(self, x: FloatArray) -> None:
         """Take each channel's memory from the residual."""
         residual = self.y - self.whole(x)
+        self._white = self._moved = None
         for c in self.channels:
             self.memory[c.output] = _memory(residual[c.rows, c.output], c.linked)
 

@@ -14,7 +14,8 @@ Model = Callable[[FloatArray], FloatArray]
 """Parameters (k,) -> predictions (n,)."""
 
 HUBER = 3.0
-STEPS = 15
+STEPS = 30
+HALVINGS = 8
 
 
 @dataclass(frozen=True)
@@ -114,6 +115,7 @@ def fit_least(model: Model, samples: Samples, unknowns: tuple[Unknown, ...]) -> 
         pull = weighted @ whitened + precision * (centre - x)
         scale = 1 / np.sqrt(np.maximum(np.diag(hessian), 1e-300))
         move = scale * np.linalg.lstsq(hessian * np.outer(scale, scale), scale * pull, rcond=1e-12)[0]
+        move = _short_enough(model, samples, x, move, each, lambda z: float(precision @ (centre - z) ** 2))
         x = x + move
         if count > 2 and np.all(np.abs(move) < 0.01 * scale):
             converged = True
@@ -122,6 +124,29 @@ def fit_least(model: Model, samples: Samples, unknowns: tuple[Unknown, ...]) -> 
     wide = _blocked(covariance, weighted * whitened, samples.block, precision)
     names = tuple(u.name for u in unknowns)
     return LeastFit(names, x, wide, covariance, residual, noise, converged)
+
+
+def _short_enough(
+    model: Model,
+    samples: Samples,
+    x: FloatArray,
+    move: FloatArray,
+    each: FloatArray,
+    prior: Callable[[FloatArray], float],
+) -> FloatArray:
+    """The step, halved until it gains with the noise as it is: whole ones swing to and fro along valleys, and end anywhere."""
+
+    def cost(z: FloatArray) -> float:
+        size = np.abs(samples.y - model(z)) / each
+        return float(np.sum(np.where(size <= HUBER, size * size, HUBER * (2 * size - HUBER)))) + prior(z)
+
+    here = cost(x)
+    for _ in range(HALVINGS):
+        there = cost(x + move)
+        if there < here or not np.isfinite(here):
+            break
+        move = 0.5 * move
+    return move
 
 
 def _blocked(
