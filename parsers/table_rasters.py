@@ -77,7 +77,7 @@ def find_rasters(
     found = {k: twin for k in every - {main} if (twin := _twin(columns, k, plan, options, path)) is not None}
     # in a table of rasters every time column that begins with the others is one, however alike their paces are
     of_rasters = any(not twin.near for twin in found.values())
-    twins = {k: twin for k, twin in found.items() if of_rasters or twin.offset}
+    twins = {k: twin for k, twin in found.items() if of_rasters or twin.beside}
     if not twins:
         return one, ""
     plans = {main: plan, **{k: twins[k].plan for k in sorted(twins)}}
@@ -127,12 +127,12 @@ def _tokens(column: ColumnName) -> list[str]:
 @dataclass(frozen=True)
 class _Twin:
     """Another time column of the same kind. differs: it goes at another pace. near: neither its name nor its pace tells that it is a raster's,
-    but it begins with the first one. offset: and within a row of it, which stamps by it would move by less than that."""
+    but it begins with the first one. beside: it begins within a row of the first one, so that stamps by it could do little harm."""
 
     plan: TimePlan
     differs: bool
     near: bool
-    offset: bool
+    beside: bool
 
 
 def _twin(columns: Columns, place: int, plan: TimePlan, options: ReadOptions, path: Path) -> _Twin | None:
@@ -171,14 +171,14 @@ def _twin(columns: Columns, place: int, plan: TimePlan, options: ReadOptions, pa
         return None
     differs = numbers and _other_pace(here, there)
     # "Time_IMU_Dyn1" and "Time_IMU_Dyn2" differ by their numbers
-    rest = sorted((set(a) ^ set(b)) - _TIMES)
+    rest = (set(a) ^ set(b)) - _TIMES
     numbered = all(_NUMBERED.fullmatch(token) for token in rest)
     if same or numbered or differs:
-        return _Twin(own, differs, near=False, offset=True)
-    if not numbers or _CLOCKS & set(rest):
+        return _Twin(own, differs, near=False, beside=True)
+    if not numbers or _CLOCKS & rest:
         return None
     apart, step = _beginning(here, there)
-    return _Twin(own, differs, near=True, offset=apart <= step) if apart <= _TOGETHER * step else None
+    return _Twin(own, differs, near=True, beside=apart <= step) if apart <= _TOGETHER * step else None
 
 
 def _beginning(here: np.ndarray, there: np.ndarray) -> tuple[float, float]:

@@ -96,7 +96,7 @@ def fit_least(model: Model, samples: Samples, unknowns: tuple[Unknown, ...]) -> 
     x = np.array([u.start for u in unknowns])
     centre = np.array([u.start if u.mean is None else u.mean for u in unknowns])
     precision = np.array([0.0 if not np.isfinite(u.std) else 1 / max(u.std, 1e-9) ** 2 for u in unknowns])
-    steps = np.array([u.step for u in unknowns])
+    steps, root = np.array([u.step for u in unknowns]), np.sqrt(precision)
     noise = samples.noise
     weight = np.ones(len(samples.y))
     converged = False
@@ -115,7 +115,11 @@ def fit_least(model: Model, samples: Samples, unknowns: tuple[Unknown, ...]) -> 
         pull = weighted @ whitened + precision * (centre - x)
         scale = 1 / np.sqrt(np.maximum(np.diag(hessian), 1e-300))
         move = scale * np.linalg.lstsq(hessian * np.outer(scale, scale), scale * pull, rcond=1e-12)[0]
-        move = _short_enough(model, samples, x, move, each, lambda z: float(precision @ (centre - z) ** 2))
+
+        def cost(step: FloatArray, at: FloatArray = x, scaled: FloatArray = each) -> float:
+            return _size((samples.y - model(at + step)) / scaled, root * (centre - at - step))
+
+        move = _short_enough(move, _size(whitened, root * (centre - x)), cost)
         x = x + move
         if count > 2 and np.all(np.abs(move) < 0.01 * scale):
             converged = True
@@ -126,24 +130,21 @@ def fit_least(model: Model, samples: Samples, unknowns: tuple[Unknown, ...]) -> 
     return LeastFit(names, x, wide, covariance, residual, noise, converged)
 
 
-def _short_enough(
-    model: Model,
-    samples: Samples,
-    x: FloatArray,
-    move: FloatArray,
-    each: FloatArray,
-    prior: Callable[[FloatArray], float],
-) -> FloatArray:
-    """The step, halved until it gains with the noise as it is: whole ones swing to and fro along valleys, and end anywhere."""
+def _size(whitened: FloatArray, pull: FloatArray) -> float:
+    """Huber's squares of the residuals, and those of what priors are missed by."""
+    size = np.abs(whitened)
+    return float(np.sum(np.where(size <= HUBER, size * size, HUBER * (2 * size - HUBER)))) + float(
+        pull @ pull
+    )
 
-    def cost(z: FloatArray) -> float:
-        size = np.abs(samples.y - model(z)) / each
-        return float(np.sum(np.where(size <= HUBER, size * size, HUBER * (2 * size - HUBER)))) + prior(z)
 
-    here = cost(x)
+def _short_enough(move: FloatArray, here: float, cost: Callable[[FloatArray], float]) -> FloatArray:
+    """The step, halved until it gains with the noise as it is: whole ones swing to and fro along valleys, and end anywhere.
+
+    here: the cost without it; cost: of a step.
+    """
     for _ in range(HALVINGS):
-        there = cost(x + move)
-        if there < here or not np.isfinite(here):
+        if cost(move) < here or not np.isfinite(here):
             break
         move = 0.5 * move
     return move
