@@ -232,7 +232,14 @@ def spreads_in_words(coefficients: Coefficients) -> str:
     damping, inertia = np.sqrt(np.diag(coefficients.covariance)[1:3]) / np.maximum(
         coefficients.mean[1:3], 1e-9
     )
-    return f"leaves inertia to ± {inertia:.0%} and damping to ± {damping:.0%}"
+    told = {
+        name: f"{spread:.0%}" for name, spread in (("inertia", inertia), ("damping", damping)) if spread <= 1
+    }
+    if not told:
+        return "tells neither inertia nor damping"
+    return "leaves " + " and ".join(
+        f"{name} to ± {told[name]}" if name in told else f"{name} open" for name in ("inertia", "damping")
+    )
 
 
 def quick_enough(coefficients: Coefficients) -> tuple[bool, bool]:

@@ -38,6 +38,10 @@ SENSOR_DRAWS = 20_000
 USUAL_C = (0.9, 0.4)
 """m: c of road vehicles, where no vehicle is known."""
 
+LEAST_C, LEAST_DAMPED = 0.101, 0.06
+"""c in m at which the fit is at its bound, and the roll's damping ratio (b / 2 sqrt(a c)) below which no vehicle's dampers leave it: worn
+ones 0.1, a car's 0.2 to 0.4."""
+
 
 @dataclass(frozen=True)
 class VehiclePart:
@@ -131,6 +135,15 @@ def _sensor_draws(
     return height, np.ones(SENSOR_DRAWS), series_loss((1 - ratio) / (1 + 0.2 * ratio), a, b)
 
 
+def _told(coefficients: Coefficients) -> bool:
+    """Whether the fit ended where vehicles are, and not at a motion without inertia or dampers.
+
+    On rough roads the road's own roll came out as a delay of 70 ms and no damping, or as inertia half as large again.
+    """
+    a, b, c = coefficients.mean[:3]
+    return bool(c > LEAST_C and b > 2 * LEAST_DAMPED * np.sqrt(a * c))
+
+
 def _possible_inertia(before: VehiclePart, coefficients: Coefficients, against_axles: bool) -> bool:
     """Whether the measured c lies within three standard deviations of what the vehicle's draws can give."""
     mean, std = USUAL_C
@@ -140,7 +153,7 @@ def _possible_inertia(before: VehiclePart, coefficients: Coefficients, against_a
             few.possible
         ]
         mean, std = float(c.mean()), float(c.std())
-    if coefficients.mean[2] < 0.101 or coefficients.mean[1] < 0.301:
+    if not _told(coefficients):
         return False
     away = abs(coefficients.mean[2] - mean)
     return bool(away < 3 * (std**2 + coefficients.covariance[2, 2]) ** 0.5)
@@ -155,7 +168,7 @@ def usable(
     c, std = coefficients.mean[2], coefficients.covariance[2, 2] ** 0.5
     sentence = (
         "The roll motion shows inertia and damping too little: only its steady part is used."
-        if std > 0.3 or c < 0.101 or coefficients.mean[1] < 0.301
+        if std > 0.3 or not _told(coefficients)
         else f"The inertia term of the roll motion (c = {c:.2f} ± {std:.2f} m) is not one that this vehicle can have "
         f"(a filter in the sensors, or lateral acceleration that is not that of the roll axis): only the steady part of "
         f"the motion is used."
