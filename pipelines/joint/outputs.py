@@ -34,11 +34,14 @@ def roll_axis_of(values: Values, body: Body) -> FloatArray:
 def roll_stiffness_of(values: Values, *, empty: bool = False) -> FloatArray:
     """Of the suspension, body against axles, N·m/rad: springs and bars, at the height at which the loaded body stands.
 
+    Springs that stand closer than the wheels add what they stiffen by where they are; what they lack themselves is in the bar.
     empty: at that of the empty one, as data sheets have it.
     """
     parts = []
     for axle in AXLES:
-        rate = np.asarray(values[f"spring_{axle}"] if empty else rate_under_load(values, axle))
+        rate = np.asarray(values[f"spring_{axle}"])
+        if not empty:
+            rate = rate + values[f"spring_base_{axle}"] ** 2 * (rate_under_load(values, axle) - rate)
         parts.append(0.5 * rate * values[f"track_{axle}"] ** 2 + values[f"bar_{axle}"])
     return np.asarray(parts[0] + parts[1])
 

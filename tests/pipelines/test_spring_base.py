@@ -11,7 +11,9 @@ from plant_balance import Car, demand, logged, simulate, vehicle_file
 
 from parsers.drive import Drive
 from parsers.errors import VehicleError
+from pipelines.estimators.load_balance.data import collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
+from pipelines.estimators.load_balance.forces import FORCES, Terms
 from pipelines.estimators.load_balance.relations import roll_terms
 from pipelines.estimators.load_transfer.evidence import roll_moment
 from pipelines.joint.laden import forces_lever
@@ -58,6 +60,60 @@ def test_springs_between_the_wheels_roll_as_far_apart_as_they_stand() -> None:
     # how far apart they stand is known to a per cent, and the stiffness with it
     known = file(**bars, spring_base_rear_m=BASE)
     assert spread(known, "bar_rear") == pytest.approx(np.hypot(40.0, 2 * 0.01 * rear), rel=1e-6)
+
+
+def _closed(rate: float, base: float, bump: float) -> Vehicle:
+    """The pickup with rear springs that stiffen by travel, as a rig tells them."""
+    curve = {"spring_rate_rear_bump_npm": bump * rate, "spring_rate_rear_rebound_npm": rate}
+    return file(spring_base_rear_m=base, anti_roll_stiffness_front_nmprad=30e3, anti_roll_stiffness_rear_nmprad=4e3, **curve)  # fmt: skip
+
+
+@pytest.mark.parametrize("base", [BASE, 1.62])
+def test_springs_that_stiffen_do_so_where_they_stand(base: float) -> None:
+    """A blind simulator's pickup and van read 10 % too stiff in roll, and 5 % too high, as if they stiffened at the wheels."""
+    found = mean(_closed(40e3, base, 1.5)) | {"load": 400.0, "load_x": 3.2}
+    down = 0.5 * 400.0 * 9.80665 / 40e3  # at the springs' first rate, as `pressed` has it
+    rate = 40e3 + 2 * found["square_rear"] * down + 3 * found["cube_rear"] * down**2
+    assert rate > 1.25 * 40e3
+    rear = 0.5 * rate * base**2 + 4e3
+    assert float(roll_stiffness_of(found)) == pytest.approx(PARTS[0] + 30e3 + rear, rel=1e-4)
+
+
+@pytest.mark.parametrize("base", [BASE, 1.62])
+def test_balances_by_deflections_hold_curved_springs_and_dampers_where_they_stand(base: float) -> None:
+    known = before_the_log(_closed(40e3, base, 1.5))
+    found = known.at(np.zeros(len(known.names)))
+    found |= {name: 0.0 for name in found if name.startswith(("friction", "stop", "zero", "stuck"))}
+    t = np.arange(0, 60, 0.01)
+    left, right = 0.03 + 0.02 * np.sin(0.5 * t), 0.02 - 0.03 * np.sin(0.5 * t)
+    travel = {"fl": 0 * t, "fr": 0 * t, "rl": left, "rr": right}
+    columns = {f"suspension_deflection_{w}": x for w, x in travel.items()} | {"accel_x": 0 * t, "accel_y": 0 * t, "speed": 0 * t + 20}  # fmt: skip
+    drive = logged(columns, np.random.default_rng(0), noise=0.0)
+    drive = replace(drive, signals={n: replace(s, values=columns[n]) for n, s in drive.signals.items()})
+    data = collect(LoadBalance().prepare(drive, {}), known, 10.0, free_m={"front": 9.0, "rear": 9.0})
+
+    def by_terms(lever: tuple[float, float]) -> FloatArray:
+        terms = Terms()
+        FORCES["deflection"](found, (0.0, 0.0, *lever), terms)
+        one = terms.pop("one") * data.columns["one"]
+        return one + sum(value * data.columns[name] for name, value in terms.items() if name in data.columns and value)  # fmt: skip
+
+    ratio = base / 1.62
+    at_springs = [0.5 * (left + right) + sign * ratio * 0.5 * (left - right) for sign in (1, -1)]
+    forces = []
+    for d in at_springs:
+        v = np.gradient(d, t)
+        spring = 40e3 * d + found["square_rear"] * d**2 + found["cube_rear"] * d**3
+        forces.append(spring + np.where(v > 0, found["bump_rear"], found["rebound_rear"]) * v)
+    moment = 0.5 * base * (forces[0] - forces[1]) + 4e3 / 1.62 * (left - right)
+    inner = slice(20, -20)
+    rows = np.searchsorted(t, data.time_s - data.time_s[0])
+    told = by_terms((0.81, -0.81))
+    np.testing.assert_allclose(told[inner], moment[rows][inner], atol=3e-3 * np.ptp(moment))
+    lifted = by_terms((1.0, 1.0))
+    lifted = lifted - lifted.mean()
+    both = (forces[0] + forces[1])[rows]
+    np.testing.assert_allclose(lifted[inner], (both - both.mean())[inner], atol=5e-3 * np.ptp(both))
 
 
 def test_a_stated_roll_stiffness_below_that_of_the_springs_is_a_rigid_rear_axle() -> None:

@@ -79,18 +79,25 @@ def _rate_of(values: FloatArray, prepared: Prepared) -> FloatArray:
 
 
 def _corner_columns(
-    prepared: Prepared, smooth: Smoother, axles: Sequence[str], free_m: Mapping[str, float], from_stand: bool
+    prepared: Prepared,
+    smooth: Smoother,
+    axles: Sequence[str],
+    free_m: Mapping[str, float],
+    from_stand: bool,
+    apart: Mapping[str, float],
 ) -> dict[str, FloatArray]:
-    """Deflection and what follows from it at each wheel: d, its square and cube, damper halves, both kinds of friction; of each axle what
-    standing tyres hold."""
+    """Deflection at each wheel, and what follows from the travel of its spring: square and cube, damper halves, both kinds of friction; of
+    each axle what standing tyres hold. apart: axle -> how far its springs stand apart, over the track."""
     found: dict[str, FloatArray] = {}
     calm = Smoother(prepared, STICK_HZ)
     for wheel in (w for w in CORNERS if _axle_of(w) in axles):
-        d = prepared.columns[f"suspension_deflection_{wheel}"]
+        at_wheel, ratio = prepared.columns[f"suspension_deflection_{wheel}"], apart[_axle_of(wheel)]
+        across = prepared.columns[f"suspension_deflection_{wheel[0]}{'r' if wheel[1] == 'l' else 'l'}"]
+        d = 0.5 * ((1 + ratio) * at_wheel + (1 - ratio) * across) if ratio != 1.0 else at_wheel
         rate = _rate_of(d, prepared)
         stop = _into_stops(d, prepared, free_m[_axle_of(wheel)], from_stand)
         parts = {
-            "d": d, "d2": d * d, "d3": d**3, "stop": stop, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
+            "d": at_wheel, "d2": d * d, "d3": d**3, "stop": stop, "bump": np.maximum(rate, 0.0), "rebound": np.minimum(rate, 0.0),
             "stick": friction_state(calm.whole(d), prepared, STICK_M),
             "yield": friction_state(calm.whole(d), prepared, YIELD_M),
         }  # fmt: skip
@@ -279,7 +286,8 @@ def collect(
     axles = _axles_with_deflections(prepared) if prepared.segments else ()
     if axles:
         free = free_m or dict.fromkeys(AXLES, 0.0 if zero_loaded else STOPS_M)
-        found |= _corner_columns(prepared, smooth, axles, free, from_stand=free_m is None)
+        apart = {a: float(known.mean[known.index(f"spring_base_{a}")]) for a in AXLES}
+        found |= _corner_columns(prepared, smooth, axles, free, free_m is None, apart)
         if not zero_loaded and axles == AXLES:
             sag = TYRE_SHARE * float(np.nanmean([np.nanmean(found[f"d_{w}"]) for w in CORNERS]))
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):

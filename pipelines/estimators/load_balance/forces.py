@@ -45,24 +45,30 @@ def _zero(p: Values, axle: str, wheel: str, other: str) -> float:
 
 
 def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
-    """Adds lever * S of the four wheels, S from the deflections."""
+    """Adds lever * S of the four wheels, S from the deflections.
+
+    What springs that stand closer together than the wheels lack in roll is in the bar; what is not linear in them, and the dampers and dry
+    friction beside them, have levers of their own, and columns by the travel there (`data`).
+    """
     for i, wheel in enumerate(CORNERS):
         axle, arm = _axle(wheel), lever[i]
+        apart = p[f"spring_base_{axle}"]
+        inside = 0.5 * ((1 + apart) * arm + (1 - apart) * lever[i ^ 1])
         side = 1.0 if wheel[1] == "l" else -1.0
         bar = p[f"bar_{axle}"] / p[f"track_{axle}"] ** 2
         other = wheel[0] + ("r" if wheel[1] == "l" else "l")
         add(terms, f"d_{wheel}", arm * p[f"scale_{wheel}"] * (p[f"spring_{axle}"] + bar))
         add(terms, f"d_{other}", -arm * p[f"scale_{other}"] * bar)
-        add(terms, f"d2_{wheel}", arm * p[f"square_{axle}"])
-        add(terms, f"d3_{wheel}", arm * p[f"cube_{axle}"])
-        add(terms, f"stop_{wheel}", arm * p[f"stop_{axle}"])
-        add(terms, f"bump_{wheel}", arm * p[f"bump_{axle}"])
-        add(terms, f"rebound_{wheel}", arm * p[f"rebound_{axle}"])
-        add(terms, f"stick_{wheel}", arm * p[f"friction_{axle}"] * (1 - p["yielding"]))
-        add(terms, f"yield_{wheel}", arm * p[f"friction_{axle}"] * p["yielding"])
+        add(terms, f"d2_{wheel}", inside * p[f"square_{axle}"])
+        add(terms, f"d3_{wheel}", inside * p[f"cube_{axle}"])
+        add(terms, f"stop_{wheel}", inside * p[f"stop_{axle}"])
+        add(terms, f"bump_{wheel}", inside * p[f"bump_{axle}"])
+        add(terms, f"rebound_{wheel}", inside * p[f"rebound_{axle}"])
+        add(terms, f"stick_{wheel}", inside * p[f"friction_{axle}"] * (1 - p["yielding"]))
+        add(terms, f"yield_{wheel}", inside * p[f"friction_{axle}"] * p["yielding"])
         cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
         add(terms, "one", arm * (_empty_corner(p, axle) + cross + _zero(p, axle, wheel, other)))
-        add(terms, "rest", arm * p[f"stuck_{wheel}"])
+        add(terms, "rest", inside * p[f"stuck_{wheel}"])
         add(terms, f"scrub_{axle}", arm * held_rate(p, axle))
 
 

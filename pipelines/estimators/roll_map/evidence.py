@@ -67,7 +67,9 @@ class Motion:
 
 def _damping(values: Values, motion: Motion) -> FloatArray:
     """Of the suspension as this drive moved it, N m s/rad: of the dampers, and of dry friction, which no log tells from them."""
-    held = sum(values[f"friction_{axle}"] * values[f"track_{axle}"] for axle in AXLES)
+    held = sum(
+        values[f"friction_{axle}"] * values[f"spring_base_{axle}"] * values[f"track_{axle}"] for axle in AXLES
+    )
     return np.asarray(roll_damping_of(values) + values[RUBS.name] * motion.friction * held)
 
 
