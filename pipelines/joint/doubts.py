@@ -26,8 +26,9 @@ from pipelines.evidence import Evidence
 from pipelines.joint.channels import WRONG, channels_of
 from pipelines.joint.file_check import LOAD, stated_unknowns
 from pipelines.joint.suspension import levelled_n
-from pipelines.joint.unknowns import AXLES, CORNERS, Known
+from pipelines.joint.unknowns import AXLES, BY_SPRINGS, CORNERS, SPRINGS_CARRY, Known
 from pipelines.results import FloatArray
+from pipelines.vehicles.axle_loads import by_springs
 from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.kinematics import spring_curve
 from pipelines.vehicles.vehicle import Vehicle
@@ -50,6 +51,8 @@ LEVELLED = {"car": 0.003, "carrier": 0.03, "heavy": 0.4}
 """Chance beforehand that springs level themselves (air, by valve or compressor) where the vehicle file is silent: half of them at both
 axles, half at the rear one."""
 LEVELS = "springs that level themselves, so that deflections tell no load"
+
+BELLOWS = "axle loads that are what the springs carry"
 
 WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips a pitched body"
 
@@ -261,6 +264,13 @@ def _levelling(joint: Place, vehicle: Vehicle) -> list[Doubt]:
     ]
 
 
+def _bellows(joint: Place, vehicle: Vehicle) -> list[Doubt]:
+    """Axle loads that lack what the links carry in braking and driving."""
+    if vehicle.axle_load_by is not None or not any(BY_SPRINGS in e.unknowns for e in joint.evidence):
+        return []
+    return [_physics(BELLOWS, joint.known, {BY_SPRINGS: SPRINGS_CARRY}, by_springs(vehicle))]
+
+
 def _beside(doubt: Doubt, place: Doubt) -> Doubt:
     """Both at once, of unknowns that they do not share."""
     size = len(doubt.names), len(place.names)
@@ -313,6 +323,7 @@ def doubts_of(joint: Place, vehicle: Vehicle, opened: str = "") -> tuple[Weighed
             *_unlike_measured(vehicle),
             *_channel_doubts(joint),
             *_levelling(joint, vehicle),
+            *_bellows(joint, vehicle),
             *_physics_doubts(joint, vehicle),
         )
         if not opened or not d.text.startswith(opened)

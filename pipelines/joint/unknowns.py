@@ -31,7 +31,9 @@ from pipelines.vehicles.vehicle import Vehicle
 
 __all__ = [
     "AXLES",
+    "BY_SPRINGS",
     "CORNERS",
+    "SPRINGS_CARRY",
     "TYRE_SHARE",
     "Body",
     "Known",
@@ -46,6 +48,12 @@ three quarters of it, or their forces are those at the wheels already."""
 
 ASKEW = 0.014
 """rad about each axis that an inertial unit sits askew: brackets and boards are held to 2 degrees."""
+
+BY_SPRINGS = "axle_by_springs"
+"""Of axle loads: 0 what the tyres carry, 1 what the springs do."""
+
+SPRINGS_CARRY = (1.0, 0.3)
+"""Of axle loads by springs: an axle's links carry more or less than the mean of both, by their slopes and the brakes' share."""
 
 FORCE_SENSORS = {"suspension": (0.006, 40.0), "tyre": (0.006, 50.0), "axle": (0.01, 60.0)}
 """Scale error of an axle's sensors together, and zero of a wheel's in N: strain gauges and measuring wheels are calibrated to 0.8 %
@@ -188,6 +196,9 @@ def _sensors(book: Book) -> None:
             book.put(f"{kind}_scale_{axle}", 1.0, scale)
         for wheel in CORNERS:
             book.put(f"{kind}_zero_{wheel}", 0.0, float(np.hypot(zero, scale * usual)))
+    # whether axle loads are what springs carry, and not tyres: 0 or 1, and in doubt where nobody says (`doubts`)
+    by = book.vehicle.axle_load_by == "springs"
+    book.put(BY_SPRINGS, *(SPRINGS_CARRY if by else (0.0, 0.01)))
     # wheels, hubs and tyres take part in quick motion in their own ways: an inertia is seen no better than this
     for axis, share in (("pitch", 0.06), ("roll", 0.15)):
         book.put(f"swing_{axis}", 0.0, share)

@@ -82,10 +82,20 @@ SENSOR_KEYS = frozenset(
     {"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m", "imu_roll_deg", "imu_pitch_deg"}
 )
 TEXT_KEYS = frozenset(
-    {"id", "name", "body", "suspension_map", "powertrain", "self_levelling", "deflection_zero"}
+    {
+        "id",
+        "name",
+        "body",
+        "suspension_map",
+        "powertrain",
+        "self_levelling",
+        "deflection_zero",
+        "axle_load_by",
+    }
 )
 LEVELLING = ("none", "rear", "both")
 ZEROS = ("empty", "loaded")
+AXLE_LOADS = ("tires", "springs")
 
 LEAST_STD = {
     "cg_lateral_offset_m": 0.005,
@@ -140,7 +150,7 @@ class Vehicle:
 
     powertrain: one of POWERTRAINS; None where the file is silent. self_levelling: which axle's springs keep the body's height under any load, one of LEVELLING; None where the file is silent.
     deflection_zero: the vehicle on which suspension deflections are nought, one of ZEROS; None where the file is silent (empty, unless
-    the log looks otherwise). reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
+    the log looks otherwise). axle_load_by: what carries the load that axle loads show, one of AXLE_LOADS; None where the file is silent. reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
     its suspension; suspension_map_path: its file as the vehicle file names it, taken from the vehicle file's folder.
     """
 
@@ -157,6 +167,7 @@ class Vehicle:
     powertrain: str | None = None
     self_levelling: str | None = None
     deflection_zero: str | None = None
+    axle_load_by: str | None = None
 
     def get(self, key: str) -> Quantity | None:
         """A quantity of the empty vehicle, or None where the file is silent."""
@@ -284,6 +295,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         ("powertrain", POWERTRAINS),
         ("self_levelling", LEVELLING),
         ("deflection_zero", ZEROS),
+        ("axle_load_by", AXLE_LOADS),
     ):
         if key in texts and texts[key] not in choices:
             expected = ", ".join(map(repr, choices))
@@ -303,6 +315,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         powertrain=texts.get("powertrain"),
         self_levelling=texts.get("self_levelling"),
         deflection_zero=texts.get("deflection_zero"),
+        axle_load_by=texts.get("axle_load_by"),
     )
     check_plausible(vehicle, path)
     check_kinematics(vehicle.quantities, path)

@@ -8,11 +8,12 @@ from pathlib import Path
 import pytest
 
 from parsers.errors import VehicleError
-from pipelines.joint.doubts import LEVELLED, LEVELS, doubts_of, said
+from pipelines.joint.doubts import BELLOWS, LEVELLED, LEVELS, doubts_of, said
 from pipelines.joint.levelled import as_levelled
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.unknowns import CORNERS, before_the_log
+from pipelines.joint.unknowns import BY_SPRINGS, CORNERS, before_the_log
 from pipelines.models.roll import GRAVITY
+from pipelines.vehicles.axle_loads import by_springs, carried_in_words
 from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.spring_base import rigid_axle
 from pipelines.vehicles.vehicle import Quantity, Vehicle, read_vehicle
@@ -103,6 +104,36 @@ def test_the_key_is_read_and_checked(tmp_path: Path) -> None:
     path.write_text('[vehicle]\nmass_kg = 9000\nself_levelling = "yes"\n')
     with pytest.raises(VehicleError, match="found 'yes', expected one of 'none', 'rear', 'both'"):
         read_vehicle(path)
+
+
+def test_what_axle_loads_show_is_read_and_checked(tmp_path: Path) -> None:
+    path = tmp_path / "lorry.toml"
+    path.write_text('[vehicle]\nmass_kg = 9000\naxle_load_by = "springs"\n')
+    stated = read_vehicle(path)
+    assert by_springs(stated) == 1.0
+    assert carried_in_words(1.0, stated)[0].value == "what the springs carry"
+    path.write_text('[vehicle]\nmass_kg = 9000\naxle_load_by = "air"\n')
+    with pytest.raises(VehicleError, match="found 'air', expected one of 'tires', 'springs'"):
+        read_vehicle(path)
+
+
+@pytest.mark.parametrize(("kind", "chance"), [("SUV", 0.03), ("Van", 0.3), ("Truck", 0.5)])
+def test_where_nobody_says_axle_loads_may_be_the_springs(kind: str, chance: float) -> None:
+    """Lorries' and vans' buses send what bellows or leaf springs tell; the doubt is of logs that have axle loads."""
+    file = replace(vehicle(), body=kind)
+    seen = [linear({BY_SPRINGS: 1.0, "load": 1e-3}, 0.5, 1.0)]
+    joint = find_mode(seen, before_the_log(file))
+    assert sum(d.doubt.chance for d in doubts_of(joint, file) if d.doubt.text == BELLOWS) == pytest.approx(
+        chance
+    )
+    assert f"{chance:.0%}" in carried_in_words(0.5, file)[0].value
+    for other, told in (
+        ([linear({"load": 1.0}, 100.0, 50.0)], file),
+        (seen, replace(file, axle_load_by="tires")),
+    ):
+        joint = find_mode(other, before_the_log(told))
+        assert not any(d.doubt.text == BELLOWS for d in doubts_of(joint, told))
+    assert carried_in_words(0.0, file) == []
 
 
 def test_where_it_is_almost_sure_the_drive_is_joined_so() -> None:

@@ -20,6 +20,7 @@ from pipelines.estimators.axle_load_gls.known import (
 )
 from pipelines.models.axle_load import GRAVITY, patch_shift
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
+from pipelines.vehicles.axle_loads import by_springs
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -124,7 +125,8 @@ def draw_answers(
     height_of_axis = pitch_axis(vehicle, wheelbase.value)
     axis = _normal(rng, count, height_of_axis[0], height_of_axis[1])
     # springs do not see what the links carry
-    m_h = m_h + data.sprung_share * heavy * axis
+    felt = data.sprung_share + data.axle_share * (rng.random(count) < by_springs(vehicle))
+    m_h = m_h + felt * heavy * axis
     spin = spin_moment(vehicle, float(moments[0]))
     effective = m_h if by_speed else m_h * (1 + gain)
     own = effective - _normal(rng, count, spin[0], spin[1]) + heavy * axis * gain

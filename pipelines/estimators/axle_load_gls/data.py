@@ -98,7 +98,7 @@ class AxleData:
 
     load: share_rear F_r - share_front F_f in N. front, rear: mean loads in N over the rows, None where not measured.
     added_std: standard deviation in N of what was added to the sensors (unsprung weight). sprung_share: how much of `load` is from suspension forces, which lack what
-    the links carry.
+    the links carry. axle_share: how much is from axle loads, of which springs may be what carries them.
     accel: accelerometer in m/s², or None. vertical: specific force normal to the road in m/s². pitch_accel: of the
     body in rad/s², + nose down, or None. speed, or None. grade: see Grade. starts: 1 where a run begins.
     drive_rows: how many rows the drive had. kinds: sensors of the front and the rear axle's load ("axle", "tyre",
@@ -114,6 +114,7 @@ class AxleData:
     rear: float | None
     added_std: float
     sprung_share: float
+    axle_share: float
     accel: FloatArray | None
     speed: FloatArray | None
     vertical: FloatArray
@@ -164,9 +165,9 @@ class AxleData:
         return [(int(i), int(j)) for i, j in zip(begin, [*begin[1:], self.size], strict=True)]
 
 
-def _by_springs(part: tuple[FloatArray, float, str, float] | None) -> float:
-    """1 where an axle's load is from suspension forces, else 0."""
-    return 1.0 if part is not None and part[2].startswith("suspension_force") else 0.0
+def _from(name: str, part: tuple[FloatArray, float, str, float] | None) -> float:
+    """1 where an axle's load is from signals of this name, else 0."""
+    return 1.0 if part is not None and part[2].startswith(name) else 0.0
 
 
 def _usable(
@@ -229,7 +230,9 @@ def collect(
         front=None if front is None else float(np.mean(front[0][rows])),
         rear=None if rear is None else float(np.mean(rear[0][rows])),
         added_std=math.hypot(*(p[1] for p in parts)),
-        sprung_share=_by_springs(front) * share_front + _by_springs(rear) * (1 - share_front),
+        sprung_share=_from("suspension_force", front) * share_front
+        + _from("suspension_force", rear) * (1 - share_front),
+        axle_share=_from("axle_load", front) * share_front + _from("axle_load", rear) * (1 - share_front),
         accel=None if by_speed or accel is None else accel[rows],
         speed=None if speed is None else np.nan_to_num(speed[rows]),
         vertical=vertical.force[rows],

@@ -20,6 +20,7 @@ from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
 from pipelines.joint.laden import patch_lag
+from pipelines.joint.unknowns import BY_SPRINGS
 from pipelines.models.axle_load import GRAVITY
 
 SOURCE = "axle_load_gls"
@@ -100,7 +101,7 @@ def _transfer(seen: Seen, values: Values) -> float | FloatArray:
     moment = body.mass * ((body.whole_h + patch) * (1 + gain) - links * gain)
     moment = moment + 4 * values["wheel_inertia"] / values["radius"]
     # springs do not see what the links carry
-    moment = moment - seen.data.sprung_share * (body.mass * links + hubs_past(values))
+    moment = moment - _on_springs(seen, values) * (body.mass * links + hubs_past(values))
     if not seen.by_speed:
         moment = moment / (1 + gain)
     parts = [abs(share) / _errors_of(kind, axle, values)[0] for axle, kind, share, _ in _axles(seen)]
@@ -117,9 +118,15 @@ def _wrong_force(values: Values) -> float | FloatArray:
     return -(values["offset_x"] + GRAVITY * values["askew_pitch"])
 
 
+def _on_springs(seen: Seen, values: Values) -> float | FloatArray:
+    """How much of the load is what springs carry: 0 to 1, by the axles' shares."""
+    feels = {"suspension": 1.0, "axle": values[BY_SPRINGS]}
+    return sum(abs(share) * feels.get(kind, 0.0) for _, kind, share, _ in _axles(seen))
+
+
 def _on_tyres(seen: Seen) -> bool:
-    """Whether the sensors see what the tyres carry, not what the springs do."""
-    return seen.data.sprung_share == 0.0
+    """Whether the sensors may see what the tyres carry, not what the springs do."""
+    return all(kind != "suspension" for _, kind, _, _ in _axles(seen))
 
 
 def _names(seen: Seen) -> tuple[str, ...]:
@@ -135,7 +142,7 @@ def _names(seen: Seen) -> tuple[str, ...]:
     beside = ("rolling", "rolling_shift", "wheel_inertia", "pitch_center_brake", "pitch_center_drive")
     force = () if seen.by_speed else ("offset_x", "askew_pitch")
     patch = (PATCH,) if _on_tyres(seen) else ()
-    under = () if _on_tyres(seen) else ("hubs_past",)
+    under = () if all(kind == "tyre" for _, kind, _, _ in _axles(seen)) else ("hubs_past", BY_SPRINGS)
     return (*BODY, *beside, *under, *force, *sensors, *patch)
 
 

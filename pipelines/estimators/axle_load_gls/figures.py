@@ -18,6 +18,7 @@ from pipelines.estimators.axle_load_gls.known import (
 from pipelines.models.axle_load import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Assumption, ParameterEstimate, Scatter, Trace, Track
+from pipelines.vehicles.axle_loads import carried_in_words
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 SCATTER_POINTS = 2000
@@ -99,6 +100,7 @@ def assumptions(
     found = [
         Assumption("wheelbase_m", f"{wheelbase.value:.4g} ± {wheelbase.std:.2g} m", wheelbase.source),
         Assumption("axle load", data.load_words, "log"),
+        *carried_in_words(data.axle_share, vehicle),
         Assumption(
             "axle load sensor", f"scale within {errors.load_scale:.1%}, offset within {errors.load_offset:.0f} N", "settings"
         ),

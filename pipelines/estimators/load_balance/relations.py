@@ -44,7 +44,7 @@ from pipelines.estimators.load_balance.forces import (
 from pipelines.estimators.load_balance.specific_force import forward, sideways, upward
 from pipelines.joint.body import body_inertias, dip_levers, even_factor, past_the_springs, pitch_centres
 from pipelines.joint.laden import axis_lever, patch_lag, side_patches, widened
-from pipelines.joint.unknowns import AXLES, Body, Known, Values, body_of
+from pipelines.joint.unknowns import AXLES, BY_SPRINGS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 
@@ -100,12 +100,12 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
     FORCES[kind](p, lever, terms)
     gain = 1 + p[f"gain_pitch_{kind}"]
     # tyre loads and axle loads see the patches' lag as well: `behind_the_axles` takes it from their heights
-    links = (0.0, 0.0)
-    if not whole:
+    links, past = (0.0, 0.0), 0.0
+    if (springs := p[BY_SPRINGS] if kind == "axle" else float(not whole)) != 0.0:
         braking, driving = pitch_centres(p, body)
         lag = patch_lag(p)
-        links = (braking - lag, driving - lag)
-    past = 0.0 if whole else past_the_springs(p)
+        links = (springs * (braking - lag), springs * (driving - lag))
+        past = springs * past_the_springs(p)
     brake, drive = (gain * (body.moment - body.mass * link - past) for link in links)
     # drag passes the tyres by, and rolling resistance is no brake's
     pressure = air_pressure(p) * p["drag"]
