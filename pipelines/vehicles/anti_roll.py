@@ -9,14 +9,18 @@ USUAL = (0.6, 0.5)
 """Roll stiffness of an axle's bar over that of its springs, reckoned at the wheels' track: mean and spread."""
 CLOSE = (0.1, 0.5)
 """The same of a live axle whose springs may stand closer together than anybody said."""
+BESIDE_CLOSE_SPRINGS = (0.3, 0.5)
+"""The same over that of springs that are stated to stand closer together than the wheels, where they stand: many such axles have none."""
 BESIDE_A_STATED = (0.3, 0.4)
 """The same where the other axle's bar is stated: who lists bars lists those that there are, as a rule."""
 
 
 def silent_bar(vehicle: Vehicle, axle: str) -> tuple[float, float]:
     """What an axle's bar may add, over the roll stiffness of its springs on the wheels' track, where the file is silent: mean, std."""
-    if rigid_axle(vehicle, axle) and narrowing(vehicle, axle)[0] == 1:
-        return CLOSE
+    if rigid_axle(vehicle, axle):
+        ratio = narrowing(vehicle, axle)[0]
+        mean, spread = BESIDE_CLOSE_SPRINGS
+        return CLOSE if ratio == 1 else (ratio**2 * mean, ratio**2 * spread)
     other = "rear" if axle == "front" else "front"
     return USUAL if vehicle.get(f"anti_roll_stiffness_{other}_nmprad") is None else BESIDE_A_STATED
 
