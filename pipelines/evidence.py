@@ -51,3 +51,10 @@ class Evidence:
     own: tuple[Unknown, ...] = ()
     given: Mapping[str, float] = field(default_factory=dict)
     dedicated: bool = False
+
+    def __post_init__(self) -> None:
+        """Raises ValueError for an own unknown that is not listed: it would have no slope, and its spread would be lost."""
+        if unlisted := {u.name for u in self.own} - {*self.unknowns}:
+            raise ValueError(
+                f"{self.title}: own unknowns that are not among `unknowns`: {', '.join(sorted(unlisted))}"
+            )

@@ -80,6 +80,9 @@ def check(joint: Joint) -> tuple[Check, ...]:
                 misfit = cavity.chi2(rows)
                 tests.append((float(law.sf(misfit, int(rows.sum()))), misfit, rows))
         probability, misfit, rows = min(tests, key=lambda test: test[0])
+        if len({int(test[2].sum()) for test in tests}) > 1:
+            # the worse of two: either may be as unlikely by chance
+            probability = 1 - (1 - probability) ** 2
         factor = 1.0
         if probability < UNLIKELY:
             limit = float(law.isf(LIKELY, int(rows.sum())))

@@ -73,7 +73,9 @@ def worse_test(u: FloatArray, covariance: FloatArray) -> tuple[float, float, int
 
     alike = np.ones((1, len(u))) / math.sqrt(len(u))
     both = (misfit(u, covariance), misfit(alike @ u, alike @ covariance @ alike.T))
-    return min((float(law.sf(amount, n)) if n else 1.0, amount, n) for amount, n in both)
+    worse = min((float(law.sf(amount, n)) if n else 1.0, amount, n) for amount, n in both)
+    # either of two may be as unlikely by chance
+    return (worse[0] if len(u) == 1 else 1 - (1 - worse[0]) ** 2, *worse[1:])
 
 
 def _released(joint: Joint, rows: list[int]) -> FloatArray:

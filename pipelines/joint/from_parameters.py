@@ -6,7 +6,9 @@ from the log) and 1 (all is from the prior), and each direction is divided by it
 
     y = (z - s z0) / (1 - s),    variance 1 / (1 - s)
 
-with z the fitted and z0 the prior's place in that direction. A direction that is mostly prior is left out, so that no
+with z the fitted and z0 the prior's place in that direction. Where residuals hang together, so that the posterior is wider than by
+white noise, the division is that of the white one, whose estimate it is, and the log's share alone is widened: with W the wider
+posterior's covariance in these directions, the variance is D^-1 (W - S) D^-1 with D = 1 - s and S = s on their diagonals. A direction that is mostly prior is left out, so that no
 precision can come out negative, and none is made up from the difference of two nearly equal ones.
 """
 
@@ -46,25 +48,27 @@ def without_prior(
     prior_mean: FloatArray,
     prior_std: FloatArray,
     most_prior: float = MOST_PRIOR,
+    white: FloatArray | None = None,
 ) -> Told | None:
     """Divide a posterior (k,), (k, k) by its independent priors (k,), (k,); inf = none. None where the log told nothing.
 
-    A posterior wider than it should be (for residuals that hang together) only makes the log's share smaller. Raises
-    ValueError where the covariance is not positive definite.
+    white: (k, k) the posterior's covariance by white noise alone, where `covariance` is wider. Raises ValueError where a covariance is
+    not positive definite.
     """
+    wider, covariance = covariance, covariance if white is None else white
     size = np.sqrt(np.diag(covariance))
     if not (np.all(np.isfinite(size)) and np.all(size > 0)):
         raise ValueError("the covariance of the fitted parameters has no positive diagonal")
     spread, axes = np.linalg.eigh(covariance / np.outer(size, size))
     if spread[0] <= 0:
         raise ValueError("the covariance of the fitted parameters is not positive definite")
-    # white @ parameters has covariance 1
-    white = (axes / np.sqrt(spread)).T / size
+    # whiten @ parameters has covariance 1
+    whiten = (axes / np.sqrt(spread)).T / size
     root = (axes * np.sqrt(spread)).T * size
     # what was as good as given stays a direction of nothing but prior
     precision = 1 / np.maximum(np.asarray(prior_std, dtype=np.float64), 1e-6 * size) ** 2
     shares, turn = np.linalg.eigh(root * precision @ root.T)
-    rows = turn.T @ white
+    rows = turn.T @ whiten
     kept = np.clip(shares, 0.0, None) <= most_prior
     if not kept.any():
         return None
@@ -72,7 +76,13 @@ def without_prior(
     pull = turn.T @ root @ (precision * np.where(precision > 0, prior_mean, 0.0))
     own = 1 - np.clip(shares[kept], 0.0, None)
     observed = ((rows @ values)[kept] - pull[kept]) / own
-    return Told(rows[kept], observed, np.diag(1 / own))
+    if white is None:
+        return Told(rows[kept], observed, np.diag(1 / own))
+    root = np.sqrt(own)
+    shown = (rows[kept] @ wider @ rows[kept].T - np.diag(1 - own)) / np.outer(root, root)
+    grown, axes = np.linalg.eigh(shown)
+    # in no direction surer than by white noise
+    return Told(rows[kept], observed, (axes * np.maximum(grown, 1.0)) @ axes.T / np.outer(root, root))
 
 
 def loaded_body(values: Values) -> Body:

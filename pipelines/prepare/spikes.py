@@ -56,8 +56,3 @@ def _moving(values: FloatArray, rows: IntArray) -> FloatArray:
     last = len(values) - 1
     before, after = (np.median(_around(values, np.clip(rows + side, 0, last), 3), axis=1) for side in (-2, 2))
     return np.asarray(np.maximum(MOVED * usual, BACK * np.abs(after - before)))
-
-
-def interpolable(time_ns: np.ndarray) -> FloatArray:
-    """Seconds from the first sample, for interpolation without loss of digits."""
-    return np.asarray(time_ns - time_ns[0], dtype=np.float64) / 1e9

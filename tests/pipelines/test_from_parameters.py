@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from pipelines.estimators.brake_roll.least import Samples, Unknown, fit_least
 from pipelines.joint.from_parameters import Told, direct, evidence_of, without_prior
 from pipelines.results import FloatArray
 
@@ -115,3 +116,43 @@ def test_evidence_predicts_for_one_vehicle_and_for_many() -> None:
     many = relation.predict({"a": np.array([2.0, 1.0]), "b": np.array([1.5, 4.0])})
     assert one.tolist() == [3.0, 1.5]
     assert many.tolist() == [[3.0, 4.0], [1.5, 4.0]]
+
+
+@pytest.mark.parametrize(("share", "together"), [(0.3, 0.0), (0.3, 0.035), (0.2, 0.08), (0.1, 0.3)])
+def test_what_a_widened_fit_hands_on_is_as_sure_as_it_says(share: float, together: float) -> None:
+    """Residuals that hang together widen the log's own share: divided as a wide posterior it was 1.4 to 2.2 times too sure."""
+    rng = np.random.default_rng(0)
+    count, size = 600, float(np.sqrt(600 * share / (1 - share)))
+    off, joint = [], []
+    for _ in range(400):
+        truth = rng.standard_normal()
+        blocks = np.repeat(np.arange(20), 30)
+        noise = np.sqrt(1 - together) * rng.standard_normal(count) + np.sqrt(together) * rng.standard_normal(20)[blocks]  # fmt: skip
+        samples = Samples(truth + size * noise, np.zeros(count, np.int64), blocks, np.array([size]), np.array([1e-6]))  # fmt: skip
+        fit = fit_least(lambda x: np.full(count, x[0]), samples, (Unknown("t", 0.0, 1.0, 1e-4),))
+        told = without_prior(fit.values, fit.covariance, np.zeros(1), np.ones(1), white=fit.white)
+        assert told is not None, "the log told more than the prior by white noise, whatever widens it"
+        seen = told.observed - told.rows[:, 0] * truth
+        off.append(float(seen[0] / np.sqrt(told.covariance[0, 0])))
+        mean, spread = joined(told, np.zeros(1), np.ones(1))
+        joint.append(float((mean[0] - truth) / np.sqrt(spread[0, 0])))
+    for z in (off, joint):
+        assert 0.85 < float(np.sqrt(np.mean(np.square(z)))) < 1.2
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_division_of_the_white_posterior_is_never_surer_than_it(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    x, std = rng.standard_normal((6, 4)), rng.uniform(0.2, 3.0, 4)
+    value, covariance = fitted(x, rng.standard_normal(6), np.zeros(4), std)
+    wide = rng.uniform(1.0, 2.5, 4)
+    plain = without_prior(value, covariance, np.zeros(4), std)
+    told = without_prior(value, covariance * np.outer(wide, wide), np.zeros(4), std, white=covariance)
+    assert (plain is None) == (told is None)
+    if plain is None or told is None:
+        return
+    np.testing.assert_allclose(told.observed, plain.observed)
+    assert np.linalg.eigvalsh(told.covariance - plain.covariance).min() > -1e-9
+    same = without_prior(value, covariance, np.zeros(4), std, white=covariance)
+    assert same is not None
+    np.testing.assert_allclose(same.covariance, plain.covariance, atol=1e-9)

@@ -298,12 +298,12 @@ def wheel_scales(data: BrakeRollData, known: BrakeRollVehicle) -> WheelScale:
         return usual
     pull = data.f_x / data.true.gain + drag(v, known.drag_area.value) / known.mass.value
     design = np.stack([np.ones(int(use.sum())), pull[use]], axis=1)
-    gram = np.linalg.inv(design.T @ design + np.diag([0.0, 1e-3]))
     found: list[float] = []
     spread = 0.0
     for wheel in (data.front, data.rear):
         ratio = wheel[use] / v[use]
         keep = np.abs(ratio - np.median(ratio)) < 0.05
+        gram = np.linalg.inv(design[keep].T @ design[keep] + np.diag([1e-9, 1e-3]))
         beta = gram @ (design[keep].T @ ratio[keep])
         residual = ratio[keep] - design[keep] @ beta
         found.append(float(beta[0]))

@@ -61,7 +61,7 @@ def _slips(fit: SlipFit, known: BrakeRollVehicle) -> Evidence | None:
     pick = [fit.fit.names.index(name) for name in ("height", "front_m")]
     told = without_prior(
         fit.fit.values[pick], fit.fit.covariance[np.ix_(pick, pick)], np.array([0.0, known.front.value]),
-        np.array([math.inf, known.front.std]),
+        np.array([math.inf, known.front.std]), white=fit.fit.white[np.ix_(pick, pick)],
     )  # fmt: skip
     if told is None:
         return None
@@ -91,7 +91,10 @@ def _longitudinal(
     relative = known.gain.std / nominal if gained and known.gain is not None else BRAKE_TORQUE_STD
     means = np.array([0.0, 0.0, 0.0, known.drag_area.value, ROLLING[0]])
     stds = np.array([math.inf, relative, drive_std, known.drag_area.std, ROLLING[1]])
-    told = without_prior(fit.fit.values[pick], fit.fit.covariance[np.ix_(pick, pick)], means, stds)
+    told = without_prior(
+        fit.fit.values[pick], fit.fit.covariance[np.ix_(pick, pick)], means, stds,
+        white=fit.fit.white[np.ix_(pick, pick)],
+    )  # fmt: skip
     if told is None:
         return None
     # the mass scales with what the nose's dive adds to the accelerometer, and bends cost torque that nothing tells
@@ -149,7 +152,9 @@ def bends_share(fit: LateralFit, data: BrakeRollData) -> float:
     slow = window_mean(side, round(BEND_S * data.rate_hz / 2))
     share = min(float(np.var(slow)) / max(float(np.var(side)), 1e-12), 1.0)
     kept = np.where(fit.used, data.f_y, 0.0)
-    return share * road_share(data.yaw_rate, kept, 1 / data.rate_hz, np.zeros(1, np.int64))
+    # what is filled across a gap would join the bends before and behind it into a test pad's turn
+    yaw = None if data.yaw_rate is None else np.where(data.rows, data.yaw_rate, 0.0)
+    return share * road_share(yaw, kept, 1 / data.rate_hz, np.zeros(1, np.int64))
 
 
 def _banked(fit: LateralFit, data: BrakeRollData) -> Unknown:

@@ -1,9 +1,9 @@
 """Mass from the longitudinal balance: what brakes, engine and air give, over what the accelerometer reads.
 
-    (1 + s) m f_x = κ_d T_d / R - κ_b(v) T_b / R - ρ C_d A v² / 2 - m g c_r,    s = 4 I_w / (m R²)
+    m f_x + 4 I_w / R² v' = κ_d T_d / R - κ_b(v) T_b / R - ρ C_d A v² / 2 - m g c_r
 
-with f_x the specific force in the road plane: it holds gravity's part, so that the grade drops out. The balance tells
-the mass as well as the torques are known: a common error of all torques is an error of the mass (Park & Choi's
+with f_x the specific force in the road plane: it holds gravity's part, so that the grade drops out of all but the wheels, which a
+grade at a steady speed does not spin up. The balance tells the mass as well as the torques are known: a common error of all torques is an error of the mass (Park & Choi's
 braking equations, divided by m, do not hold it at all).
 """
 
@@ -137,6 +137,7 @@ def fit_mass(
     air = 0.5 * AIR_DENSITY * speed[chosen] ** 2
     spin = 4 * known.wheel_inertia / known.radius_m**2
     cornering = zero if side is None else side[chosen] ** 2
+    spun = spin * np.gradient(speed)[chosen] * rate_hz
     usual = float(np.average(speed[chosen], weights=braking + 1e-9))
     quicker = speed[chosen] / usual - 1
 
@@ -144,7 +145,7 @@ def fit_mass(
         mass, brakes, engine, area, rolling, offset, slip, fade = x
         force = (1 + engine) * pulling - (1 + brakes + fade * quicker) * braking - area * air
         force -= mass * (GRAVITY * rolling + slip * cornering)
-        return np.asarray(force / (mass + spin) + offset)
+        return np.asarray((force - spun) / mass + offset)
 
     samples = Samples(
         f_x[chosen], np.zeros(len(chosen), dtype=np.int64), blocks_of(chosen, rate_hz, 2.0, 10.0),

@@ -181,7 +181,7 @@ def evidence_of(
                     observed,
                     np.eye(len(observed)),
                     predict,
-                    depends,
+                    (*depends, RUBS.name),
                     (RUBS,),
                     given,
                 )
