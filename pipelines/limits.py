@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from parsers.drive import ImportRecord
+from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.timebase import MAX_GAPS
 from pipelines.joint.conflict import BEYOND_DOUBT
 from pipelines.prepare.gravity import GRAVITY_ADDED
@@ -36,6 +37,11 @@ def _data_limits(record: ImportRecord) -> list[str]:
     doubtful = [d for d in record.decisions if not d.applied and d.kind in ("sign", "unit", "spikes")]
     limits += [f"{d.found[:1].upper()}{d.found[1:]}: not corrected." for d in doubtful]
     return limits
+
+
+def _overlooked(record: ImportRecord) -> list[str]:
+    """Channels that nobody knows and that look like what the log lacks: a mapping file makes signals of them."""
+    return [f"{note[:1].upper()}{note[1:]}." for note in record.notes if note.startswith(OVERLOOKED)]
 
 
 def _load_changed(record: ImportRecord) -> list[str]:
@@ -139,6 +145,7 @@ def what_limits(
     nothing_ran = not any(e.status == "ran" for e in estimates)
     limits = list(skipped) if nothing_ran else []
     limits += [
+        *_overlooked(record),
         *_load_changed(record),
         *_zero_open(record),
         *_another_vehicle(record),

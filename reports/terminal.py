@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
+from parsers.mapping.overlooked import SAID as OVERLOOKED
 from pipelines.results import DriveResults
 from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.values import (
@@ -55,6 +56,11 @@ def _log(results: DriveResults) -> list[str]:
 def _next_and_conflicts(results: DriveResults) -> list[str]:
     """A log that is not whole, a load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
     told = _log(results)
+    told += [
+        f"{sentence(clean(note, 600)).rstrip('.')}."
+        for note in results.record.notes
+        if note.startswith(OVERLOOKED)
+    ]
     told += [
         f"{sentence(clean(d.found, 200)).rstrip('.')}: split the drive there."
         for d in results.record.decisions

@@ -14,6 +14,7 @@ from parsers.mapping.doubts import attitudes
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
 from parsers.mapping.names import name_bindings, vendor_prefixes
+from parsers.mapping.overlooked import overlooked
 from parsers.mapping.profiles import load_profiles, may_be_named
 from parsers.mapping.sign_channels import with_signs
 from parsers.signals import SIGNALS
@@ -31,8 +32,8 @@ def propose_and_say(
     channels: Sequence[ChannelInfo], user: MapFile | None
 ) -> tuple[Mapping[str, tuple[Binding, ...]], tuple[str, ...]]:
     """Candidates for each signal that the log can give, best first, in the order of the canonical table; and a sentence
-    for each signal that it lacks because its channel's unit is none of the signal's, and on those that it lacks because the
-    channel tells of the damper alone.
+    for each signal that it lacks because its channel's unit is none of the signal's, on those that it lacks because the channel tells of the
+    damper alone, and on channels that look like what it lacks.
 
     An entry of the user's mapping file wins outright: it is then the only candidate. Raises MappingError where such
     an entry names a channel that the log lacks (unless the file is not strict), or channels of two groups.
@@ -60,7 +61,8 @@ def propose_and_say(
         if each.channel not in bound
     ]
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
-    return proposals, (*said, *say_dampers(at_dampers, channels))
+    missed = overlooked(channels, proposals, user.signals.keys() if user is not None else ())
+    return proposals, (*said, *say_dampers(at_dampers, channels), *missed)
 
 
 def _ranked(

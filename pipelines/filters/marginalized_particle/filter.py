@@ -74,6 +74,7 @@ def _rules(settings: ParticleSettings, noise: Noise, step_s: float, most: int) -
         offsets=int(settings.offsets is not None),
         hold=int(settings.first_order_hold),
         mirror=int(settings.above_mirror),
+        sensed=int(settings.sensed_input),
         adaptive=int(settings.adaptive),
         fixed=0 if settings.fixed is None else int(settings.fixed),
         wanted=int(settings.wanted),

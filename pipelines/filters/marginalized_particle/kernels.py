@@ -39,6 +39,10 @@ def measure(
 ) -> int:
     """(7) and (8) for every particle; returns the heaviest, -1 where none has a weight any more.
 
+    By (7) the input's noise moves the body. A sensor's does not: what the body felt was another input, and of all that it may have been the
+    likeliest leaves e²/s alone. With ln(s) besides, whatever answers less to the input looks likelier, sample by sample: heights
+    of a minute came out 3 to 17 bounds too high. (`rules.sensed`)
+
     sums: (4,) innovations and their variances, weighed as before the sample. weights: before the sample, sum one.
     """
     m0 = 1.0 if np.isfinite(y[0]) else 0.0
@@ -58,7 +62,7 @@ def measure(
             e0, s0, e1, s1 = measure_two(table[i], y0, y1, m0, m1, r0, r1)
         square = m0 * e0 * e0 / s0 + m1 * e1 * e1 / s1
         spread = (m0 * s0 + 1.0 - m0) * (m1 * s1 + 1.0 - m1)
-        now = logs[i] + constant - 0.5 * (square + np.log(spread))
+        now = logs[i] + constant - 0.5 * (square if rules.sensed else square + np.log(spread))
         if not np.isfinite(now):
             logs[i] = -np.inf
             continue

@@ -57,6 +57,7 @@ class Rules(NamedTuple):
     offsets: int
     hold: int
     mirror: int
+    sensed: int
     adaptive: int
     fixed: int
     wanted: int

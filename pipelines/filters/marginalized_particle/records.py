@@ -56,7 +56,8 @@ class ParticleSettings:
     cloud). threshold: resample when the effective size is below this share of N; 1 or more: at every sample, as published.
     walk: standard deviations of one sample's random walk of K, D, h, the root of Q_θ of (3). kernel: bandwidth of Liu and
     West's smoothed move after resampling, 0: none (0.4 shrinks by 0.917). above_mirror: keep h > sqrt(I_x / m).
-    first_order_hold: the input runs straight between samples; otherwise it is held, as (4b) reads. gravity_mps2: g of
+    sensed_input: the input's noise is a sensor's, which the body never felt: the particles' variances count, but not their logarithms
+    (see `kernels.measure`). first_order_hold: the input runs straight between samples; otherwise it is held, as (4b) reads. gravity_mps2: g of
     (1); 0 where the input is what an accelerometer on the body reads (that has g sin φ in it already). start_roll_rad,
     start_rate_radps: standard deviation of the first state. quantiles_every: samples between quantiles (others are NaN).
     """
@@ -69,6 +70,7 @@ class ParticleSettings:
     walk: tuple[float, float, float] = (0.0, 0.0, 0.0)
     kernel: float = 0.0
     above_mirror: bool = True
+    sensed_input: bool = False
     first_order_hold: bool = True
     gravity_mps2: float = 9.80665
     start_roll_rad: float = 0.2
@@ -80,8 +82,9 @@ class ParticleSettings:
 PUBLISHED = ParticleSettings(walk=(200.0, 30.0, 0.002), above_mirror=False)
 """Algorithm 2: resampling at every sample, a random walk of the parameters (the steps that NOTES found best), N by (10)."""
 
-BETTER = ParticleSettings(threshold=0.5, kernel=0.4, offsets=Offsets(0.01, 0.01, 0.2))
-"""Resampling below half the particles, a smoothed move that keeps mean and covariance, no random walk, sensor offsets.
+BETTER = ParticleSettings(threshold=0.5, kernel=0.4, sensed_input=True, offsets=Offsets(0.01, 0.01, 0.2))
+"""Resampling below half the particles, a smoothed move that keeps mean and covariance, no random walk, sensor offsets, an input that
+is measured.
 
 Its N by (10) settles at about 2 600. A thousand from the whole of a wide box are few (RMSE 1.4 times the bound instead of
 1.1, coverage 0.85 to 0.93): `refine` mends that."""

@@ -1,7 +1,9 @@
 """Batch maximum likelihood of the same model on the same data, by the innovations of a Kalman filter, and its bound.
 
-What Algorithm 2 does sample by sample with particles, on all samples at once: minus log p(y) = sum of e²/(2 s) + ln(s)/2
-over the innovations e and their variances s, by scoring. Offsets of the sensors are unknowns where asked for.
+What Algorithm 2 does sample by sample with particles, on all samples at once: the least sum of e²/(2 s) over the innovations e and their
+variances s, by scoring. That is the likelihood with the true lateral acceleration at its likeliest behind the measured one (a
+sensor's noise never moves the body; with ln(s)/2 besides, K and h of long drives come out too large). Offsets of the sensors are
+unknowns where asked for.
 """
 
 from __future__ import annotations
@@ -68,29 +70,29 @@ class _Problem:
             p0=np.diag([START.start_roll_rad**2, START.start_rate_radps**2]),
         )  # fmt: skip
 
-    def slopes(self, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray]:
-        """Slopes (p, n, 2) of normalised innovations and of log variances; the innovations and variances."""
+    def slopes(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Slopes (p, n, 2) of the normalised innovations, and these (n, 2)."""
         error, variance = self.innovations(x)
-        slope, growth = np.empty((len(x), *error.shape)), np.empty((len(x), *error.shape))
+        normal = error / np.sqrt(variance)
+        slope = np.empty((len(x), *error.shape))
         for i, step in enumerate(self.step):
             moved = x.copy()
             moved[i] += step
             other, wider = self.innovations(moved)
-            slope[i] = (other - error) / step / np.sqrt(variance)
-            growth[i] = np.log(wider / variance) / step
-        return slope, growth, error, variance
+            slope[i] = (other / np.sqrt(wider) - normal) / step
+        return slope, normal
 
-    def information(self, slope: FloatArray, growth: FloatArray) -> FloatArray:
+    def information(self, slope: FloatArray) -> FloatArray:
         """(p, p) expected information with the offsets' priors."""
-        flat, wide = slope.reshape(len(slope), -1), growth.reshape(len(growth), -1)
-        return np.asarray(flat @ flat.T + 0.5 * wide @ wide.T + np.diag(self.weight))
+        flat = slope.reshape(len(slope), -1)
+        return np.asarray(flat @ flat.T + np.diag(self.weight))
 
     def cost(self, x: FloatArray) -> float:
         """Minus the log-likelihood (and the offsets' prior), without constants."""
         if np.min(x[:3]) <= 0:
             return np.inf
         error, variance = self.innovations(x)
-        return float(0.5 * np.sum(error**2 / variance + np.log(variance)) + 0.5 * self.weight @ x**2)
+        return float(0.5 * np.sum(error**2 / variance) + 0.5 * self.weight @ x**2)
 
 
 def fit_batch(
@@ -100,11 +102,10 @@ def fit_batch(
     problem = _Problem(y, accel, mass, inertia, offsets)
     x = np.concatenate((np.ones(3), np.zeros(len(problem.offset_std))))
     cost, damping = problem.cost(x), 1e-3
-    slope, growth, error, variance = problem.slopes(x)
+    slope, normal = problem.slopes(x)
     for _ in range(MOST_STEPS):
-        nu = error / np.sqrt(variance)
-        gradient = -(slope * nu + 0.5 * growth * (1 - nu**2)).sum(axis=(1, 2)) - problem.weight * x
-        matrix = problem.information(slope, growth)
+        gradient = -(slope * normal).sum(axis=(1, 2)) - problem.weight * x
+        matrix = problem.information(slope)
         move = np.linalg.solve(matrix + damping * np.diag(np.diag(matrix)), gradient)
         trial = x + move
         lowered = cost - (trial_cost := problem.cost(trial))
@@ -114,16 +115,16 @@ def fit_batch(
                 break
             continue
         x, cost, damping = trial, trial_cost, max(damping / 10, 1e-9)
-        slope, growth, error, variance = problem.slopes(x)
+        slope, normal = problem.slopes(x)
         if lowered < 1e-7:
             break
-    covariance = np.linalg.inv(problem.information(slope, growth))
+    covariance = np.linalg.inv(problem.information(slope))
     theta = x[:3] * problem.scale
     ratio = inertia / (mass * theta[2] ** 2)
     if ratio > 1:
         theta = theta * ratio
     std = np.sqrt(np.diag(covariance)[:3]) * problem.scale * max(ratio, 1.0)
-    return BatchFit(theta, std, float(np.sqrt(np.mean(error**2 / variance))))
+    return BatchFit(theta, std, float(np.sqrt(np.mean(normal**2))))
 
 
 def cramer_rao(motion: Motion, body: RollBody, *, offsets: bool = False) -> FloatArray:
@@ -131,6 +132,6 @@ def cramer_rao(motion: Motion, body: RollBody, *, offsets: bool = False) -> Floa
     y = np.column_stack((motion.roll, motion.rate))
     problem = _Problem(y, motion.accel, body.mass, body.inertia, offsets)
     x = np.concatenate((body.theta / problem.scale, np.zeros(len(problem.offset_std))))
-    slope, growth, _, _ = problem.slopes(x)
-    covariance = np.linalg.inv(problem.information(slope, growth))
+    slope, _ = problem.slopes(x)
+    covariance = np.linalg.inv(problem.information(slope))
     return np.asarray(np.sqrt(np.diag(covariance)[:3]) * problem.scale)
