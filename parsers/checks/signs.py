@@ -282,6 +282,8 @@ def other_signs(grid: Grid) -> SignResult:
             found = compare(smooth(forward), change, moving)
         if found is None or abs(found.correlation) < _LEAST:
             why = "it does not go with the change of speed" if moved else "the speed changes too little"
+            if speed is None:
+                why = "no speed"
             unchecked.append(f"sign of accel_x: {why}")
         elif found.sign < 0:
             inverted.add("accel_x")

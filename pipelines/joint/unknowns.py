@@ -19,6 +19,7 @@ from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.usual import (
     usual_drag,
+    usual_engine_drag,
     usual_radius,
     usual_rolling,
     usual_track,
@@ -250,8 +251,8 @@ def _long(book: Book, kilos: float) -> None:
     book.put("late_long", 0.0, 0.05)
     book.put("tilt", 1.0, 0.3)
     book.put("gain_long", 0.0, 0.01)
-    # what an engine in gear, or an electric motor, adds to the brakes where no log tells its torque, m/s²
-    book.put("engine_drag", 0.05, 0.12)
+    # what an engine in gear, or a motor that charges, adds to the brakes where no log tells its torque, m/s²
+    book.put("engine_drag", *usual_engine_drag(vehicle))
 
 
 def before_the_log(vehicle: Vehicle) -> Known:

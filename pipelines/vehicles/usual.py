@@ -131,3 +131,12 @@ def usual_track(vehicle: Vehicle) -> Spread:
 def usual_wheelbase(vehicle: Vehicle) -> Spread:
     """m."""
     return {"car": (2.7, 0.2), "carrier": (3.2, 0.35), "heavy": (4.6, 1.0)}[kind_of(vehicle)]
+
+
+ENGINE_DRAG: dict[str | None, tuple[float, float]] = {"battery": (0.5, 0.6), "hybrid": (0.3, 0.5)}
+"""m/s² that the motor adds to the brakes while they are on: charging takes up to a third of g, and blending leaves it to the driven axle."""
+
+
+def usual_engine_drag(vehicle: Vehicle) -> tuple[float, float]:
+    """What an engine in gear, or a motor, adds to the brakes where no log tells its torque, m/s²: mean and spread."""
+    return ENGINE_DRAG.get(vehicle.powertrain, (0.05, 0.12))

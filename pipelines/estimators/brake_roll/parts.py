@@ -18,6 +18,7 @@ from pipelines.estimators.roll_map.vehicle import VehiclePart
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import BoolArray, Prepared
 from pipelines.results import FloatArray
+from pipelines.vehicles.usual import usual_engine_drag
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 ONSET_S = 0.4
@@ -150,6 +151,8 @@ def _slip_known(
     share = known.brake_front
     tyre = vehicle.get("tire_vertical_rate_npm")
     driven = vehicle.get("drive_front_share")
+    # a motor that charges while the brakes are on holds far more than an engine in gear
+    held = max(ENGINE_DRAG, math.hypot(*usual_engine_drag(vehicle)))
     spread = 0.03 if data.share_known else share.std / (share.value * (1 - share.value))
     return SlipKnown(
         known.mass.value, (front.value, front.std), wheelbase.value, known.radius.value,
@@ -160,7 +163,7 @@ def _slip_known(
         ratio_error=RATIO_ERROR,
         drive_front=(0.5, 0.5) if driven is None else (driven.value, max(driven.std, 0.02)),
         tyre_rate=TYRE_RATE if tyre is None else tyre.value,
-        engine_drag=ENGINE_DRAG if data.drive is None else 0.1 * ENGINE_DRAG,
+        engine_drag=held if data.drive is None else 0.1 * ENGINE_DRAG,
     )  # fmt: skip
 
 

@@ -62,12 +62,17 @@ class _Problem:
         shift = x[3:] if len(x) > 3 else np.zeros(3)
         accel = self.accel - shift[2]
         later = np.append(accel[1:], accel[-1])
-        level = before + after
+        push = np.outer(accel, before) + np.outer(later, after)
+        # a sample's noise is in the steps before and behind it: a third state, which the motion right at the sample has in it
+        felt = np.zeros((3, 3))
+        felt[:2, :2], felt[:2, 2] = phi, before + phi @ after
+        shown = np.column_stack((np.eye(2), after))
+        noise = NOISE.accel_mps2**2
         return innovations(
-            self.y, np.outer(accel, before) + np.outer(later, after), np.tile(shift[:2], (len(accel), 1)),
-            (np.array([0]), np.array([len(accel)])), phi=phi, q=NOISE.accel_mps2**2 * np.outer(level, level),
-            c=np.eye(2), r=np.array([NOISE.roll_rad, NOISE.roll_rate_radps]) ** 2, x0=np.zeros((1, 2)),
-            p0=np.diag([START.start_roll_rad**2, START.start_rate_radps**2]),
+            self.y, np.column_stack((push, np.zeros(len(accel)))), np.tile(shift[:2], (len(accel), 1)),
+            (np.array([0]), np.array([len(accel)])), phi=felt, q=np.diag([0.0, 0.0, noise]), c=shown,
+            r=np.array([NOISE.roll_rad, NOISE.roll_rate_radps]) ** 2, x0=np.zeros((1, 3)),
+            p0=np.diag([START.start_roll_rad**2, START.start_rate_radps**2, noise]),
         )  # fmt: skip
 
     def slopes(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
