@@ -53,9 +53,19 @@ def _log(results: DriveResults) -> list[str]:
     return [f"The log is {record.status}{': left out ' + left if left else ''} (report: data quality)."]
 
 
+def _turned(results: DriveResults) -> list[str]:
+    """Signals whose sign was turned: all that rests on them hangs on it."""
+    names = [
+        d.signal
+        for d in results.record.decisions
+        if d.kind == "sign" and d.applied and d.action.startswith(("inverted", "all four"))
+    ]
+    return [f"Signs turned: {', '.join(dict.fromkeys(names))} (report: data quality)."] if names else []
+
+
 def _next_and_conflicts(results: DriveResults) -> list[str]:
     """A log that is not whole, a load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
-    told = _log(results)
+    told = [*_log(results), *_turned(results)]
     told += [
         f"{sentence(clean(note, 600)).rstrip('.')}."
         for note in results.record.notes

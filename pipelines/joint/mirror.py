@@ -34,7 +34,7 @@ def mirror_words(sprung_mass_kg: float, roll_inertia_kgm2: float, arm_m: float, 
             "I/(m h) + h does not change with h"
         )
     left = "what else is known leaves that out" if abs(other - arm_m) > APART * arm_std_m else "both are held"
-    return f"the roll motion's inertia fits an arm above the roll axis of {other:.2f} m (mirror solution) as well as of {arm_m:.2f} m; {left}"
+    return f"by the roll motion's inertia an arm above the roll axis of {other:.2f} m (mirror solution) is the same as {arm_m:.2f} m; {left}"
 
 
 def said_of_mirror(given: Mapping[str, float], told: Mapping[str, tuple[float, float]]) -> str:

@@ -8,6 +8,7 @@ import pytest
 from sample_results import bare, hostile, rich
 
 from parsers.drive import Decision
+from parsers.mapping.overlooked import SAID as OVERLOOKED
 from pipelines.results import DriveResults
 from reports.sections.quality import checks_card
 from reports.terminal import verdict_table
@@ -45,7 +46,7 @@ def test_the_leading_reason_is_whole_and_the_others_are_short() -> None:
     verdict = {
         k: replace(v, reason=long) for k, v in sample.verdict.items() if k in ("cg_height_m", "mass_kg")
     }
-    whole = replace(sample.record, status="complete")
+    whole = replace(sample.record, status="complete", decisions=())
     told = verdict_table(replace(sample, record=whole, verdict=verdict, joint=None)).splitlines()
     mass = next(i for i, line in enumerate(told) if line.startswith("Mass"))
     assert " ".join(line.strip() for line in told[3:mass]) == long
@@ -98,3 +99,21 @@ def test_a_log_that_is_not_whole_is_said_below() -> None:
     assert "The log is malformed: left out 800 × row beyond a jump of the clock, 2 × cell (report:" in told
     complete = replace(record, status="complete")
     assert "The log is" not in verdict_table(replace(sample, record=complete))
+
+
+def test_signs_that_were_turned_and_channels_that_nobody_knew_stand_below() -> None:
+    sample = rich()
+    turned = [
+        Decision(name, "sign", "opposite", "inverted", "r -0.98", True) for name in ("roll", "roll_rate")
+    ]
+    left = Decision("pitch", "sign", "opposite", "inverted", "r -0.6", False)
+    missed = f"{OVERLOOKED}: brake pressure (P_BRK [bar]); `cogest inspect --write-map` begins a mapping file"
+    record = replace(sample.record, decisions=(*turned, left), notes=(*sample.record.notes, missed))
+    told = " ".join(verdict_table(replace(sample, record=record)).split())
+    assert "Signs turned: roll, roll_rate (report: data quality)." in told
+    assert (
+        "Not mapped, but they look like signals that the log lacks otherwise: brake pressure (P_BRK [bar])"
+        in told
+    )
+    plain = replace(sample.record, decisions=(left,))
+    assert "Signs turned" not in verdict_table(replace(sample, record=plain))

@@ -95,6 +95,10 @@ def _height_reasons(
     return {status: words + text for status, words in prefix.items()}
 
 
+RATES = ("roll_stiffness_nmprad", "roll_damping_nmsprad")
+"""Of the suspension: the log tells them over m h."""
+
+
 def prior_of(values: FloatArray, possible: np.ndarray, source: str) -> Prior:
     """The prior of the loaded vehicle that the draws make up."""
     chosen = values[possible]
@@ -176,6 +180,9 @@ def vehicle_answers(
     found: dict[str, ParameterEstimate] = {}
     for name, words in reasons.items():
         ceiling: Identification = "not_identifiable" if name in untold else best
+        if name in RATES and found["cg_height_m"].status == "not_identifiable" and ceiling == "identified":
+            # it is the height from before the log times what the log told
+            ceiling = "weak"
         found[name] = from_draws(
             name,
             posterior.values[name],
