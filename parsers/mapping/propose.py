@@ -41,10 +41,14 @@ def propose_and_say(
     found: dict[str, list[Binding]] = defaultdict(list)
     refused: dict[str, Refusal] = {}
     dampers: dict[str, Refusal] = {}
+    refusals: set[str] = set()
     for candidate in candidates(channels):
         if isinstance(candidate, Binding):
             found[candidate.signal].append(candidate)
-        elif candidate.unit:
+            continue
+        # a reason is known of it, and `inspect` gives it
+        refusals.add(candidate.channel)
+        if candidate.unit:
             refused.setdefault(candidate.signal, candidate)
         elif candidate.damper:
             dampers.setdefault(candidate.signal, candidate)
@@ -61,7 +65,8 @@ def propose_and_say(
         if each.channel not in bound
     ]
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
-    missed = overlooked(channels, proposals, user.signals.keys() if user is not None else ())
+    free = [channel for channel in channels if channel.name not in refusals]
+    missed = overlooked(free, proposals, user.signals.keys() if user is not None else ())
     return proposals, (*said, *say_dampers(at_dampers, channels), *missed)
 
 

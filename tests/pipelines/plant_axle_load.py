@@ -107,7 +107,7 @@ def record(lorry: Lorry, m: Motion, sensors: Sensors, names: tuple[str, ...], se
 def vehicle(
     lorry: Lorry, *, load: float | None = 0.0, mass: float | None = None, **changes: float
 ) -> Vehicle:
-    """A vehicle file: figures to 1 %, the load told (kg) or not (None)."""
+    """A vehicle file: figures to 1 %, the load told (kg) or not (None), axle loads by what the tyres carry."""
     values = {
         "mass_kg": lorry.mass if mass is None else mass, "wheelbase_m": lorry.wheelbase, "wheel_radius_m": 0.52,
         "wheel_inertia_kgm2": lorry.spin * 0.52 / 4, "rolling_resistance": 0.0077, "drag_area_m2": 0.001,
@@ -116,4 +116,4 @@ def vehicle(
     quantities = {k: Quantity(v, 0.01 * v, "vehicle file") for k, v in values.items() if v > 0}
     reference = {"cg_height_m": lorry.height, "cg_to_front_axle_m": lorry.axle, "mass_kg": lorry.mass}
     told = {} if load is None else {"mass_kg": Quantity(load, 10.0, "vehicle file")}
-    return Vehicle(name="lorry", quantities=quantities, load=told, reference=reference)
+    return Vehicle(name="lorry", quantities=quantities, load=told, reference=reference, axle_load_by="tires")

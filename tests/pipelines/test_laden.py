@@ -46,7 +46,7 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
     }  # fmt: skip
     for axle in ("front", "rear"):
         values |= {
-            f"spring_{axle}": getattr(plant, f"spring_rate_{axle}_npm"), f"square_{axle}": 0.0, f"cube_{axle}": 0.0,
+            f"spring_{axle}": getattr(plant, f"spring_rate_{axle}_npm"), f"square_{axle}": 0.0, f"cube_{axle}": 0.0, f"spring_base_{axle}": 1.0,
             f"free_{axle}": 10.0, f"stop_{axle}": 0.0,
             f"track_{axle}": getattr(plant, f"track_{axle}_m"),
             f"bar_{axle}": getattr(plant, f"anti_roll_stiffness_{axle}_nmprad"),
