@@ -125,14 +125,14 @@ def draw_answers(
     height_of_axis = pitch_axis(vehicle, wheelbase.value)
     axis = _normal(rng, count, height_of_axis[0], height_of_axis[1])
     # springs do not see what the links carry
-    felt = data.sprung_share + data.axle_share * (rng.random(count) < by_springs(vehicle))
+    felt = data.share_of("suspension") + data.share_of("axle") * (rng.random(count) < by_springs(vehicle))
     m_h = m_h + felt * heavy * axis
     spin = spin_moment(vehicle, float(moments[0]))
     effective = m_h if by_speed else m_h * (1 + gain)
     own = effective - _normal(rng, count, spin[0], spin[1]) + heavy * axis * gain
     arm_over_height = _normal(rng, count, 1.0, PITCH_ARM_STD)
     height = own / (heavy * (1 + arm_over_height * gain)) * _normal(rng, count, 1.0, errors.model)
-    if data.sprung_share == 0.0:
+    if data.share_of("suspension") == 0.0:
         empty, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
         patch = patch_shift(empty.value if empty else None, rate.value if rate else None)
         height = height - _normal(rng, count, *patch)

@@ -97,8 +97,7 @@ class AxleData:
     """Rows that meet the gates, cut into runs. All arrays (n,) unless said.
 
     load: share_rear F_r - share_front F_f in N. front, rear: mean loads in N over the rows, None where not measured.
-    added_std: standard deviation in N of what was added to the sensors (unsprung weight). sprung_share: how much of `load` is from suspension forces, which lack what
-    the links carry. axle_share: how much is from axle loads, of which springs may be what carries them.
+    added_std: standard deviation in N of what was added to the sensors (unsprung weight).
     accel: accelerometer in m/s², or None. vertical: specific force normal to the road in m/s². pitch_accel: of the
     body in rad/s², + nose down, or None. speed, or None. grade: see Grade. starts: 1 where a run begins.
     drive_rows: how many rows the drive had. kinds: sensors of the front and the rear axle's load ("axle", "tyre",
@@ -113,8 +112,6 @@ class AxleData:
     front: float | None
     rear: float | None
     added_std: float
-    sprung_share: float
-    axle_share: float
     accel: FloatArray | None
     speed: FloatArray | None
     vertical: FloatArray
@@ -130,6 +127,11 @@ class AxleData:
     rows: np.ndarray
     kinds: tuple[str | None, str | None] = (None, None)
     added: tuple[float, float] = (0.0, 0.0)
+
+    def share_of(self, kind: str) -> float:
+        """How much of `load` such sensors give, 0 to 1."""
+        parts = zip(self.kinds, (self.share_front, self.share_rear), strict=True)
+        return sum(share for own, share in parts if own == kind)
 
     @property
     def size(self) -> int:
@@ -163,11 +165,6 @@ class AxleData:
         """(first, past the last) row of each run."""
         begin = np.flatnonzero(self.starts > 0.5)
         return [(int(i), int(j)) for i, j in zip(begin, [*begin[1:], self.size], strict=True)]
-
-
-def _from(name: str, part: tuple[FloatArray, float, str, float] | None) -> float:
-    """1 where an axle's load is from signals of this name, else 0."""
-    return 1.0 if part is not None and part[2].startswith(name) else 0.0
 
 
 def _usable(
@@ -230,9 +227,6 @@ def collect(
         front=None if front is None else float(np.mean(front[0][rows])),
         rear=None if rear is None else float(np.mean(rear[0][rows])),
         added_std=math.hypot(*(p[1] for p in parts)),
-        sprung_share=_from("suspension_force", front) * share_front
-        + _from("suspension_force", rear) * (1 - share_front),
-        axle_share=_from("axle_load", front) * share_front + _from("axle_load", rear) * (1 - share_front),
         accel=None if by_speed or accel is None else accel[rows],
         speed=None if speed is None else np.nan_to_num(speed[rows]),
         vertical=vertical.force[rows],

@@ -119,14 +119,13 @@ def _wrong_force(values: Values) -> float | FloatArray:
 
 
 def _on_springs(seen: Seen, values: Values) -> float | FloatArray:
-    """How much of the load is what springs carry: 0 to 1, by the axles' shares."""
-    feels = {"suspension": 1.0, "axle": values[BY_SPRINGS]}
-    return sum(abs(share) * feels.get(kind, 0.0) for _, kind, share, _ in _axles(seen))
+    """How much of the load is what springs carry: 0 to 1."""
+    return seen.data.share_of("suspension") + seen.data.share_of("axle") * values[BY_SPRINGS]
 
 
 def _on_tyres(seen: Seen) -> bool:
     """Whether the sensors may see what the tyres carry, not what the springs do."""
-    return all(kind != "suspension" for _, kind, _, _ in _axles(seen))
+    return seen.data.share_of("suspension") == 0.0
 
 
 def _names(seen: Seen) -> tuple[str, ...]:
@@ -142,7 +141,7 @@ def _names(seen: Seen) -> tuple[str, ...]:
     beside = ("rolling", "rolling_shift", "wheel_inertia", "pitch_center_brake", "pitch_center_drive")
     force = () if seen.by_speed else ("offset_x", "askew_pitch")
     patch = (PATCH,) if _on_tyres(seen) else ()
-    under = () if all(kind == "tyre" for _, kind, _, _ in _axles(seen)) else ("hubs_past", BY_SPRINGS)
+    under = () if seen.data.share_of("tyre") == 1.0 else ("hubs_past", BY_SPRINGS)
     return (*BODY, *beside, *under, *force, *sensors, *patch)
 
 

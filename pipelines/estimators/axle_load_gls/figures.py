@@ -100,7 +100,7 @@ def assumptions(
     found = [
         Assumption("wheelbase_m", f"{wheelbase.value:.4g} ± {wheelbase.std:.2g} m", wheelbase.source),
         Assumption("axle load", data.load_words, "log"),
-        *carried_in_words(data.axle_share, vehicle),
+        *carried_in_words(data.share_of("axle"), vehicle),
         Assumption(
             "axle load sensor", f"scale within {errors.load_scale:.1%}, offset within {errors.load_offset:.0f} N", "settings"
         ),

@@ -83,7 +83,7 @@ def axle_data(case: Case, sample: Sample) -> AxleData:
     starts[0] = 1.0
     return AxleData(
         time_s=run.time_s, rate_hz=1 / DT, load=sample.load, share_front=0.0, share_rear=1.0, front=None,
-        rear=float(np.mean(sample.load)), added_std=0.0, sprung_share=0.0, axle_share=0.0, accel=None, speed=sample.speed,
+        rear=float(np.mean(sample.load)), added_std=0.0, accel=None, speed=sample.speed,
         vertical=GRAVITY * np.cos(run.grade), vertical_words="", vertical_leak=0.0, pitch_accel=None, grade=run.grade,
         starts=starts, grade_source=Grade(run.grade, "known", 0.0, "road_grade"), load_words="", speed_words="",
         drive_rows=n, rows=np.arange(n),
