@@ -44,12 +44,15 @@ class Measured:
 
 @dataclass(frozen=True)
 class Inertias:
-    """The table of inertias: mass (n,) kg, track (n,) m, roll and pitch (n,) kg·m²."""
+    """The table of inertias: body (n,) text as the table has it, mass (n,) kg, track (n,) m, roll and pitch (n,) kg·m²; product (n,):
+    integral of x z over the mass in axes forward and up, over the yaw inertia, nan where it was not measured."""
 
+    body: tuple[str, ...]
     mass: FloatArray
     track: FloatArray
     roll: FloatArray
     pitch: FloatArray
+    product: FloatArray
 
 
 def _table(name: str) -> pl.DataFrame:
@@ -83,14 +86,20 @@ def measured_vehicles() -> Measured:
 
 @cache
 def measured_inertias() -> Inertias:
-    """The 204 measured inertias; the track follows from SSF = T / (2 h)."""
+    """The 204 measured inertias; the track follows from SSF = T / (2 h).
+
+    The table's product of inertia is in axes with z down (SAE): it is largest in minivans, low in front and tall behind, and
+    of the other sign in pickups, whose bed is low. Here z is up.
+    """
     frame = _table("measured_inertias.csv")
     track = 2 * _column(frame, "cg_height_m") * _column(frame, "static_stability_factor")
     return Inertias(
+        tuple(frame.get_column("body").to_list()),
         _column(frame, "mass_kg"),
         track,
         _column(frame, "roll_inertia_kgm2"),
         _column(frame, "pitch_inertia_kgm2"),
+        -_column(frame, "roll_yaw_product_kgm2") / _column(frame, "yaw_inertia_kgm2"),
     )
 
 

@@ -139,6 +139,22 @@ def measured_pitch_inertia(mass_kg: float | None) -> Prior | None:
     return _inertia(measured_inertias().pitch, mass_kg, None, "pitch")
 
 
+_MEASURED_AS = {"Pickup": ("PU",), "SUV": ("MP",), "Minivan": ("VN",), "Van": ("VN",)}
+"""Styles whose product of inertia is taken from their own kind (codes of the table of inertias); the others are cars."""
+_CARS = ("2C", "2S", "3H", "4S", "5H", "SW")
+
+
+def measured_product(body: str | None) -> tuple[float, float]:
+    """I_xz/I_zz of one more vehicle of a body style, mean and spread, I_xz the integral of x z over the mass, x ahead and z up.
+
+    Negative but for pickups, as most vehicles are low in front. Without a known style: over all 41 that were measured.
+    """
+    table, style = measured_inertias(), known_body(body)
+    codes = None if style is None else _MEASURED_AS.get(style, _CARS)
+    chosen = np.isfinite(table.product) & np.array([codes is None or code in codes for code in table.body])
+    return _predict(np.ones((int(chosen.sum()), 1)), table.product[chosen], np.ones(1))
+
+
 def standing(body: str | None, cg_height_m: float | None, mass_kg: float | None = None) -> Standing:
     """Where a CG height stands among the measured vehicles; the five nearest in mass of the same style."""
     table = measured_vehicles()

@@ -7,8 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pipelines.estimators.roll_map.yaw import PRODUCT, yaw_lever
+from pipelines.estimators.roll_map.yaw import yaw_lever
+from pipelines.vehicles.priors import measured_product
 from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+
+PRODUCT = measured_product(None)[0]
 
 
 def _vehicle(rear_centre: float, imu: float = 1.2) -> Vehicle:
@@ -51,3 +54,12 @@ def test_lever_needs_the_accelerometers_place_and_bears_a_file_without_roll_cent
     assert -0.4 < lever[0] < 0.05
     assert lever[1] > 0.15
     assert np.isfinite(lever).all()
+
+
+def test_a_vehicle_low_in_front_turns_into_the_bend_less_and_a_pickup_more() -> None:
+    """Measured with z down, told with z up: minivans are tall behind, pickups have a low bed."""
+    means = {body: measured_product(body)[0] for body in ("Pickup", "Sedan", "SUV", "Minivan")}
+    assert means["Pickup"] > 0 > means["Sedan"] > means["Minivan"]
+    assert means["SUV"] < 0
+    assert measured_product("lorry") == measured_product(None)
+    assert measured_product(None)[1] == pytest.approx(0.021, abs=0.001)

@@ -9,7 +9,7 @@ moments it is straight.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -17,13 +17,20 @@ from pipelines.estimators.roll_map.likelihood import Problem, named
 from pipelines.results import FloatArray
 
 SETTLED, TURNED = 0.01, 0.05
-MOST_TURNS = 5
+MOST_TURNS = 8
 MOST_TRIALS = 12
 FREE_DELAY_S = 1e-3
 """Spread of the delay beforehand, up to which it counts as given."""
 
 LEAST_PART, MOST_PART, NEAR_WHOLE = 0.1, 3.0, 0.25
 """Of a step: how short and long it may get along its line, and how near to a whole one it is not tried again."""
+
+
+REMEMBERED = 6
+"""Steps whose curvature is remembered."""
+
+LEAST_BEND, MOST_BEND = 0.02, 1e3
+"""How much less and more curvature than was expected is believed of a step."""
 
 
 class Straight:
@@ -37,6 +44,16 @@ class Straight:
         """names: of the block's parameters, in order."""
         four = ("a", "b", "c", "delay")
         self.places = [names.index(name) for name in four] if set(four) <= set(names) else []
+
+    def at(self, x: FloatArray) -> FloatArray:
+        """(k,) u of a point."""
+        found = np.array(x)
+        if self.places:
+            ic, it = self.places[2:]
+            a, b, c, delay = x[self.places]
+            share = b / a
+            found[it], found[ic] = share + delay, share**2 + share * delay + 0.5 * delay**2 - c / a
+        return found
 
     def slopes(self, x: FloatArray) -> FloatArray:
         """(k, k) dx/du."""
@@ -86,6 +103,25 @@ def bounded_step(
     return np.asarray(step / scale)
 
 
+def bent_by(curvature: FloatArray, seen: Sequence[tuple[FloatArray, FloatArray]]) -> FloatArray:
+    """(k, k) a curvature that agrees with what the last steps saw, each (k,) the step and by how much the gradient fell along it (Broyden,
+    Fletcher, Goldfarb, Shanno).
+
+    Expected information takes the input's noise for motion that teaches, and knows nothing of how levels share one residual: scoring by
+    it alone gained a third of the rest a step, or swung to and fro.
+    """
+    found = curvature
+    for step, fallen in seen:
+        expected = found @ step
+        whole, bent = float(step @ expected), float(step @ fallen)
+        # beside a bound, or where it bends the other way, a step says nothing that could be built upon
+        if whole > 0 and LEAST_BEND * whole < bent < MOST_BEND * whole:
+            found = (
+                found - np.outer(expected, expected) / whole + np.outer(fallen, fallen) / float(step @ fallen)
+            )
+    return np.asarray(found)
+
+
 class _Block:
     """One block of a problem at one point: the step of scoring in straight coordinates, and how far to go along it.
 
@@ -117,6 +153,10 @@ class _Block:
             np.asarray(turn.T @ (slopes.information() + np.diag(problem.weight[block])) @ turn),
             np.asarray(turn.T @ (slopes.scores().sum(axis=0) - pull)),
         )
+
+    def at(self, x: FloatArray) -> FloatArray:
+        """(k,) straight coordinates of a point."""
+        return self._straight.at(x[self._block])
 
     def step(self, x: FloatArray, curvature: FloatArray, gradient: FloatArray, damping: float) -> FloatArray:
         """(k,) damped, as far as the bounds let it."""
@@ -159,10 +199,18 @@ def _climb(
     cost = first = block.cost(x)
     damping = 1e-3
     count = 0
+    seen: list[tuple[FloatArray, FloatArray]] = []
+    last: tuple[FloatArray, FloatArray] | None = None
     for count in range(1, most + 1):  # noqa: B007
         curvature, gradient = block.slopes(x)
         if not (np.isfinite(curvature).all() and np.isfinite(gradient).all()):
             break
+        here = block.at(x)
+        if last is not None:
+            seen = [*seen, (here - last[0], last[1] - gradient)][-REMEMBERED:]
+        last = here, gradient
+        if weights is not None:
+            curvature = bent_by(curvature, seen)
         gained = 0.0
         for _ in range(MOST_TRIALS):
             step = block.step(x, curvature, gradient, damping)

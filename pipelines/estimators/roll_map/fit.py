@@ -17,7 +17,7 @@ from scipy.signal import lfilter
 from scipy.stats import t as student
 
 from parsers.channels import IntArray
-from pipelines.estimators.roll_map.climb import climb
+from pipelines.estimators.roll_map.climb import climb, level
 from pipelines.estimators.roll_map.data import RollData
 from pipelines.estimators.roll_map.held_out import FEWEST, SPAN_S
 from pipelines.estimators.roll_map.likelihood import Problem, Slopes, named
@@ -302,7 +302,10 @@ def _point(
         moved, steps, settled = refine(problem, start, MOST_STEPS)
         if settled or close:
             return moved, steps, settled
-    x, steps, converged = climb(problem, start, MOST_STEPS)
+    # a start found on a part of the drive knows that part's noises: with them half an hour's motion ran to b's bound
+    x, _, first = level(problem, start, MOST_STEPS) if near is None else (start, 0.0, 0)
+    x, steps, converged = climb(problem, x, MOST_STEPS)
+    steps += first
     if not data.whole:
         return x, steps, converged
     moved, more, settled = refine(problem, x, MOST_STEPS)

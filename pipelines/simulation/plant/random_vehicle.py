@@ -18,6 +18,7 @@ from pipelines.simulation.plant.body import PlantVehicle
 from pipelines.simulation.plant.linear import roll_gradient_degpg
 from pipelines.simulation.records import GRAVITY
 from pipelines.vehicles.measured import measured_vehicles
+from pipelines.vehicles.priors import measured_product
 
 Range = tuple[float, float]
 
@@ -182,7 +183,7 @@ def _inertias(rng: np.random.Generator, f: _Frame) -> dict[str, float]:
         "sprung_roll_inertia_kgm2": roll,
         "sprung_pitch_inertia_kgm2": pitch,
         "sprung_yaw_inertia_kgm2": yaw,
-        "sprung_product_xz_kgm2": yaw * _near(rng, 0.023, 0.013, 1.7),
+        "sprung_product_xz_kgm2": yaw * _near(rng, *measured_product(f.body), 1.7),
     }
 
 
