@@ -91,19 +91,21 @@ def pressure_faults(grid: Grid, stated: Mapping[str, bool], units: Collection[De
 
     grid: with all units repaired, as the loss of speed is judged by its size. units: what was decided of them.
     """
-    pressure, speed = grid.get("brake_pressure"), vehicle_speed(grid)
-    if pressure is None or speed is None:
+    pressure, speed, forward = grid.get("brake_pressure"), vehicle_speed(grid), grid.get("accel_x")
+    lost = -grid.rate(speed) if speed is not None else None if forward is None else -forward
+    if pressure is None or lost is None:
         return []
     largest = size(pressure)
-    found = compare(pressure, -grid.rate(speed))
+    found = compare(pressure, lost)
     if found is None or abs(found.correlation) < 0.5:
         return []
-    evidence = f"correlation {found.correlation:.2f} with the loss of speed"
+    by = "loss of speed" if speed is not None else "longitudinal acceleration"
+    evidence = f"correlation {found.correlation:.2f} with the {by}"
     if 0 < largest < _LEAST_PRESSURE_PA:
         text = f"brake_pressure is in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
         action = "left out: say the unit in a mapping file"
         return [Decision("brake_pressure", "range", text, action, evidence, applied=True)]
-    if not stated.get("brake_pressure", True):
+    if speed is None or not stated.get("brake_pressure", True):
         return []
     well = 0 < found.ratio < _LEAST_PA_PER_MPS2
     badly = found.ratio > _MOST_PA_PER_MPS2 and found.correlation > _GOES_ALONG

@@ -60,8 +60,9 @@ def test_what_was_taken_for_si_is_not_said_to_be_si() -> None:
 
 
 @pytest.mark.parametrize("stated", [False, True])
-def test_a_brake_pressure_that_is_no_pascals_is_left_out(stated: bool) -> None:
-    signals = only(drive("brake"), "accel_x", "speed")
+@pytest.mark.parametrize("beside", [("accel_x", "speed"), ("accel_x",)])
+def test_a_brake_pressure_that_is_no_pascals_is_left_out(stated: bool, beside: tuple[str, ...]) -> None:
+    signals = only(drive("brake"), *beside)
     braking = np.clip(-signals["accel_x"].values, 0, None) * 1e6
     pressure = replace(signals["accel_x"], name="brake_pressure", values=braking / 1e5)
     wrong = {**signals, "brake_pressure": pressure}
