@@ -6,7 +6,7 @@ An importer is one class in one file and one line in `parsers.registry`.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime, timedelta
 from pathlib import Path
@@ -30,12 +30,14 @@ class ReadOptions:
     """What the user said about how to read a log.
 
     dbc: CAN databases, in the order given. dbc_given: the user named them; else they were found beside the log, and one
-    that cannot be used is left out with a note. time_channel / time_unit: the mapping file's [time] table (CSV only).
+    that cannot be used is left out with a note. buses: those that a database is of, by its file's name, where the mapping file
+    says so. time_channel / time_unit: the mapping file's [time] table (CSV only).
     progress: called now and then with bytes done and bytes in all; prints nothing itself.
     """
 
     dbc: tuple[Path, ...] = ()
     dbc_given: bool = True
+    buses: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
     time_channel: str | None = None
     time_unit: str | None = None
     progress: Callable[[int, int], None] = no_progress

@@ -136,6 +136,7 @@ def open_log(
     read_options = ReadOptions(
         dbc=options.dbc,
         dbc_given=options.dbc_given,
+        buses=options.map.buses if options.map else {},
         time_channel=options.map.time_channel if options.map else None,
         time_unit=options.map.time_unit if options.map else None,
         progress=progress,

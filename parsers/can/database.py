@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from parsers.can.buses import distinct
 from parsers.can.database_cache import KeptDatabase, cache_file, keep, recall
 from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef, id_text
 from parsers.can.frames import EXTENDED
@@ -42,33 +43,20 @@ _BUILTIN = Path(__file__).parent / "j1939.dbc"
 
 
 def load_databases(paths: Iterable[Path], log: ImportLog, *, given: bool = True) -> tuple[MessageDef, ...]:
-    """The messages of several DBC files; the first file that defines an id wins, and a note says so.
+    """The messages of several DBC files, in their order; one identifier that several define otherwise is there several times.
 
     Raises DatabaseError where a file that the user gave cannot be read or holds no message at all. One that was found
     beside the log is left out with a note.
     """
-    messages: dict[int, MessageDef] = {}
+    databases = []
     for path in paths:
-        clashes = []
         try:
-            found = load_database(path, log)
+            databases.append(load_database(path, log))
         except DatabaseError as error:
             if given:
                 raise
             log.note(f"the CAN database {path.name} beside the log is left out: {error.problem}")
-            continue
-        for message in found:
-            first = messages.setdefault(message.can_id, message)
-            if first is not message and first.signals != message.signals:
-                clashes.append(
-                    f"{id_text(message.can_id)} ({first.name} in {first.origin}, {message.name} here)"
-                )
-        if clashes:
-            log.note(
-                f"{path.name} defines {_some(clashes)} otherwise than a database named before it: "
-                "the first one is used"
-            )
-    return tuple(messages.values())
+    return distinct(databases)
 
 
 def builtin_j1939(log: ImportLog) -> tuple[MessageDef, ...]:

@@ -6,6 +6,7 @@ from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
+from parsers.can.buses import BusDatabases
 from parsers.can.definitions import MessageDef, id_text, is_proprietary, pgn_of, sender_of
 from parsers.can.standard import standard_of
 from parsers.importer import ImportLog
@@ -43,7 +44,7 @@ class Stream:
 class _Index:
     """The databases' messages by what identifies them."""
 
-    by_id: dict[int, MessageDef] = field(default_factory=dict)
+    ids: set[int] = field(default_factory=set)
     by_pgn_and_sender: dict[tuple[int, int], MessageDef] = field(default_factory=dict)
     by_pgn: dict[int, MessageDef] = field(default_factory=dict)
     loose: dict[int, MessageDef] = field(default_factory=dict)
@@ -52,7 +53,7 @@ class _Index:
 def _index(messages: Iterable[MessageDef], known: set[int]) -> _Index:
     index = _Index()
     for message in messages:
-        index.by_id.setdefault(message.can_id, message)
+        index.ids.add(message.can_id)
         pgn = pgn_of(message.can_id)
         exactly = message.by_exact_id and not message.j1939
         if pgn is None or (exactly and pgn not in known):
@@ -66,12 +67,16 @@ def _index(messages: Iterable[MessageDef], known: set[int]) -> _Index:
 
 
 def match_streams(
-    seen: Mapping[int, int], given: tuple[MessageDef, ...], builtin: tuple[MessageDef, ...], log: ImportLog
+    seen: Mapping[int, int],
+    given: tuple[MessageDef, ...],
+    builtin: tuple[MessageDef, ...],
+    log: ImportLog,
+    bound: Mapping[str, tuple[int, ...]] | None = None,
 ) -> tuple[Stream, ...]:
     """The streams of a log, in the order of the databases' messages, then by bus.
 
     seen: number of frames of each key (bus * 2**32 + id). given: messages of the user's databases; builtin: J1939
-    messages for parameter groups that those do not define.
+    messages for parameter groups that those do not define. bound: the buses of a database, by file name, where the user said so.
     """
     known = {pgn: message for message in builtin if (pgn := pgn_of(message.can_id)) is not None}
     ids = {key & 0xFFFF_FFFF for key in seen}
@@ -80,9 +85,10 @@ def match_streams(
         for message in given
     )
     index = _index(given, set(known))
+    databases = BusDatabases(given, seen, bound or {})
     defined = {pgn for message in given if (pgn := pgn_of(message.can_id)) is not None}
     spare = {pgn: m for m in builtin if (pgn := pgn_of(m.can_id)) is not None and pgn not in defined}
-    exact = ids & set(index.by_id)
+    exact = ids & index.ids
     rank = {id(message): place for place, message in enumerate((*given, *builtin))}
     found: dict[tuple[int, int, int | None], list[int]] = defaultdict(list)
     loosely: set[str] = set()
@@ -90,10 +96,13 @@ def match_streams(
     for key in sorted(seen):
         bus, can_id = key >> 32, key & 0xFFFF_FFFF
         pgn = pgn_of(can_id)
-        message = index.by_id.get(can_id)
+        message, undecided = databases.pick(can_id, bus)
+        if undecided:
+            continue
         if message is None and pgn is not None:
-            message = index.by_pgn_and_sender.get((pgn, sender_of(can_id))) or index.by_pgn.get(pgn)
-            candidate = index.loose.get(pgn)
+            exactly = index.by_pgn_and_sender.get((pgn, sender_of(can_id)))
+            message = databases.of(exactly, bus) or databases.of(index.by_pgn.get(pgn), bus)
+            candidate = databases.of(index.loose.get(pgn), bus)
             if message is None and candidate is not None and candidate.can_id not in exact:
                 message = candidate
                 loosely.add(message.name)
@@ -103,6 +112,7 @@ def match_streams(
         if message is not None:
             by_pgn = pgn is not None and (message.j1939 or pgn in known or message.name in loosely)
             found[rank[id(message)], bus, sender_of(can_id) if by_pgn else None].append(key)
+    databases.say(log)
     _say_how(given, loosely, from_builtin, log)
     everything = (*given, *builtin)
     streams = [

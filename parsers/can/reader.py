@@ -61,7 +61,8 @@ class CanReader:
         self._keeper = Keeper(_known(given), with_extended)
         self._kept = self._first_pass()
         seen = self._keeper.seen()
-        streams = match_streams(seen, given, builtin, log)
+        streams = match_streams(seen, given, builtin, log, options.buses)
+        _say_unknown(options, log)
         if streams:
             note_unknown(seen, streams, log)
         else:
@@ -155,6 +156,13 @@ class CanReader:
         self._keeper.keep_only(words)
         yield from _batches(self._source, self._keeper, counting=False)
         self._options.progress(1, 1)
+
+
+def _say_unknown(options: ReadOptions, log: ImportLog) -> None:
+    """Databases whose buses the mapping file tells, and that are not there."""
+    unknown = sorted(options.buses.keys() - {path.name for path in options.dbc})
+    if unknown:
+        log.note(f"[buses] of the mapping file names databases that were not read: {', '.join(unknown)}")
 
 
 def _batches(source: FrameSource, keeper: Keeper, *, counting: bool) -> Iterator[Kept]:

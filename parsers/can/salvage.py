@@ -24,7 +24,8 @@ _SIGNAL = re.compile(
     rf"^\s*SG_\s+(\S+)\s*(M|m\d{{1,9}}M?)?\s*:\s*(\d{{1,5}})\s*\|\s*(\d{{1,4}})\s*@\s*([01])\s*([+-])"
     rf"\s*(?:\(\s*({_NUMBER})\s*[,;]\s*({_NUMBER})\s*\))?\s*(?:\[[^\]]*\])?\s*(?:\"([^\"]*)\")?"
 )
-_VALUE_TYPE = re.compile(r"^\s*SIG_VALTYPE_\s+(\d+)\s+(\S+)\s*:\s*([0-3])")
+_VALUE_TYPE = re.compile(r"^\s*SIG_VALTYPE_\s+(\d+)\s+(\w+)\s*:?\s*([0-3])\s*;?\s*$")
+"""Some writers leave the colon away."""
 _VALUES = re.compile(r"^\s*VAL_\s+(\d+)\s+(\S+)\s+(.*)$")
 _VALUE = re.compile(r'(-?\d{1,20})\s+"([^"]*)"')
 _SPN = re.compile(r"^\s*BA_\s+\"SPN\"\s+SG_\s+(\d+)\s+(\S+)\s+(\d+)")
@@ -72,8 +73,12 @@ def salvage_messages(text: str, origin: str, invalid_codes: InvalidCodes) -> Sal
                 skipped.append(line_number)
             else:
                 signals[current].append(signal)
-        elif found := _VALUE_TYPE.match(line):
-            floats[int(found[1]), found[2]] = found[3]
+        elif word == ["SIG_VALTYPE_"]:
+            # floats read as integers are no numbers at all: what cannot be read is said
+            if found := _VALUE_TYPE.match(line):
+                floats[int(found[1]), found[2]] = found[3]
+            else:
+                skipped.append(line_number)
         elif found := _VALUES.match(line):
             choices[int(found[1]), found[2]] = {int(raw): label for raw, label in _VALUE.findall(found[3])}
         elif found := _SPN.match(line):

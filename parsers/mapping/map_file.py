@@ -4,6 +4,9 @@
 channel = "t"
 unit = "s"                 # s, ms, us, ns, iso8601 or hhmmss
 
+[buses]                    # CAN only: of which buses of the log a database is, where several define one identifier
+"susp.dbc" = 2             # or a list
+
 [signals.accel_y]          # a canonical signal without its unit
 channel = "AY"
 unit = "g"                 # of the channel; the log's own unit, else SI, where it is left out
@@ -24,7 +27,7 @@ from __future__ import annotations
 import difflib
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
 
@@ -33,7 +36,8 @@ from parsers.signals import COLUMNS, SIGNALS
 from parsers.units import Unit, require_unit
 
 TIME_UNITS = ("s", "ms", "us", "ns", "iso8601", "hhmmss")
-_TABLES = ("time", "signals")
+_TABLES = ("time", "buses", "signals")
+MOST_BUS = 32_767
 _TIME_KEYS = ("channel", "unit")
 _SIGNAL_KEYS = (
     "channel",
@@ -77,13 +81,14 @@ class MapEntry:
 @dataclass(frozen=True)
 class MapFile:
     """A mapping file. strict: a channel that the log lacks is an error (False for a file that was found, not
-    given: then the entry is passed over and `missing_channels` says so)."""
+    given: then the entry is passed over and `missing_channels` says so). buses: of a CAN database, by its file's name."""
 
     path: Path
     signals: Mapping[str, MapEntry]
     time_channel: str | None = None
     time_unit: str | None = None
     strict: bool = True
+    buses: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
 
 
 def read_map(path: Path, *, strict: bool = True) -> MapFile:
@@ -104,7 +109,10 @@ def read_map(path: Path, *, strict: bool = True) -> MapFile:
     channel, unit = _read_time(time, path)
     tables = _table(data.get("signals", {}), path, "[signals]")
     entries = {name: _read_signal(name, table, path) for name, table in tables.items()}
-    return MapFile(path, entries, channel, unit, strict)
+    buses = _table(data.get("buses", {}), path, "[buses]")
+    return MapFile(
+        path, entries, channel, unit, strict, {name: _read_buses(name, buses, path) for name in buses}
+    )
 
 
 def nearest(name: str, right: Iterable[str]) -> str | None:
@@ -137,6 +145,19 @@ def _read_time(table: Mapping[str, Any], path: Path) -> tuple[str | None, str | 
         hint = f"use one of {', '.join(TIME_UNITS)}"
         raise MappingError(f"unknown time unit {unit!r}", path=path, place="[time]", hint=hint)
     return channel, unit
+
+
+def _read_buses(name: str, table: Mapping[str, Any], path: Path) -> tuple[int, ...]:
+    value = table[name]
+    numbers = value if isinstance(value, list) else [value]
+    if not numbers or not all(type(each) is int and 0 <= each <= MOST_BUS for each in numbers):
+        raise MappingError(
+            f"{name!r} must be a bus's number or a list of them, found {value!r}",
+            path=path,
+            place="[buses]",
+            hint="`cogest inspect` names the buses of channels: @bus2 is bus 2",
+        )
+    return tuple(numbers)
 
 
 def _read_signal(name: str, value: object, path: Path) -> MapEntry:

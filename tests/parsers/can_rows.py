@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -58,7 +58,10 @@ class Listed:
 
 
 def open_rows(
-    tmp_path: Path, rows: list[tuple[int, int, int, bytes]], *dbcs: str
+    tmp_path: Path,
+    rows: list[tuple[int, int, int, bytes]],
+    *dbcs: str,
+    buses: Mapping[str, tuple[int, ...]] | None = None,
 ) -> tuple[CanReader, ImportLog]:
     paths = []
     for index, text in enumerate(dbcs):
@@ -66,7 +69,8 @@ def open_rows(
         path.write_text(text, encoding="cp1252")
         paths.append(path)
     log = ImportLog()
-    return CanReader(Listed(rows, log), ReadOptions(dbc=tuple(paths)), log, tmp_path / "log"), log
+    options = ReadOptions(dbc=tuple(paths), buses=buses or {})
+    return CanReader(Listed(rows, log), options, log, tmp_path / "log"), log
 
 
 def read_all(reader: CanReader, wanted: set[str] | None = None) -> dict[str, tuple[list[int], list[float]]]:

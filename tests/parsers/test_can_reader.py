@@ -131,7 +131,50 @@ def test_first_database_wins_and_the_clash_is_said(tmp_path: Path) -> None:
     other = CAR.replace('(0.01,0) [0|0] "deg/s"', '(5,0) [0|0] "deg/s"')
     reader, log = open_rows(tmp_path, [(0, 291, 1, b"\x01\0\0\0")], CAR, other)
     assert read_all(reader)["Motion.YawRate"][1] == [0.01]
-    assert any("db1.dbc defines 0x123" in note for note in log.notes)
+    assert any("0x123: taken as db0.dbc has it; db0.dbc and db1.dbc" in note for note in log.notes)
+
+
+AIR = 'VERSION ""\n\nBU_: A\n\nBO_ 291 Air: 8 A\n SG_ Level : 0|16@1+ (0.1,0) [0|0] "mm" A\n'
+MORE = '\nBO_ {} {}: 8 A\n SG_ Extra : 0|8@1+ (1,0) [0|0] "" A\n'
+ON_BOTH = [(0, 291, 1, b"\x01" + bytes(7)), (1, 291, 2, b"\x05" + bytes(7))]
+
+
+def _levels(reader: CanReader) -> dict[str, list[float]]:
+    return {
+        name: values
+        for name, (_, values) in read_all(reader).items()
+        if name.startswith(("Air.Level", "Motion.Yaw"))
+    }
+
+
+@pytest.mark.parametrize("first", ["car", "air"])
+@pytest.mark.parametrize("whose", ["car", "air"])
+def test_each_bus_has_the_database_whose_other_messages_it_carries(
+    tmp_path: Path, first: str, whose: str
+) -> None:
+    """One more message, of either database, tells both buses: it speaks for its own, and against it on the other."""
+    more = MORE.format(77, "Other")
+    texts = [CAR + more, AIR] if whose == "car" else [CAR, AIR + more]
+    rows = [*ON_BOTH, (2, 77, 1 if whose == "car" else 2, bytes(8))]
+    reader, log = open_rows(tmp_path, rows, *(texts if first == "car" else texts[::-1]))
+    assert _levels(reader) == {"Motion.YawRate": [0.01], "Air.Level": [0.5]}
+    assert sum("define it differently" in note for note in log.notes) == 2
+
+
+def test_what_nothing_tells_is_left_undecoded_and_the_mapping_file_tells_it(tmp_path: Path) -> None:
+    reader, log = open_rows(tmp_path, ON_BOTH, CAR, AIR)
+    assert _levels(reader) == {}
+    assert any("0x123 on buses 1 and 2" in note and "[buses]" in note for note in log.notes)
+    for bound, expected in (
+        ({"db0.dbc": (2,), "db1.dbc": (1,)}, {"Motion.YawRate": [0.05], "Air.Level": [0.1]}),
+        ({"db0.dbc": (2,)}, {"Motion.YawRate": [0.05], "Air.Level": [0.1]}),
+        ({"db1.dbc": (2,)}, {"Motion.YawRate": [0.01], "Air.Level": [0.5]}),
+        ({"db1.dbc": (2,), "db0.dbc": (7,)}, {"Air.Level": [0.5]}),
+    ):
+        reader, log = open_rows(tmp_path, ON_BOTH, CAR, AIR, buses=bound)
+        assert _levels(reader) == expected
+    _, log = open_rows(tmp_path, ON_BOTH, CAR, AIR, buses={"air.dbc": (2,)})
+    assert any("not read: air.dbc" in note for note in log.notes)
 
 
 def test_messages_of_one_name_keep_apart(tmp_path: Path) -> None:

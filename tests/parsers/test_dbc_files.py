@@ -191,6 +191,21 @@ def test_what_does_not_parse_is_read_line_by_line(tmp_path: Path) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("line", "floats"), [("Y 1;", True), ("Y: 1 ;", True), ("Y", False), ("Y : 9;", False)]
+)
+def test_the_type_of_a_float_is_read_without_its_colon_or_is_counted(
+    tmp_path: Path, line: str, floats: bool
+) -> None:
+    text = (
+        HEAD + 'BO_ 291 Good: 8 A\n SG_ Y : 0|32@1- (1,0) [0|0] "m" A\n' + f"SIG_VALTYPE_ 291 {line}\n{{{{\n"
+    )
+    log = ImportLog()
+    ((signal,),) = (message.signals for message in load(tmp_path, text, log))
+    assert signal.is_float is floats
+    assert any("1 lines were left out" in note for note in log.notes) is not floats
+
+
 @pytest.mark.parametrize("factor", ["(0,05,0)", "(1/20,0)", "(0.5)", ""])
 def test_a_signal_whose_scale_cannot_be_read_is_left_out(tmp_path: Path, factor: str) -> None:
     """It is not raw counts: what a bit is worth is not known."""

@@ -32,9 +32,13 @@ def test_all_keys_are_read(tmp_path):
         where = ["W", 0, 1]
         [signals.wheel_speed_fl]
         channel = "W"
+        [buses]
+        "susp.dbc" = 2
+        "body.dbc" = [1, 3]
         """,
     )
     made = read_map(path)
+    assert made.buses == {"susp.dbc": (2,), "body.dbc": (1, 3)}
     assert (made.time_channel, made.time_unit) == ("t", "ms")
     entry = made.signals["accel_y"]
     assert entry.unit is not None
@@ -49,6 +53,8 @@ def test_all_keys_are_read(tmp_path):
     ("text", "message"),
     [
         ("[signal.accel_y]\nchannel='a'", "unknown key 'signal'; did you mean 'signals'"),
+        ("[buses]\n'a.dbc' = 'can0'", "'a.dbc' must be a bus's number or a list of them, found 'can0'"),
+        ("[buses]\n'a.dbc' = []", "'a.dbc' must be a bus's number"),
         (
             "[signals.acel_y]\nchannel='a'",
             r"\[signals.acel_y\]: unknown signal 'acel_y'; did you mean 'accel_y'",
