@@ -11,6 +11,7 @@ from parsers.errors import MappingError
 from parsers.mapping.bindings import Binding
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
+from parsers.mapping.joints import say_joints
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
 from parsers.mapping.names import name_bindings, vendor_prefixes
@@ -67,7 +68,8 @@ def propose_and_say(
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
     free = [channel for channel in channels if channel.name not in refusals]
     missed = overlooked(free, proposals, user.signals.keys() if user is not None else ())
-    return proposals, (*said, *say_dampers(at_dampers, channels), *missed)
+    joints = say_joints(proposals, channels)
+    return proposals, (*said, *say_dampers(at_dampers, channels), *joints, *missed)
 
 
 def _ranked(
