@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
-from pipelines.filters.marginalized_particle.records import Cloud, Noise, ParticleSettings
+from pipelines.filters.marginalized_particle.records import Cloud, Noise, Offsets, ParticleSettings
 
 FloatArray = NDArray[np.float64]
 
@@ -49,13 +49,15 @@ class PlainFilter:
     ):
         self.settings, self.step, self.rng, self.noise = settings, step, rng, noise
         spreads = [settings.start_roll_rad, settings.start_rate_radps]
-        if settings.offsets is not None:
-            offsets = settings.offsets
+        if settings.offsets is not None or settings.sensed_input:
+            offsets = settings.offsets or Offsets(0.0, 0.0, 0.0)
             spreads += [offsets.roll_rad, offsets.roll_rate_radps, offsets.accel_mps2]
+        if settings.sensed_input:
+            spreads += [noise.accel_mps2]
         self.states = len(spreads)
         self.output = np.zeros((2, self.states))
         self.output[0, 0] = self.output[1, 1] = 1.0
-        if self.states == 5:
+        if self.states >= 5:
             self.output[0, 2] = self.output[1, 3] = 1.0
         start = np.diag(np.square(spreads))
         self.cloud = [Particle(theta.copy(), np.zeros(self.states), start.copy()) for theta in prior.theta]
@@ -66,17 +68,26 @@ class PlainFilter:
         for particle in self.cloud:
             particle.model = model(particle.theta, self.step, self.settings.gravity_mps2)
 
+    def _bend(self, particle: Particle) -> FloatArray:
+        return particle.model[2] if self.settings.first_order_hold else np.zeros(2)
+
     def weigh(self, y: FloatArray) -> float:
-        """(7) and (8); returns log p(y)."""
+        """(7) and (8); returns log p(y), without the variances' logarithm where the input is a sensor's: its noise, the last state, is
+        new at every sample, and the outputs hold what it did to the step that ends there."""
         seen = np.isfinite(y)
         logs = np.log(self.weights)
         r = np.diag([self.noise.roll_rad**2, self.noise.roll_rate_radps**2])[np.ix_(seen, seen)]
         c = self.output[seen]
         for i, particle in enumerate(self.cloud):
+            if self.settings.sensed_input:
+                particle.mean[5], particle.covariance[5], particle.covariance[:, 5] = 0.0, 0.0, 0.0
+                particle.covariance[5, 5] = self.noise.accel_mps2**2
+                c[:, 5] = self._bend(particle)[seen]
             s = c @ particle.covariance @ c.T + r
             error = y[seen] - c @ particle.mean
             gain = particle.covariance @ c.T @ np.linalg.inv(s)
-            logs[i] -= 0.5 * (error @ np.linalg.solve(s, error) + np.log(np.linalg.det(2 * np.pi * s)))
+            spread = np.eye(len(s)) if self.settings.sensed_input else s
+            logs[i] -= 0.5 * (error @ np.linalg.solve(s, error) + np.log(np.linalg.det(2 * np.pi * spread)))
             particle.mean = particle.mean + gain @ error
             particle.covariance = particle.covariance - gain @ s @ gain.T
         total = float(np.logaddexp.reduce(logs))
@@ -116,14 +127,18 @@ class PlainFilter:
                 particle.theta[:3] += np.array(self.settings.walk) * self.rng.standard_normal(3)
             self._model()
         for particle in self.cloud:
-            a, level, bend = particle.model
+            a, level, _ = particle.model
             move = np.eye(self.states)
             move[:2, :2] = a
-            push = level * now + (bend * (after - now) if self.settings.first_order_hold else 0.0)
-            if self.states == 5:
+            bend = self._bend(particle)
+            push = level * now + bend * (after - now)
+            if self.states >= 5:
                 move[:2, 4] = -level
             gain = np.zeros(self.states)
-            gain[:2] = level
+            if self.settings.sensed_input:
+                move[:2, 5] = level - bend + a @ bend
+            else:
+                gain[:2] = level
             particle.mean = move @ particle.mean
             particle.mean[:2] += push
             particle.covariance = move @ particle.covariance @ move.T

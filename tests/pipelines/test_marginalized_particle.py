@@ -62,6 +62,18 @@ CASES = {
     "offsets, rarely resampled": ParticleSettings(
         wanted=20, most=60, threshold=0.5, offsets=Offsets(0.01, 0.01, 0.2)
     ),
+    "sensed input": replace(PUBLISHED, wanted=30, most=50, sensed_input=True),
+    "sensed input held, with offsets": replace(
+        PUBLISHED,
+        wanted=30,
+        most=50,
+        sensed_input=True,
+        first_order_hold=False,
+        offsets=Offsets(0.01, 0.01, 0.2),
+    ),
+    "sensed input with offsets": ParticleSettings(
+        wanted=20, most=60, threshold=0.5, sensed_input=True, offsets=Offsets(0.01, 0.01, 0.2)
+    ),
 }
 
 
@@ -81,8 +93,8 @@ def test_kernel_equals_the_plain_filter_on_the_same_random_numbers(name: str) ->
         assert run.log_likelihood[k] == pytest.approx(evidence, rel=1e-8, abs=1e-8)
         np.testing.assert_allclose(run.mean[k], mean, rtol=1e-8)
         np.testing.assert_allclose(run.std[k], std, rtol=1e-5, atol=1e-9)
-        state = plain.weights @ [particle.mean for particle in plain.cloud]
-        np.testing.assert_allclose(run.state[k, : plain.states], state, rtol=1e-6, atol=1e-10)
+        state = (plain.weights @ [particle.mean for particle in plain.cloud])[:5]
+        np.testing.assert_allclose(run.state[k, : len(state)], state, rtol=1e-6, atol=1e-10)
         plain.resample()
         if k + 1 < n:
             plain.forward(accel[k], accel[k + 1])
@@ -129,6 +141,34 @@ def test_one_particle_is_the_kalman_filter(offsets: Offsets | None) -> None:
     np.testing.assert_allclose(run.innovation[inside], error[inside], rtol=1e-6, atol=1e-10)
     np.testing.assert_allclose(run.innovation_std[inside] ** 2, variance[inside], rtol=1e-6)
     np.testing.assert_allclose(run.mean[0], THETA[:3], rtol=1e-12)
+
+
+def test_a_sensed_input_is_the_least_noise_that_explains_the_drive() -> None:
+    """θ known: the squares are those of the likeliest motion and input by one least squares over the whole drive, none of it filtered."""
+    rng, rows = np.random.default_rng(2), 40
+    y, accel = drive(rows, rng)
+    settings = replace(PUBLISHED, walk=(0.0, 0.0, 0.0), adaptive=False, sensed_input=True)
+    run = run_particles(y, accel, STEP, Cloud(THETA[None], np.ones(1)), NOISE, settings, rng)
+    squares = np.nansum((run.innovation / run.innovation_std) ** 2)
+    a, level, after = model(THETA, STEP, 9.80665)
+    # unknowns: what noise took from each sample's input, and the state at the first sample less its own sample's part
+    answer = np.zeros((rows, 2, rows + 2))
+    state = np.zeros((2, rows + 2))
+    state[:, rows:] = np.eye(2)
+    free = np.zeros((rows, 2))
+    for k in range(rows):
+        answer[k] = state
+        answer[k, :, k] += after
+        if k + 1 < rows:
+            state = a @ state
+            state[:, k] += level - after + a @ after
+            free[k + 1] = a @ free[k] + level * accel[k] + after * (accel[k + 1] - accel[k])
+    sigma = np.array([NOISE.roll_rad, NOISE.roll_rate_radps])
+    spreads = np.append(np.full(rows, NOISE.accel_mps2), [0.2, 0.5])
+    design = np.vstack([(answer / sigma[:, None]).reshape(-1, rows + 2), np.diag(1 / spreads)])
+    target = np.append(((y - free) / sigma).ravel(), np.zeros(rows + 2))
+    left = np.linalg.lstsq(design, target, rcond=None)[1]
+    assert squares == pytest.approx(float(left[0]), rel=1e-9)
 
 
 def test_particles_follow_equation_10() -> None:

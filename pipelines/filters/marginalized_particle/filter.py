@@ -9,7 +9,15 @@ import numpy as np
 from parsers.channels import IntArray
 from pipelines.filters.marginalized_particle.clouds import Given, cloud_of, uniform_cloud
 from pipelines.filters.marginalized_particle.kernels import run
-from pipelines.filters.marginalized_particle.layout import WIDTH2, WIDTH5, Record, Rules, Signals, Start
+from pipelines.filters.marginalized_particle.layout import (
+    WIDTH2,
+    WIDTH5,
+    WIDTH_SENSED,
+    Record,
+    Rules,
+    Signals,
+    Start,
+)
 from pipelines.filters.marginalized_particle.records import (
     PARAMETERS,
     QUANTILES,
@@ -71,7 +79,7 @@ def _rules(settings: ParticleSettings, noise: Noise, step_s: float, most: int) -
         q=noise.accel_mps2**2,
         threshold=float(settings.threshold),
         kernel=float(settings.kernel),
-        offsets=int(settings.offsets is not None),
+        offsets=int(settings.offsets is not None or settings.sensed_input),
         hold=int(settings.first_order_hold),
         mirror=int(settings.above_mirror),
         sensed=int(settings.sensed_input),
@@ -135,7 +143,8 @@ def run_particles(
     record = _record(len(accel), len(rows), most)
     if settings.offsets is None:
         record.state[:, 2:], record.state_std[:, 2:] = 0.0, 0.0
-    tables = tuple(np.zeros((most, WIDTH2 if settings.offsets is None else WIDTH5)) for _ in range(2))
+    width = WIDTH_SENSED if settings.sensed_input else WIDTH2 if settings.offsets is None else WIDTH5
+    tables = tuple(np.zeros((most, width)) for _ in range(2))
     tables[0][:count, :6] = prior.theta
     weights = np.zeros(most)
     weights[:count] = prior.weights / prior.weights.sum()

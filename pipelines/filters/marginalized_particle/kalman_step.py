@@ -90,7 +90,7 @@ def forward_two(row: FloatArray, now: float, change: float, q: float) -> None:
 
 
 @lean_kernel
-def _take(row: FloatArray, c0: float, c1: float, c2: float, c3: float, c4: float, share: float) -> None:
+def take(row: FloatArray, c0: float, c1: float, c2: float, c3: float, c4: float, share: float) -> None:
     """Take `share` times the outer product of c from the covariance of five states."""
     d0, d1, d2, d3, d4 = share * c0, share * c1, share * c2, share * c3, share * c4
     row[COV5] -= d0 * c0
@@ -111,7 +111,7 @@ def _take(row: FloatArray, c0: float, c1: float, c2: float, c3: float, c4: float
 
 
 @lean_kernel
-def _shift(row: FloatArray, c0: float, c1: float, c2: float, c3: float, c4: float, by: float) -> None:
+def shift(row: FloatArray, c0: float, c1: float, c2: float, c3: float, c4: float, by: float) -> None:
     """Move the mean of five states by `by` times c."""
     row[STATE] += by * c0
     row[STATE + 1] += by * c1
@@ -131,15 +131,15 @@ def measure_five(
     s0 = c0 + c2 + r0
     e0 = y0 - row[STATE] - row[STATE + 2]
     share = m0 / s0
-    _shift(row, c0, c1, c2, c3, c4, share * e0)
-    _take(row, c0, c1, c2, c3, c4, share)
+    shift(row, c0, c1, c2, c3, c4, share * e0)
+    take(row, c0, c1, c2, c3, c4, share)
     c0, c1, c2 = row[p + 1] + row[p + 3], row[p + 5] + row[p + 7], row[p + 6] + row[p + 10]
     c3, c4 = row[p + 7] + row[p + 12], row[p + 8] + row[p + 13]
     s1 = c1 + c3 + r1
     e1 = y1 - row[STATE + 1] - row[STATE + 3]
     share = m1 / s1
-    _shift(row, c0, c1, c2, c3, c4, share * e1)
-    _take(row, c0, c1, c2, c3, c4, share)
+    shift(row, c0, c1, c2, c3, c4, share * e1)
+    take(row, c0, c1, c2, c3, c4, share)
     return e0, s0, e1, s1
 
 

@@ -21,6 +21,7 @@ from pipelines.filters.marginalized_particle.kalman_step import (
 )
 from pipelines.filters.marginalized_particle.layout import STATE, Record, Rules, Signals, Start
 from pipelines.filters.marginalized_particle.moves import cloud_root, smooth, walk
+from pipelines.filters.marginalized_particle.sensed_step import forward_sensed, measure_sensed
 from pipelines.filters.marginalized_particle.statistics import quantiles, weigh
 
 LOG_TWO_PI = 1.8378770664093453
@@ -41,7 +42,7 @@ def measure(
 
     By (7) the input's noise moves the body. A sensor's does not: what the body felt was another input, and of all that it may have been the
     likeliest leaves e²/s alone. With ln(s) besides, whatever answers less to the input looks likelier, sample by sample: heights
-    of a minute came out 3 to 17 bounds too high. (`rules.sensed`)
+    of a minute came out 3 to 17 bounds too high. (`rules.sensed`, whose step is that of `sensed_step`)
 
     sums: (4,) innovations and their variances, weighed as before the sample. weights: before the sample, sum one.
     """
@@ -56,7 +57,9 @@ def measure(
     for i in range(particles):
         if logs[i] == -np.inf:
             continue
-        if rules.offsets:
+        if rules.sensed:
+            e0, s0, e1, s1 = measure_sensed(table[i], (y0, y1), (m0, m1), (r0, r1), rules.hold, rules.q)
+        elif rules.offsets:
             e0, s0, e1, s1 = measure_five(table[i], y0, y1, m0, m1, r0, r1)
         else:
             e0, s0, e1, s1 = measure_two(table[i], y0, y1, m0, m1, r0, r1)
@@ -82,7 +85,9 @@ def advance(table: FloatArray, particles: int, now: float, after: float, rules: 
     """(9) for every particle. now, after: the input at this sample and at the next."""
     change = after - now if rules.hold else 0.0
     for i in range(particles):
-        if rules.offsets:
+        if rules.sensed:
+            forward_sensed(table[i], now, after, rules.hold)
+        elif rules.offsets:
             forward_five(table[i], now, change, rules.q)
         else:
             forward_two(table[i], now, change, rules.q)

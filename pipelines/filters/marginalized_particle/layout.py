@@ -5,6 +5,7 @@
 10-11  the response to an input of one through the step (B(θ)); 12-13 the part of it that the sample after brings
 14-    the state's mean: roll, roll rate, and with offsets: of roll, of roll rate, of acceleration
 then   its covariance, upper triangle row by row
+last   of the sample's own noise in the input, where that is a sensor's: mean, variance, covariance with the five states
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ COV2 = STATE + 2
 COV5 = STATE + 5
 WIDTH2 = COV2 + 3
 WIDTH5 = COV5 + 15
+NOISE_MEAN, NOISE_VARIANCE, NOISE_COV = WIDTH5, WIDTH5 + 1, WIDTH5 + 2
+WIDTH_SENSED = NOISE_COV + 5
 
 
 class Signals(NamedTuple):

@@ -57,7 +57,7 @@ class ParticleSettings:
     walk: standard deviations of one sample's random walk of K, D, h, the root of Q_θ of (3). kernel: bandwidth of Liu and
     West's smoothed move after resampling, 0: none (0.4 shrinks by 0.917). above_mirror: keep h > sqrt(I_x / m).
     sensed_input: the input's noise is a sensor's, which the body never felt: the particles' variances count, but not their logarithms
-    (see `kernels.measure`). first_order_hold: the input runs straight between samples; otherwise it is held, as (4b) reads. gravity_mps2: g of
+    (`kernels.measure`), and a sample's noise is in the steps before and behind it (`sensed_step`). first_order_hold: the input runs straight between samples; otherwise it is held, as (4b) reads. gravity_mps2: g of
     (1); 0 where the input is what an accelerometer on the body reads (that has g sin φ in it already). start_roll_rad,
     start_rate_radps: standard deviation of the first state. quantiles_every: samples between quantiles (others are NaN).
     """
