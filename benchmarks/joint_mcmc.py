@@ -57,7 +57,9 @@ def posterior_of(manoeuvre: str, sensors: str, seed: int) -> Joint:
     for estimator in estimators():
         if estimator.name not in WITNESSES:
             defaults = {s.name: s.default for s in estimator.settings}
-            evidence += run_estimator(estimator, drive, file, defaults, seed).evidence
+            found = run_estimator(estimator, drive, file, defaults, seed)
+            assert found.status != "failed", f"{estimator.name}: {found.reason}"
+            evidence += found.evidence
     known = before_the_log(file)
     kept, _ = counted(evidence, known)
     return find_mode((*kept, *stated_relations(file)), known)

@@ -10,7 +10,7 @@ from pipelines.evidence import Evidence, Unknown
 from pipelines.joint.posterior import values_at
 
 
-@pytest.mark.parametrize("sensors", ["deflection", "ins", "struts", "axle_load"])
+@pytest.mark.parametrize("sensors", ["deflection", "ins", "struts", "axle_load", "everything"])
 def test_what_moves_a_prediction_is_named(sensors: str) -> None:
     joint = posterior_of("mixed_minute", sensors, 3)
     known = joint.known
@@ -27,6 +27,15 @@ def test_what_moves_a_prediction_is_named(sensors: str) -> None:
             if name not in seen.unknowns:
                 by = float(np.abs(np.linalg.solve(root, there - at)).max())
                 assert by < 1e-6, f"{seen.title}: {name} moves it by {by:.2g} of its standard deviations"
+
+
+def test_loads_of_both_axles_balance_in_pitch() -> None:
+    """Beside deflections and alone, whatever carries them: one kind of truth of an array once ended `load_balance` where both are logged."""
+    carriers = {
+        (part.evidence.kind, part.evidence.carrier)
+        for part in posterior_of("mixed_minute", "everything", 3).parts
+    }
+    assert ("pitch", "axle loads") in carriers
 
 
 def test_an_own_unknown_that_is_not_named_is_refused() -> None:

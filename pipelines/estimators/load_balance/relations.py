@@ -101,7 +101,8 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
     gain = 1 + p[f"gain_pitch_{kind}"]
     # tyre loads and axle loads see the patches' lag as well: `behind_the_axles` takes it from their heights
     links, past = (0.0, 0.0), 0.0
-    if (springs := p[BY_SPRINGS] if kind == "axle" else float(not whole)) != 0.0:
+    springs = p[BY_SPRINGS] if kind == "axle" else 1.0
+    if kind == "axle" or not whole:
         braking, driving = pitch_centres(p, body)
         lag = patch_lag(p)
         links = (springs * (braking - lag), springs * (driving - lag))
