@@ -21,7 +21,7 @@ from parsers.drive import Decision, Drive, Signal
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import block_slopes
 from pipelines.prepare.decided import decided
-from pipelines.prepare.gravity_by_gyro import share_by_gyro
+from pipelines.prepare.gravity_by_gyro import lean_by_gyro, share_by_gyro
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
@@ -196,6 +196,14 @@ def _banked(drive: Drive, vehicle: Vehicle, tilt: Signal) -> tuple[Share, str] |
     return None
 
 
+def _leans_with_the_road(drive: Drive, tilt: Signal) -> float | None:
+    """By what part of its lean on the springs the body turns against the horizon, where a gyro shows that it is not surely most of it."""
+    rests = _rests(drive, {"roll": tilt}, math.inf) if tilt.source.startswith("derived") else None
+    angle = None if rests is None else rests.grid.get("roll")
+    turned = None if rests is None or angle is None else lean_by_gyro(rests.grid, angle)
+    return None if turned is None or turned.values[0] - SURE * turned.std > BETWEEN else turned.values[0]
+
+
 def _by_springs_alone(drive: Drive, vehicle: Vehicle, tilt: Signal) -> bool:
     """Whether neither the horizon, a gyro nor bends so slow that no road banks for them show gravity's part."""
     by_springs = tilt.source.startswith("derived") and turned_share(drive) is None
@@ -218,6 +226,18 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
                 Decision(
                     name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends",
                     "left as it is", f"{share.value:.2f} ± {share.std:.2f} of it is there, {other.value:.2f} ± {other.std:.2f} {where}", applied=False,
+                )
+            )  # fmt: skip
+            continue
+        turns = (
+            _leans_with_the_road(drive, tilt) if name == "accel_y" and turned_share(drive) is None else None
+        )
+        if turns is not None:
+            said.append(
+                Decision(
+                    name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends",
+                    f"left as it is: by the gyro the body turns by {max(turns, 0.0):.0%} of that lean",
+                    f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=False,
                 )
             )  # fmt: skip
             continue

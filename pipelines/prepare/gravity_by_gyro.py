@@ -41,18 +41,36 @@ def _passed(values: FloatArray) -> FloatArray:
     return np.where(there, lfilter([1.0, -1.0], [1.0, -keep], held), np.nan)
 
 
+def _turning(grid: Grid) -> FloatArray | None:
+    """rad/s: roll' against the horizon by the gyro; None without one."""
+    rate, yaw, forward, speed = (grid.get(n) for n in ("roll_rate", "yaw_rate", "accel_x", "speed"))
+    if rate is None or yaw is None:
+        return None
+    if forward is None or speed is None:
+        return rate
+    return np.asarray(rate - yaw * (smooth(forward) - grid.rate(smooth(speed))) / GRAVITY)
+
+
+def lean_by_gyro(grid: Grid, lean: FloatArray) -> BlockSlopes | None:
+    """How much the body turns against the horizon as it leans (n,) on its springs: 1 and a little more, tyres, where roads lie level, and
+    next to nothing where they bank by as much. None without a gyro, or where the lean changes by too little."""
+    turning, yaw = _turning(grid), grid.get("yaw_rate")
+    if turning is None or yaw is None:
+        return None
+    by = GRAVITY * _passed(lean)
+    looked_at = np.where(np.isfinite(turning), GRAVITY, np.nan)
+    return block_slopes(by, (_leaky(turning) * looked_at,), _leaky(yaw)[:, None], LEAST_TURN * GRAVITY)
+
+
 def share_by_gyro(grid: Grid, rest: FloatArray, load: FloatArray, others: FloatArray) -> BlockSlopes | None:
     """Slope of `rest` (n,), f_y - v r where it is looked at, on gravity's part by the gyro, beside `others` (n, k).
 
     grid: with roll_rate, yaw_rate, accel_x and a speed as far as they are there; load: as in `gravity.share_of`. None where they
     are not, or the body turns too little.
     """
-    rate, yaw, forward, speed = (grid.get(n) for n in ("roll_rate", "yaw_rate", "accel_x", "speed"))
-    if rate is None or yaw is None:
+    turning, yaw = _turning(grid), grid.get("yaw_rate")
+    if turning is None or yaw is None:
         return None
-    turning = rate
-    if forward is not None and speed is not None:
-        turning = rate - yaw * (smooth(forward) - grid.rate(smooth(speed))) / GRAVITY
     drift = np.column_stack([_leaky(yaw), *(_passed(column) for column in others.T)])
     looked_at = np.where(np.isfinite(rest) & np.isfinite(turning), 1.0, np.nan)
     gravity = GRAVITY * _leaky(turning) * looked_at

@@ -136,7 +136,9 @@ def test_a_road_that_banks_is_not_taken_for_gravity_that_is_missing() -> None:
     assert decision.applied
 
 
-def _superelevated(*, gravity: float, hills: bool = False) -> Drive:
+def _superelevated(
+    *, gravity: float, hills: bool = False, horizon_share: float = 0.05, weaving: float = 0.02
+) -> Drive:
     """Four minutes of fast bends alone that lean into themselves as the body leans out; a gyro turns with both, drifts and is off."""
     rng = np.random.default_rng(6)
     t = np.arange(int(240 * HZ)) / HZ
@@ -145,7 +147,7 @@ def _superelevated(*, gravity: float, hills: bool = False) -> Drive:
     lateral = speed * yaw
     roll = np.radians(5) * lateral / 9.80665
     up = 0.05 * np.sin(0.05 * t) if hills else np.zeros(len(t))
-    horizon = 0.05 * roll
+    horizon = horizon_share * roll
     # a body that yaws on a hill rolls against the horizon without turning about its own axis
     rate = np.gradient(horizon) * HZ + yaw * up
     columns = {
@@ -156,7 +158,7 @@ def _superelevated(*, gravity: float, hills: bool = False) -> Drive:
         "accel_y": lateral + gravity * 9.80665 * np.sin(horizon) + 0.05 * rng.standard_normal(len(t)),
     }
     # quick steering leans the body on its springs against the horizon too
-    quick = 0.02 * np.sin(2.2 * t) * (np.sin(0.2 * t) > 0)
+    quick = weaving * np.sin(2.2 * t) * (np.sin(0.2 * t) > 0)
     columns["roll_rate"] = columns["roll_rate"] + np.gradient(quick) * HZ
     columns["accel_y"] = columns["accel_y"] + gravity * 9.80665 * np.sin(quick)
     for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
@@ -185,6 +187,23 @@ def test_a_banked_road_without_slow_bends_is_left_alone_where_a_gyro_turns() -> 
     (decision,) = (d for d in found.record.decisions if d.signal == "accel_y")
     assert not decision.applied
     assert "gyro" in decision.evidence
+
+
+@pytest.mark.parametrize("horizon_share", [0.0, 0.1])
+def test_a_road_that_banks_by_all_of_the_lean_is_left_alone_as_the_gyro_hardly_turns(
+    horizon_share: float,
+) -> None:
+    """Of gravity there is none in the reading, as there is none to be read: a blind simulator's 4x4 was given it, for -17 % in roll gradient."""
+    banked = _superelevated(gravity=1.0, horizon_share=horizon_share, weaving=0.0)
+    assert shares(banked, CAR)["accel_y"][0].missing
+    assert turned_share(banked) is None
+    found = with_gravity(banked, CAR)
+    assert found.signals["accel_y"] is banked.signals["accel_y"]
+    (decision,) = (d for d in found.record.decisions if d.signal == "accel_y")
+    assert "by the gyro the body turns by" in decision.action
+    # on a level road the gyro turns with the springs, and what lacks gravity is given it
+    level = _superelevated(gravity=0.0, horizon_share=1.0, weaving=0.0)
+    assert any(d.applied for d in with_gravity(level, CAR).record.decisions if d.signal == "accel_y")
 
 
 def test_without_a_gyro_a_banked_road_is_not_taken_for_gravity_that_is_missing_either() -> None:
