@@ -14,7 +14,7 @@ from pipelines.simulation.plant.vehicle import PRESETS
 
 PEAKS = {
     # manoeuvre: vehicle, seconds (None: its own), lateral from-to, hardest braking from-to, steepest grade [deg]
-    "sine_with_dwell": ("suv", None, (5.0, 8.0), (2.8, 3.3), 0.0),
+    "sine_with_dwell": ("suv", None, (5.0, 8.2), (2.8, 3.3), 0.0),
     "slowly_increasing_steer": ("sedan", None, (3.5, 5.5), (2.8, 3.3), 0.0),
     "step_steer": ("suv", 45.0, (3.2, 4.5), (2.8, 3.3), 0.0),
     "sine_sweep": ("van", None, (3.0, 5.0), (2.8, 3.3), 0.0),
