@@ -4,6 +4,8 @@
 a millimetre: four of them that all begin within half a millimetre of nought were set to nought there, or come from a simulator that counts
 from its own equilibrium. An empty vehicle with perfect sensors looks the same, and nothing in them tells the two apart: the load is then left
 open, which holds both.
+
+No load is less than nothing: where the body stands clearly above where the deflections are zero, that was under a load, whatever it was.
 """
 
 from __future__ import annotations
@@ -24,6 +26,9 @@ BEGIN_S = 1.0
 CREEPS_MPS = 0.3
 FEWEST = 5
 """Samples of each wheel in which the drive has not begun: as long as it stands, a second of it in any case."""
+
+HIGH_M = 0.006
+"""How much above zero the body must stand in the mean of all wheels and of the drive: an empty tank and the lift of a motorway are worth 2 and 3 mm."""
 
 NAMES = tuple(f"suspension_deflection_{wheel}" for wheel in WHEELS)
 
@@ -55,20 +60,36 @@ def begins_at_zero(drive: Drive) -> float | None:
     return largest if largest < NOUGHT_M else None
 
 
+def stands_high(drive: Drive) -> float | None:
+    """By how much the body stands above where the deflections are zero, m, in the mean of the wheels; None where by no more than an empty one may."""
+    medians = []
+    for name in NAMES:
+        signal = drive.signals.get(name)
+        values = np.empty(0) if signal is None else signal.values[np.isfinite(signal.values)]
+        if not len(values):
+            return None
+        medians.append(float(np.median(values)))
+    high = -float(np.mean(medians))
+    return high if high > HIGH_M else None
+
+
 def with_zero_open(drive: Drive, vehicle: Vehicle) -> tuple[Drive, Vehicle]:
-    """The drive with what was found in its record, and the vehicle with the zero of its deflections left open, where they begin at nought.
+    """The drive with what was found in its record, and the vehicle with the zero of its deflections left open, where they begin at nought or
+    have it stand higher than without a load.
 
     As they are where the vehicle file says where the deflections are nought (`deflection_zero`).
     """
     if vehicle.deflection_zero is not None:
         return drive, vehicle
-    largest = begins_at_zero(drive)
-    if largest is None:
+    high, largest = stands_high(drive), begins_at_zero(drive)
+    if high is not None:
+        found = "the suspension deflections have the body stand higher than where they are zero: they were zeroed under another load"
+        evidence = f"{1e3 * high:.0f} mm in the mean of the wheels and of the drive"
+    elif largest is not None:
+        found = "the suspension deflections begin at zero: nobody aboard, or zeroed on the vehicle as it stood, with its load"
+        evidence = f"no wheel further than {1e3 * largest:.2f} mm from zero before the first motion"
+    else:
         return drive, vehicle
-    said = Decision(
-        "", "zero",
-        "the suspension deflections begin at zero: nobody aboard, or zeroed on the vehicle as it stood, with its load",
-        'no load is taken from them; deflection_zero = "empty" in the vehicle file lets them tell it',
-        f"no wheel further than {1e3 * largest:.2f} mm from zero before the first motion", applied=False,
-    )  # fmt: skip
+    action = 'no load is taken from them; deflection_zero = "empty" in the vehicle file lets them tell it'
+    said = Decision("", "zero", found, action, evidence, applied=False)
     return decided(drive, [said]), replace(vehicle, deflection_zero="loaded")
