@@ -26,7 +26,9 @@ def is_number(kind: pl.DataType) -> bool:
 
 
 def floats(column: pl.Series) -> FloatArray:
-    """A column as doubles, NaN where it has no value or an infinite one."""
+    """A column as doubles, NaN where it has no value or an infinite one, and all over where it holds no numbers."""
+    if not is_number(column.dtype):
+        return np.full(len(column), np.nan)
     values = column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
     return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
 
