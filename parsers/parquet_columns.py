@@ -46,11 +46,13 @@ def time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[Int
     for header, unit_ns in zip(headers, units, strict=True):
         column = part[header]
         if column.dtype.is_integer():
-            whole = column.cast(pl.Int64, strict=False)
-            fits = (whole.is_not_null() & (whole.abs() <= 2**63 // unit_ns - 1)).fill_null(False).to_numpy()
-            total += np.where(fits, whole.fill_null(0).to_numpy(), 0) * unit_ns
+            counted = column.cast(pl.Int64, strict=False) - plan.zero
+            fits = (
+                (counted.is_not_null() & (counted.abs() <= 2**63 // unit_ns - 1)).fill_null(False).to_numpy()
+            )
+            total += np.where(fits, counted.fill_null(0).to_numpy(), 0) * unit_ns
         else:
-            scaled = floats(column) * unit_ns
+            scaled = (floats(column) - plan.zero) * unit_ns
             fits = np.abs(scaled) < 9.2e18
             total += np.rint(np.where(fits, scaled, 0.0)).astype(np.int64)
         valid &= fits

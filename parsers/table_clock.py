@@ -29,7 +29,7 @@ def clock_rule(plan: TimePlan) -> lines.Clock:
     if plan.kind == "elapsed":
         return lines.ELAPSED, 0, 1, 0, 0
     if plan.kind == "decimal":
-        return lines.DECIMALS, 0, 1, plan.unit_ns, 0
+        return lines.DECIMALS, plan.zero, 1, plan.unit_ns, 0
     return lines.DECIMALS, 0, 2, 1_000_000_000, 1
 
 

@@ -52,11 +52,13 @@ def _scaled(digits: np.int64, power: int, unit_ns: int) -> tuple[bool, np.int64]
 
 
 @kernel
-def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: int) -> tuple[bool, int]:
+def decimal_stamp(
+    start: int, stop: int, decimal: int, thousands: int, unit_ns: int, zero: int
+) -> tuple[bool, int]:
     """A decimal text in units of `unit_ns` as whole nanoseconds (rounded), without a detour over doubles.
 
-    A word behind a blank ("0.02 sec") is the unit, which `unit_ns` knows. False where the text is no number, or beyond
-    int64.
+    A word behind a blank ("0.02 sec") is the unit, which `unit_ns` knows. zero: what whole number stands for 1970, of clocks that
+    count too far back for nanoseconds in int64; 0 for others. False where the text is no number, or beyond int64.
     """
     i, negative = after_sign(start, stop)
     digits = np.int64(0)
@@ -89,6 +91,10 @@ def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: 
         i = _word_end(i + 1, stop)
     if not seen or i != stop:
         return False, 0
+    if zero != 0:
+        if power != 0 or negative or digits < zero:
+            return False, 0
+        digits -= zero
     valid, scaled = _scaled(digits, power, unit_ns)
     value = int(scaled)
     return valid, -value if negative else value

@@ -21,7 +21,7 @@ from parsers.table_cells import (
     NumberStyle,
     is_missing,
 )
-from parsers.table_guess import DATENUMS, SERIAL_1970, are_days, guess_unit
+from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, find_ticks, guess_unit
 from parsers.table_names import ColumnName
 from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST, YEAR_FIRST
 from parsers.units import find_unit
@@ -43,8 +43,8 @@ class TimePlan:
     kind: "decimal", one column of numbers in `unit_ns`; "seconds_nanos", two columns; "calendar", one column, or a
     date's and a time of day's; "hhmmss", one column of numbers that spell a time of day; "elapsed", one of minutes and seconds, or of
     days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
-    calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. guessed: the unit is
-    stated nowhere.
+    calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. zero: taken off each
+    number before its unit counts. guessed: the unit is stated nowhere.
     """
 
     kind: Kind
@@ -56,6 +56,7 @@ class TimePlan:
     notes: tuple[str, ...] = ()
     origin_ns: int = 0
     guessed: bool = False
+    zero: int = 0
 
 
 _TIME_WORDS = """
@@ -138,7 +139,7 @@ def find_time(
         raise LogError(
             f"no time column among {_listed(names)}",
             path=path,
-            hint='name it in the map file: [time] channel = "…", unit = "s" (or ms, us, ns, iso8601, hhmmss)',
+            hint='name it in the map file: [time] channel = "…", unit = "s" (or min, ms, us, ns, iso8601, hhmmss)',
         )
     return _plan_for(ranked[0][1], names, samples, shapes, style, options, path)
 
@@ -257,7 +258,7 @@ def _plan_for(
             raise LogError(
                 f'column "{column.name}" holds numbers, not ISO 8601 times',
                 path=path,
-                hint="give its unit: s, ms, us or ns",
+                hint="give its unit: s, min, ms, us or ns",
             )
         return _decimal_plan(place, column, samples[place], style, options, path)
     if shape == "elapsed":
@@ -349,7 +350,7 @@ def _decimal_plan(
         raise LogError(
             f"unit {options.time_unit!r} of the time column is no unit of time",
             path=path,
-            hint="use s, ms, us, ns, iso8601 or hhmmss",
+            hint="use s, min, ms, us, ns, iso8601 or hhmmss",
         )
     notes: tuple[str, ...] = ()
     if unit is not None:
@@ -362,6 +363,12 @@ def _decimal_plan(
                 path=path,
                 hint="write it as seconds, (t - t(1)) * 86400, or as ISO 8601 texts",
             )
+        ticks = find_ticks(values)
+        if ticks is not None:
+            zero, what = ticks
+            note = f'column "{column.name}" states no unit: taken as {what}, by the size of its values'
+            clock = f'time (column "{column.name}", since 1970)'
+            return TimePlan("decimal", (place,), clock, True, TICK_NS, notes=(note,), guessed=True, zero=zero)
         unit_ns, why = guess_unit(values)
         text = _UNIT_TEXTS.get(unit_ns, "s")
         advice = "" if unit_ns == DAY_NS else "; state it in the map file: [time] unit"

@@ -2,7 +2,7 @@
 
 [time]                     # CSV only
 channel = "t"
-unit = "s"                 # s, ms, us, ns, iso8601 or hhmmss
+unit = "s"                 # s, min, ms, us, ns, iso8601 or hhmmss
 
 [signals.accel_y]          # a canonical signal without its unit
 channel = "AY"
@@ -32,7 +32,7 @@ from parsers.errors import MappingError
 from parsers.signals import COLUMNS, SIGNALS
 from parsers.units import Unit, require_unit
 
-TIME_UNITS = ("s", "ms", "us", "ns", "iso8601", "hhmmss")
+TIME_UNITS = ("s", "min", "ms", "us", "ns", "iso8601", "hhmmss")
 _TABLES = ("time", "signals")
 _TIME_KEYS = ("channel", "unit")
 _SIGNAL_KEYS = (

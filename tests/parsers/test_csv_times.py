@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from csv_tables import read
 from hypothesis import given, settings
@@ -16,6 +17,7 @@ from parsers.csv_log import CsvImporter
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.jit import kernel
+from parsers.parquet_log import ParquetImporter
 from parsers.table_bytes import address_of
 from parsers.table_guess import guess_unit
 from parsers.table_stamps import calendar_stamp, decimal_stamp, unwrap_days
@@ -261,10 +263,31 @@ def test_a_unit_stated_is_never_overruled(tmp_path: Path) -> None:
     assert "unit" not in table.said
 
 
+@pytest.mark.parametrize(
+    ("first", "epoch", "what"),
+    [
+        (134_043_000_000_000_000, 116_444_736_000_000_000, "FILETIME"),
+        (638_954_240_000_000_000, 621_355_968_000_000_000, ".NET"),
+    ],
+)
+def test_clocks_that_count_100_ns(first: int, epoch: int, what: str, tmp_path: Path) -> None:
+    numbers = [first + 250_000 * k for k in range(10)]
+    expected = [(number - epoch) * 100 for number in numbers]
+    table = read(tmp_path, "timestamp,a\n" + "".join(f"{number},1\n" for number in numbers) + "17,1\n")
+    assert table.time.tolist() == expected
+    assert what in table.said
+    assert table.log.rejected == {"row without a valid time": 1}
+    pl.DataFrame({"timestamp": [*numbers, None], "a": 1.0}).write_parquet(tmp_path / "log.parquet")
+    reader = ParquetImporter().open(tmp_path / "log.parquet", ReadOptions(), ImportLog())
+    (chunk,) = reader.read(frozenset({"a"}))
+    assert reader.absolute
+    assert chunk.time_ns.tolist() == expected
+
+
 @kernel
 def decimal_bytes(data: ByteArray, unit_ns: int) -> tuple[bool, int]:
     start = address_of(data)
-    return decimal_stamp(start, start + data.shape[0], 46, 0, unit_ns)
+    return decimal_stamp(start, start + data.shape[0], 46, 0, unit_ns, 0)
 
 
 @kernel
