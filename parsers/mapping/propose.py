@@ -46,8 +46,9 @@ def propose_and_say(
         if isinstance(candidate, Binding):
             found[candidate.signal].append(candidate)
             continue
-        # a reason is known of it, and `inspect` gives it
-        refusals.add(candidate.channel)
+        if not candidate.alone:
+            # a reason is known of it, and `inspect` gives it
+            refusals.add(candidate.channel)
         if candidate.unit:
             refused.setdefault(candidate.signal, candidate)
         elif candidate.damper:
