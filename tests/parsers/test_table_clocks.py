@@ -76,6 +76,33 @@ def test_blocks_give_what_the_whole_gives() -> None:
     assert np.abs(np.concatenate([*found, rest[0]]) - expected).max() < 0.2 * SECOND
 
 
+def test_rows_that_are_written_twice_count_once(tmp_path: Path) -> None:
+    rows = [k // 2 for k in range(400)]
+    got = read(tmp_path, table([f"{k / 40:.3f}" for k in rows], [str(k) for k in rows], ["5" for _ in rows]))
+    assert np.array_equal(got.time, np.arange(200) * 25 * MS)
+    assert np.array_equal(got.columns["accel_x"], np.arange(200))
+    assert got.log.rejected == {"row that repeats the row before, stamp and all": 200}
+    assert "coarser" not in got.said
+
+
+def test_rows_of_a_vehicle_at_rest_are_no_rows_written_twice(tmp_path: Path) -> None:
+    time = [str(k // 50) for k in range(1000)]
+    got = read(tmp_path, table(time, ["0" for _ in time], ["1" for _ in time]))
+    assert len(got.time) == 1000
+    assert not got.log.rejected
+    assert (np.diff(got.time) > 0).all()
+
+
+def test_rows_written_twice_in_pieces() -> None:
+    time_ns, numbers = np.repeat(np.arange(100) * SECOND, 2), np.repeat(np.arange(100.0), 2)[None, :]
+    log = ImportLog()
+    pieces = RepeatedStamps(log)
+    parts = [pieces.take(time_ns[k : k + 33], numbers[:, k : k + 33]) for k in range(0, 200, 33)]
+    kept = [t for t, _ in parts]
+    # rows on both sides of a seam have one stamp, of which `timebase` keeps one
+    assert np.array_equal(np.unique(np.concatenate(kept)), np.arange(100) * SECOND)
+
+
 def test_share_of_repeated_cells() -> None:
     assert repeat_share(["1", "1", "2", "2", "", ""]) == pytest.approx(2 / 3)
     assert repeat_share([]) == 0
