@@ -8,7 +8,7 @@ from parsers import table_lines as lines
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
 from parsers.table_rows import RowBlock, RowCounts
-from parsers.table_stamps import unwrap_days
+from parsers.table_stamps import WHOLE_MS, unwrap_days
 from parsers.table_time import TimePlan
 from parsers.table_wraps import Counter
 
@@ -23,7 +23,7 @@ def clock_rule(plan: TimePlan) -> lines.Clock:
     """A plan in the kernel's order."""
     if plan.kind == "calendar":
         kind = lines.MOMENT if plan.absolute else lines.TIME_OF_DAY
-        return kind, plan.order, len(plan.columns), 0, 0
+        return kind, plan.order + (WHOLE_MS if plan.whole_ms else 0), len(plan.columns), 0, 0
     if plan.kind == "hhmmss":
         return lines.HHMMSS, 0, 1, plan.unit_ns, 0
     if plan.kind == "elapsed":

@@ -21,6 +21,7 @@ from parsers.table_cells import (
     NumberStyle,
     is_missing,
 )
+from parsers.table_fractions import unpadded
 from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, find_ticks, guess_unit
 from parsers.table_names import ColumnName
 from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST, YEAR_FIRST
@@ -44,7 +45,7 @@ class TimePlan:
     date's and a time of day's; "hhmmss", one column of numbers that spell a time of day; "elapsed", one of minutes and seconds, or of
     days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
     calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. zero: taken off each
-    number before its unit counts. guessed: the unit is stated nowhere.
+    number before its unit counts. whole_ms: a time of day has milliseconds without zeros before them behind its seconds. guessed: the unit is stated nowhere.
     """
 
     kind: Kind
@@ -57,6 +58,7 @@ class TimePlan:
     origin_ns: int = 0
     guessed: bool = False
     zero: int = 0
+    whole_ms: bool = False
 
 
 _TIME_WORDS = """
@@ -299,10 +301,18 @@ def _calendar_plan(
     dates = [cell for k in columns for cell in _dates(samples[k])]
     said = " and ".join(f'"{names[k].name}"' for k in columns)
     clock = f"column{'s' if len(columns) > 1 else ''} {said}"
+    whole_ms = any(unpadded([cell for cell in samples[k] if not is_missing(cell)]) for k in columns)
+    unpadded_note = (
+        f"the digits behind the seconds in {clock} are read as whole milliseconds (08:53:20.43 as 20.043 s): as decimals the "
+        "times would go back again and again"
+    )
+    spelt = [unpadded_note] if whole_ms else []
     if not dates:
         note = f"{clock} holds the time of day without a date: taken as a time that runs on over midnight"
-        return TimePlan("calendar", columns, f"time of day ({clock})", False, notes=(note,))
-    notes = []
+        return TimePlan(
+            "calendar", columns, f"time of day ({clock})", False, notes=(note, *spelt), whole_ms=whole_ms
+        )
+    notes = spelt
     order = YEAR_FIRST
     if not re.match(r"\d{4}", dates[0]):
         order, note = _date_order(dates, cells)
@@ -312,7 +322,9 @@ def _calendar_plan(
             notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
     if not any(_WITH_ZONE.search(cell) for cell in cells):
         notes.append(f"the times in {clock} state no time zone: taken as UTC")
-    return TimePlan("calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes))
+    return TimePlan(
+        "calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes), whole_ms=whole_ms
+    )
 
 
 def _date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str]:

@@ -284,6 +284,24 @@ def test_clocks_that_count_100_ns(first: int, epoch: int, what: str, tmp_path: P
     assert chunk.time_ns.tolist() == expected
 
 
+@pytest.mark.parametrize("joint", [".", ",", ":"])
+@pytest.mark.parametrize("date", ["", "7.10.2025 "])
+def test_milliseconds_without_their_zeros(joint: str, date: str, tmp_path: Path) -> None:
+    ms = np.arange(0, 4000, 25)
+    cells = [f"{date}08:53:{20 + k // 1000}{joint}{k % 1000}" for k in ms.tolist()]
+    table = read(tmp_path, "time;a\n" + "".join(f"{cell};1\n" for cell in cells))
+    assert ((table.time - table.time[0]) // 1_000_000).tolist() == ms.tolist()
+    assert "read as whole milliseconds" in table.said
+
+
+def test_decimals_without_their_last_zeros_stay_decimals(tmp_path: Path) -> None:
+    ms = np.arange(0, 4000, 25)
+    cells = [f"08:53:{20 + k / 1000:06.3f}".rstrip("0") + "0" * (k % 1000 == 0) for k in ms.tolist()]
+    table = read(tmp_path, "time,a\n" + "".join(f"{cell},1\n" for cell in cells))
+    assert ((table.time - table.time[0]) // 1_000_000).tolist() == ms.tolist()
+    assert "milliseconds" not in table.said
+
+
 @kernel
 def decimal_bytes(data: ByteArray, unit_ns: int) -> tuple[bool, int]:
     start = address_of(data)
