@@ -10,7 +10,7 @@ from csv_tables import read
 
 from parsers.importer import ImportLog
 from parsers.table_repeats import RepeatedStamps, repeat_share
-from parsers.table_wraps import Counter, turns_of
+from parsers.table_wraps import Counter, StandingDate, turns_of
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -143,3 +143,32 @@ def test_a_clock_that_was_set_is_no_counter(back_to: int) -> None:
     raw = np.concatenate([np.arange(0, 50_000, 20), np.arange(back_to, 40_000, 20)]) * MS
     assert np.array_equal(counter.follow(raw), raw)
     assert log.notes == []
+
+
+@pytest.mark.parametrize("late", [0, 3, 10_000])
+def test_a_date_that_stays_the_same_over_midnight(tmp_path: Path, late: int) -> None:
+    """late: rows behind midnight at which the date changes at last."""
+    ms = np.arange(0, 4000, 25)
+    rows = []
+    for k, at in enumerate((86_398_000 + ms).tolist()):
+        behind = k - 80
+        date = "08/10/2025" if behind >= late else "07/10/2025"
+        second = at % 86_400_000 / 1000
+        rows.append(f"{date},{int(second // 3600):02d}:{int(second // 60 % 60):02d}:{second % 60:06.3f},{k}")
+    got = read(tmp_path, "Date,Time,accel_x\n" + "\n".join(rows) + "\n")
+    assert ((got.time - got.time[0]) // MS).tolist() == ms.tolist()
+    assert ("over midnight" in got.said) == (late > 0)
+
+
+def test_a_standing_date_in_pieces() -> None:
+    day = 86_400 * SECOND
+    true = np.arange(100) * SECOND + day - 50 * SECOND
+    written = true % day
+    whole, pieces = StandingDate(ImportLog()), StandingDate(ImportLog())
+    assert np.array_equal(whole.follow(written), true)
+    parts = [pieces.follow(written[k : k + 7]) for k in range(0, 100, 7)]
+    assert np.array_equal(np.concatenate(parts), true)
+    # a clock that is set back by some hours is none that runs over midnight
+    assert np.array_equal(
+        StandingDate(ImportLog()).follow(np.array([20, 2]) * 3600 * SECOND), np.array([20, 2]) * 3600 * SECOND
+    )
