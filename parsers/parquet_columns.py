@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from parsers.channels import FloatArray, IntArray
+from parsers.table_numbers import MISSING_WORDS
 from parsers.table_repeats import LEAST_SHARE
 from parsers.table_stamps import BoolArray
 from parsers.table_time import TimePlan
@@ -26,11 +27,21 @@ def is_number(kind: pl.DataType) -> bool:
 
 
 def floats(column: pl.Series) -> FloatArray:
-    """A column as doubles, NaN where it has no value or an infinite one, and all over where it holds no numbers."""
-    if not is_number(column.dtype):
+    """A column as doubles, NaN where it has no value or an infinite one, also where its text is no number."""
+    if not is_number(column.dtype) and column.dtype != pl.String:
         return np.full(len(column), np.nan)
-    values = column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
+    if column.dtype == pl.String:
+        column = column.str.strip_chars()
+    values = column.cast(pl.Float64, strict=False).fill_null(float("nan")).to_numpy()
     return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
+
+
+def text_cells(column: pl.Series) -> int:
+    """How many cells of a column of text are words, where numbers were expected."""
+    if column.dtype != pl.String:
+        return 0
+    words = column.filter(column.str.strip_chars().cast(pl.Float64, strict=False).is_null())
+    return int((~words.str.to_lowercase().str.strip_chars().is_in(["", *MISSING_WORDS])).sum())
 
 
 def time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[IntArray, BoolArray]:

@@ -17,10 +17,10 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.native_stderr import quiet_panics
 from parsers.parquet_chain import chained
-from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, time_of
+from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
 from parsers.places import remote
-from parsers.table_cells import NumberStyle
+from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rasters import Columns, without_other_rasters
 from parsers.table_repeats import RepeatedStamps
@@ -136,6 +136,7 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
         for name, kind in zip(schema.names(), types, strict=True)
     )
     columns = Columns(unique_names(names)[0], cells, NumberStyle("."))
+    spelt = _spelt_numbers(cells, types)
     plan = _calendar_time(names, types, options) or find_time(names, cells, columns.style, options, path)
     if plan.kind in ("calendar", "elapsed") and not all(types[k].is_temporal() for k in plan.columns):
         raise LogError(
@@ -144,8 +145,10 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             hint="write it as a timestamp or as nanoseconds in a column time_ns",
         )
     left_out, said = without_other_rasters(columns, plan, options, path)
-    for note in filter(None, [said, _nested_note(names, types)]):
+    spelt -= {*plan.columns}
+    for note in filter(None, [said, _nested_note(names, types), _spelt_note(names, spelt)]):
         log.note(note)
+    types = tuple(pl.Float64() if k in spelt else kind for k, kind in enumerate(types))
     return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, 0, far, left_out)
 
 
@@ -156,6 +159,24 @@ def _nested_note(names: Sequence[ColumnName], types: Sequence[pl.DataType]) -> s
         return None
     shown = ", ".join(nested[:6]) + (f" and {len(nested) - 6} more" if len(nested) > 6 else "")
     return f"columns of structures or lists are not read: {shown}; write their fields as columns of their own"
+
+
+def _spelt_numbers(cells: Sequence[Sequence[str]], types: Sequence[pl.DataType]) -> set[int]:
+    """The columns of text of which at least half of the first values that there are are numbers, as in CSV."""
+    style = NumberStyle(".")
+    kept = [[text for cell in own if not is_missing(text := cell.strip())] for own in cells]
+    return {
+        k
+        for k, (own, kind) in enumerate(zip(kept, types, strict=True))
+        if kind == pl.String and own and style.count(own) >= 0.5 * len(own)
+    }
+
+
+def _spelt_note(names: Sequence[ColumnName], spelt: set[int]) -> str | None:
+    if not spelt:
+        return None
+    named = ", ".join(f'"{names[k].header}"' for k in sorted(spelt))
+    return f"columns that hold numbers as text are read as numbers: {named}"
 
 
 def _partly_filled(path: Path) -> PartlyFilled | None:
@@ -315,6 +336,10 @@ class ParquetReader:
                 time_ns = unwrap_days(time_ns.copy(), self._of_day.get(group.table))
                 self._of_day[group.table] = int(time_ns[-1])
             values = {name: floats(part[header])[keep] for name, header in columns.items()}
+            self._log.reject(
+                "cell with text where a number was expected",
+                sum(map(text_cells, part[list(columns.values())])),
+            )
             if start == 0 and values and stamps_repeat(time_ns):
                 repeats = RepeatedStamps(self._log)
             if repeats is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from parsers.channels import ChannelInfo
@@ -68,7 +68,8 @@ def propose_and_say(
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
     free = [channel for channel in channels if channel.name not in refusals]
     missed = overlooked(free, proposals, user.signals.keys() if user is not None else ())
-    return proposals, (*said, *say_dampers(at_dampers, channels), *missed)
+    texts = texts_of_signals(channels, wanted)
+    return proposals, (*said, *texts, *say_dampers(at_dampers, channels), *missed)
 
 
 def _ranked(
@@ -112,6 +113,26 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches)
+
+
+def texts_of_signals(channels: Sequence[ChannelInfo], wanted: Collection[str]) -> tuple[str, ...]:
+    """A sentence on columns of text that would be signals which the log lacks, if they held numbers."""
+    texts = [
+        replace(channel, kind="number")
+        for channel in channels
+        if channel.kind == "text" and channel.family in ("table", "mdf", "vbo")
+    ]
+    if not texts:
+        return ()
+    found = {
+        each.signal: each.channels[0]
+        for each in candidates(texts)
+        if isinstance(each, Binding) and each.signal in wanted
+    }
+    if not found:
+        return ()
+    named = ", ".join(f"{channel} ({signal})" for signal, channel in found.items())
+    return (f"left out, since the column holds text and no numbers: {named}",)
 
 
 def _with_places(

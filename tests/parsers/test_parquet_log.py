@@ -327,3 +327,17 @@ def test_a_part_in_which_a_column_is_text_has_no_values_there(tmp_path: Path) ->
         np.concatenate([c.columns["ay"] for c in chunks]), [1.0, 2.0, np.nan, np.nan]
     )
     assert any('"ay" holds no numbers in part-1.parquet' in note for note in log.notes)
+
+
+def test_numbers_that_are_stored_as_text_are_read(tmp_path: Path) -> None:
+    part(
+        tmp_path / "log.parquet",
+        [0.0, 0.1, 0.2, 0.3, 0.4],
+        ay=["1.5", " -2.5e1", None, "oops", "n/a"],
+        place=["48.1N"] * 5,
+    )
+    reader, (chunk,), log = read(tmp_path / "log.parquet")
+    assert [(c.name, c.kind) for c in reader.channels] == [("ay", "number"), ("place", "text")]
+    np.testing.assert_array_equal(chunk.columns["ay"], [1.5, -25.0, np.nan, np.nan, np.nan])
+    assert log.rejected == {"cell with text where a number was expected": 1}
+    assert any('hold numbers as text are read as numbers: "ay"' in note for note in log.notes)
