@@ -135,7 +135,7 @@ def find_time(
         if (rank := _rank(names[place], samples[place], shapes[place])) is not None
     )
     if not ranked:
-        called = next((k for k, c in enumerate(names) if _is_called_time(c) and _first(samples[k])), None)
+        called = next((k for k, c in enumerate(names) if is_called_time(c) and _first(samples[k])), None)
         if called is not None and shapes[called] == "text":
             raise _no_time(names[called], samples[called], path)
         raise LogError(
@@ -204,7 +204,8 @@ def _plain(column: ColumnName) -> str:
     return re.sub(r"[^a-z0-9%]+", "", _UNIT_TAIL.sub("", column.name.strip().lower()))
 
 
-def _is_called_time(column: ColumnName) -> bool:
+def is_called_time(column: ColumnName) -> bool:
+    """Whether a column's name is one of those that a time has."""
     return _plain(column) in _TIME_NAMES
 
 
@@ -226,7 +227,7 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
         return 0
     if name == "time_ns":
         return 1
-    called = _is_called_time(column)
+    called = is_called_time(column)
     if shape in ("moment", "clock", "duration") and called:
         return 2
     if called and not (shape == "number" and _plain(column) in ("date", "datum")):

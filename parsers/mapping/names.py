@@ -16,7 +16,7 @@ from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
 from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
 from parsers.signals import COLUMNS, SIGNALS, WHEELS
-from parsers.table_names import split_unit
+from parsers.table_names import split_header, split_unit
 from parsers.unit_words import is_remark, says_unit
 from parsers.units import SI_TEXT, STANDARD_GRAVITY, Unit, find_unit
 
@@ -125,6 +125,10 @@ def _parts(channel: ChannelInfo) -> list[str]:
     ):  # a dot is an abbreviation there ("Lat._Vel."), a leading underscore a raw value
         return [] if channel.name.startswith("_") else [channel.name]
     name = without_device(tags.get("field") or tags.get("signal") or tags.get("column") or channel.name)
+    plain = split_header(name).name if channel.family in ("table", "mdf") else name
+    if name.startswith(f"{plain}/"):
+        # "a_x/g": what stands behind the slash is a unit, and no part of a path
+        name = plain
     return re.split(r"[./\\:]+", name) if not re.search(r"\s", name) else [name]
 
 

@@ -155,6 +155,13 @@ def test_what_is_something_else_is_not_named(name: str, unit: str | None) -> Non
         ("AccY m/s^2", "AccY", "m/s^2"),
         ("SteeringWheelAngle deg", "SteeringWheelAngle", "deg"),
         ("Time s", "Time", "s"),
+        ("t/ms", "t", "ms"),
+        ("a_x/g", "a_x", "g"),
+        ("v/(km/h)", "v", "km/h"),
+        ("delta_H/°", "delta_H", "°"),
+        ("cell/v", "cell/v", None),
+        ("/imu/g", "/imu/g", None),
+        ("GPS/Speed", "GPS/Speed", None),
         ("Roll bar", "Roll bar", None),
         ("Mass s", "Mass s", None),
         ("Steering Angle", "Steering Angle", None),
@@ -170,7 +177,14 @@ def test_units_behind_a_blank_and_spelt_out(header: str, name: str, unit: str | 
 def test_names_with_units_spelt_out_are_mapped() -> None:
     columns = [
         ChannelInfo((c := split_header(header)).name, "table", c.unit, tags={"column": header})
-        for header in ("speed_km_per_h", "acc_y_m_per_s2", "yaw_rate_deg_per_s", "AccX m/s^2")
+        for header in (
+            "speed_km_per_h",
+            "acc_y_m_per_s2",
+            "yaw_rate_deg_per_s",
+            "AccX m/s^2",
+            "a_z/(m/s^2)",
+            "delta_H/rad",
+        )
     ]
     found = {signal: each[0].unit.scale for signal, each in propose(columns, None).items()}
     assert found == {
@@ -178,4 +192,6 @@ def test_names_with_units_spelt_out_are_mapped() -> None:
         "accel_y": 1.0,
         "yaw_rate": pytest.approx(0.017453292519943295),
         "accel_x": 1.0,
+        "accel_z": 1.0,
+        "steering_wheel_angle": 1.0,
     }
