@@ -74,6 +74,7 @@ _SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
 _WITH_ZONE = re.compile(
     r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
 )
+_GROUPED = re.compile("\\d[\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}]\\d")
 _HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 _STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
@@ -211,6 +212,13 @@ def is_called_time(column: ColumnName) -> bool:
 
 def _no_time(column: ColumnName, cells: Sequence[str], path: Path) -> LogError:
     """The error for a column of texts that are no times."""
+    grouped = next((cell for cell in cells if _GROUPED.search(cell)), None)
+    if grouped is not None:
+        return LogError(
+            f'the digits in column "{column.name}" are grouped by no-break blanks ({grouped!r}): not read',
+            path=path,
+            hint="write the numbers without groups, or with plain blanks",
+        )
     return LogError(
         f'column "{column.name}" holds no time that cogest knows ({_first(cells)!r})',
         path=path,

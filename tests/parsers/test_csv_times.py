@@ -302,6 +302,13 @@ def test_decimals_without_their_last_zeros_stay_decimals(tmp_path: Path) -> None
     assert "milliseconds" not in table.said
 
 
+@pytest.mark.parametrize("blank", ["\N{NO-BREAK SPACE}", "\N{NARROW NO-BREAK SPACE}"])
+def test_digits_in_groups_by_no_break_blanks_are_named(blank: str, tmp_path: Path) -> None:
+    rows = "".join(f"{k // 1000}{blank}{k % 1000:03d};1,5\n" for k in range(1000, 9000, 25))
+    with pytest.raises(LogError, match="grouped by no-break blanks"):
+        read(tmp_path, "Time [ms];a\n" + rows)
+
+
 @kernel
 def decimal_bytes(data: ByteArray, unit_ns: int) -> tuple[bool, int]:
     start = address_of(data)
