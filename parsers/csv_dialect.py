@@ -240,8 +240,9 @@ def _with_time(
     above: Sequence[tuple[list[str], str | None]], notes: list[str]
 ) -> tuple[list[str], str | None]:
     """The row of names: the last above the rows, unless that has no time and one above it has, which it then describes."""
-    timed = [any(is_called_time(split_header(cell)) for cell in row) for row, _ in above]
-    if timed[0] or True not in timed:
+    timed = [all(row) and any(is_called_time(split_header(cell)) for cell in row) for row, _ in above]
+    # two cells that stand alone can be a remark ("Date", "morning")
+    if len(above[0][0]) < 3 or True not in timed or any(map(is_called_time, map(split_header, above[0][0]))):
         return above[0]
     notes.append("the header's last row holds descriptions: the names are those of the row above it")
     return above[timed.index(True)]

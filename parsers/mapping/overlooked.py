@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words
 from parsers.mapping.profiles import tags_of, unusable_reason
-from parsers.mapping.words import NameTable, known_words, load_names, words_of
+from parsers.mapping.words import known_words, load_names, words_of
 from parsers.signals import WHEELS
 from parsers.units import quantities_of
 
@@ -113,9 +114,7 @@ def overlooked(
         found = [
             channel
             for channel, words in free
-            if channel.name not in told
-            and _looks_like(kind, channel, words, table)
-            and not _ruled_out(channel)
+            if channel.name not in told and _looks_like(kind, channel, words) and not _ruled_out(channel)
         ]
         told |= {channel.name for channel in found}
         if found:
@@ -127,19 +126,25 @@ def overlooked(
     return (f"{SAID}: {'; '.join(parts)}; `cogest inspect --write-map` begins a mapping file",)
 
 
-def _looks_like(kind: _Kind, channel: ChannelInfo, words: frozenset[str], table: NameTable) -> bool:
+def _looks_like(kind: _Kind, channel: ChannelInfo, words: frozenset[str]) -> bool:
     """Whether a channel, by its unit and the words of its name, may be what a kind tells of."""
     wheels = words & {*WHEELS}
     if (kind.body and wheels) or words & kind.never - kind.words:
         return False
     if not channel.unit:
         # without a unit a name must say all of it, and nothing else: "BrakePressureSwitch" is none
-        known = table.noise | table.worse | {*table.words.values(), *WHEELS, *kind.words, "x", "y", "z"}
         return any(each <= words for each in kind.bare) and all(
-            word in known or word.isdigit() for word in words
+            word in kind.words or word in _vocabulary() or word.isdigit() for word in words
         )
     marked = bool(wheels) if kind.wheels else not kind.words or bool(known_words(words, kind.words))
     return marked and bool(kind.quantities & {*quantities_of(channel.unit)})
+
+
+@cache
+def _vocabulary() -> frozenset[str]:
+    """All words that the table of names knows."""
+    table = load_names()
+    return table.noise | table.worse | {*table.words.values(), *WHEELS, "x", "y", "z"}
 
 
 def _last(channel: ChannelInfo) -> str:
