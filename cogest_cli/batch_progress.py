@@ -93,6 +93,14 @@ def _failure(event: DriveEnded) -> str:
     return f"{event.status}: {event.name}: {event.reason}"
 
 
+def _left_out(event: Found) -> list[str]:
+    """How many files are no part of the batch, and the first ones with their reasons: a log among them is hardly missed otherwise."""
+    named = [f"  {name}: {why}" for name, why in event.left_out_first]
+    more = event.left_out - len(named)
+    rest = [f"  and {more} more: --dry-run names them all"] if named and more > 0 else []
+    return [f"left out: {_count(event.left_out, 'file')}", *named, *rest]
+
+
 class Screen:
     """The progress of a batch on stderr."""
 
@@ -108,6 +116,9 @@ class Screen:
         self._state(event)
         if isinstance(event, DriveEnded) and event.status not in ("done", "kept"):
             self._live.above(_failure(event))
+        if isinstance(event, Found) and event.left_out:
+            for line in _left_out(event):
+                self._live.above(line)
         if self._live.live:
             return
         if isinstance(event, Found):

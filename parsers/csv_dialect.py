@@ -13,6 +13,7 @@ from parsers.table_cells import NumberStyle, best_style, is_missing, split_cells
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
+from parsers.table_time import is_called_time
 from parsers.unit_words import is_unit, plain_unit
 
 _MOST_LINES = 3000
@@ -218,7 +219,7 @@ def _name_columns(
         return plain, rules, notes
     above = [each for each in above if not _is_type_row(each[0])] or above
     unit_at = next((k for k, (row, _) in enumerate(above[:-1]) if _is_unit_row(row)), None)
-    header, note = above[0 if unit_at is None else unit_at + 1]
+    header, note = _with_time(above if unit_at is None else above[unit_at + 1 :], notes)
     if note:
         notes.append(note)
     columns = [split_header(name) for name in header]
@@ -233,6 +234,18 @@ def _name_columns(
     if empty_end and not header[-1]:
         rules = replace(rules, min_width=rules.width - 1)
     return names, rules, notes
+
+
+def _with_time(
+    above: Sequence[tuple[list[str], str | None]], notes: list[str]
+) -> tuple[list[str], str | None]:
+    """The row of names: the last above the rows, unless that has no time and one above it has, which it then describes."""
+    timed = [all(row) and any(is_called_time(split_header(cell)) for cell in row) for row, _ in above]
+    # two cells that stand alone can be a remark ("Date", "morning")
+    if len(above[0][0]) < 3 or True not in timed or any(map(is_called_time, map(split_header, above[0][0]))):
+        return above[0]
+    notes.append("the header's last row holds descriptions: the names are those of the row above it")
+    return above[timed.index(True)]
 
 
 def _is_unit_row(row: Sequence[str]) -> bool:

@@ -188,8 +188,12 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
     )
 
 
+_ONE_CLOCK = ("csv", "parquet", "vbo")
 SHORT_S, MANY = 1.0, 500
 """A log of so many rows within less than SHORT_S has a clock of another unit: nobody records a vehicle at that rate."""
+
+FAST_HZ = 2000.0
+"""Rows of a table that come faster than this rather have a clock of another unit: no recorder of a vehicle's motion is as quick."""
 
 DISORDER = 0.2
 """Share of rows whose stamps go back or repeat from which on the clock is rather another channel."""
@@ -202,6 +206,14 @@ def _odd_time(parts: Sequence[PartFacts], seconds: float) -> list[str]:
     said = []
     if rows >= MANY and seconds < SHORT_S:
         said.append(f"all {rows} rows lie within {seconds:.3g} s: is the unit of the time right?")
+    elif seconds > 0:
+        # messages of several topics are no rows of one clock
+        most = max((p.opened.log.messages for p in tables if p.opened.importer.name in _ONE_CLOCK), default=0)
+        if most >= MANY and most / seconds > FAST_HZ:
+            said.append(
+                f"{most} rows within {seconds:.3g} s are {most / seconds:.0f} Hz: is the unit of the time right? "
+                "A mapping file's [time] unit states it"
+            )
     astray = sum(part.out_of_order + part.duplicates for part in tables)
     if astray > DISORDER * max(rows, 1) and rows >= MANY:
         said.append(

@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from parsers.channels import FloatArray, IntArray
+from parsers.table_numbers import MISSING_WORDS
 from parsers.table_repeats import LEAST_SHARE
 from parsers.table_stamps import BoolArray
 from parsers.table_time import TimePlan
@@ -26,9 +27,21 @@ def is_number(kind: pl.DataType) -> bool:
 
 
 def floats(column: pl.Series) -> FloatArray:
-    """A column as doubles, NaN where it has no value or an infinite one."""
-    values = column.cast(pl.Float64).fill_null(float("nan")).to_numpy()
+    """A column as doubles, NaN where it has no value or an infinite one, also where its text is no number."""
+    if not is_number(column.dtype) and column.dtype != pl.String:
+        return np.full(len(column), np.nan)
+    if column.dtype == pl.String:
+        column = column.str.strip_chars()
+    values = column.cast(pl.Float64, strict=False).fill_null(float("nan")).to_numpy()
     return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
+
+
+def text_cells(column: pl.Series) -> int:
+    """How many cells of a column of text are words, where numbers were expected."""
+    if column.dtype != pl.String:
+        return 0
+    words = column.filter(column.str.strip_chars().cast(pl.Float64, strict=False).is_null())
+    return int((~words.str.to_lowercase().str.strip_chars().is_in(["", *MISSING_WORDS])).sum())
 
 
 def time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[IntArray, BoolArray]:
@@ -44,11 +57,13 @@ def time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[Int
     for header, unit_ns in zip(headers, units, strict=True):
         column = part[header]
         if column.dtype.is_integer():
-            whole = column.cast(pl.Int64, strict=False)
-            fits = (whole.is_not_null() & (whole.abs() <= 2**63 // unit_ns - 1)).fill_null(False).to_numpy()
-            total += np.where(fits, whole.fill_null(0).to_numpy(), 0) * unit_ns
+            counted = column.cast(pl.Int64, strict=False) - plan.zero
+            fits = (
+                (counted.is_not_null() & (counted.abs() <= 2**63 // unit_ns - 1)).fill_null(False).to_numpy()
+            )
+            total += np.where(fits, counted.fill_null(0).to_numpy(), 0) * unit_ns
         else:
-            scaled = floats(column) * unit_ns
+            scaled = (floats(column) - plan.zero) * unit_ns
             fits = np.abs(scaled) < 9.2e18
             total += np.rint(np.where(fits, scaled, 0.0)).astype(np.int64)
         valid &= fits

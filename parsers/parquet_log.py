@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
 from datetime import timedelta
+from itertools import groupby
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -16,9 +16,11 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.native_stderr import quiet_panics
-from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, time_of
+from parsers.parquet_chain import chained
+from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
+from parsers.parquet_group import FAILURES, ParquetGroup, damaged
 from parsers.places import remote
-from parsers.table_cells import NumberStyle
+from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rasters import Columns, without_other_rasters
 from parsers.table_repeats import RepeatedStamps
@@ -32,31 +34,6 @@ _MAGIC = b"PAR1"
 _CHUNK_BYTES = 16 * 1024 * 1024
 _BESIDE = (".parquet", ".pq", ".json", ".toml", ".md")
 """What a folder of Parquet files may hold: the tables, and an import record or a description."""
-_FAILURES = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, ValueError)
-
-
-@dataclass(frozen=True)
-class ParquetGroup:
-    """One file. names: channel name of each column, unique in the whole log; the file's own in `headers`. rows.
-
-    far: what was fetched of a file behind a URL. left_out: places of columns whose stamps are not `time`'s.
-    """
-
-    path: Path
-    name: str
-    names: tuple[ColumnName, ...]
-    headers: tuple[str, ...]
-    types: tuple[pl.DataType, ...]
-    time: TimePlan
-    rows: int
-    far: PartlyFilled | None = None
-    left_out: frozenset[int] = frozenset()
-
-    def frame(self, columns: Sequence[str]) -> pl.LazyFrame:
-        """These columns of the table. Raises OSError, LogError where they cannot be fetched."""
-        if self.far is not None:
-            self.far.fill(columns)
-        return pl.scan_parquet(self.far.path if self.far else self.path, glob=False).select(columns)
 
 
 class ParquetImporter:
@@ -81,15 +58,27 @@ class ParquetImporter:
             raise LogError(
                 "the folder holds no Parquet file", path=path, hint="give a folder that cogest convert wrote"
             )
-        opened = [_open_group(file, options, log) for file in files]
+        opened = _with_rows([_open_group(file, options, log) for file in files], path, log)
         if len({group.time.absolute for group in opened}) > 1:
             raise LogError(
                 "some files count time from 1970 and others from their own zero, so they have no common clock",
                 path=path,
                 hint="give the files one by one",
             )
-        groups = _with_unique_names(opened, log)
+        groups = chained(opened, path, log)
+        for note in dict.fromkeys(note for group in groups for note in group.time.notes):
+            log.note(note)
         return ParquetReader(path, groups, options, log)
+
+
+def _with_rows(opened: list[ParquetGroup | None], path: Path, log: ImportLog) -> list[ParquetGroup]:
+    """The files that have rows: writers of parts leave empty ones. Raises LogError where there is none."""
+    groups = [group for group in opened if group is not None]
+    if not groups:
+        raise LogError("the Parquet file has no rows", path=path, hint="nothing was recorded in it")
+    if len(groups) < len(opened):
+        log.note(f"{len(opened) - len(groups)} of {len(opened)} files have no rows")
+    return groups
 
 
 def _visible(path: Path) -> list[Path]:
@@ -124,8 +113,8 @@ def _check_frame(path: Path) -> None:
         )
 
 
-def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGroup:
-    """The columns, time and row count of one file."""
+def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGroup | None:
+    """The columns, time and row count of one file; None where it has no rows."""
     _check_frame(path)
     far = _partly_filled(path)
     try:
@@ -138,15 +127,16 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             if far is not None:
                 frame = frame.select(_fetched_sample(far, names, schema, options))
             head = frame.head(SAMPLE_ROWS).collect()
-    except _FAILURES as error:
-        raise _damaged(path, error) from error
+    except FAILURES as error:
+        raise damaged(path, error) from error
     if rows == 0:
-        raise LogError("the Parquet file has no rows", path=path, hint="nothing was recorded in it")
+        return None
     cells = tuple(
         tuple(_cells(head[name], kind)) if name in head.columns else ()
         for name, kind in zip(schema.names(), types, strict=True)
     )
     columns = Columns(unique_names(names)[0], cells, NumberStyle("."))
+    spelt = _spelt_numbers(cells, types)
     plan = _calendar_time(names, types, options) or find_time(names, cells, columns.style, options, path)
     if plan.kind in ("calendar", "elapsed") and not all(types[k].is_temporal() for k in plan.columns):
         raise LogError(
@@ -155,9 +145,11 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             hint="write it as a timestamp or as nanoseconds in a column time_ns",
         )
     left_out, said = without_other_rasters(columns, plan, options, path)
-    for note in (*plan.notes, *filter(None, [said, _nested_note(names, types)])):
+    spelt -= {*plan.columns}
+    for note in filter(None, [said, _nested_note(names, types), _spelt_note(names, spelt)]):
         log.note(note)
-    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, far, left_out)
+    types = tuple(pl.Float64() if k in spelt else kind for k, kind in enumerate(types))
+    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, 0, far, left_out)
 
 
 def _nested_note(names: Sequence[ColumnName], types: Sequence[pl.DataType]) -> str | None:
@@ -167,6 +159,24 @@ def _nested_note(names: Sequence[ColumnName], types: Sequence[pl.DataType]) -> s
         return None
     shown = ", ".join(nested[:6]) + (f" and {len(nested) - 6} more" if len(nested) > 6 else "")
     return f"columns of structures or lists are not read: {shown}; write their fields as columns of their own"
+
+
+def _spelt_numbers(cells: Sequence[Sequence[str]], types: Sequence[pl.DataType]) -> set[int]:
+    """The columns of text of which at least half of the first values that there are are numbers, as in CSV."""
+    style = NumberStyle(".")
+    kept = [[text for cell in own if not is_missing(text := cell.strip())] for own in cells]
+    return {
+        k
+        for k, (own, kind) in enumerate(zip(kept, types, strict=True))
+        if kind == pl.String and own and style.count(own) >= 0.5 * len(own)
+    }
+
+
+def _spelt_note(names: Sequence[ColumnName], spelt: set[int]) -> str | None:
+    if not spelt:
+        return None
+    named = ", ".join(f'"{names[k].header}"' for k in sorted(spelt))
+    return f"columns that hold numbers as text are read as numbers: {named}"
 
 
 def _partly_filled(path: Path) -> PartlyFilled | None:
@@ -179,7 +189,7 @@ def _partly_filled(path: Path) -> PartlyFilled | None:
     try:
         return PartlyFilled(far)
     except ValueError as error:
-        raise _damaged(path, error) from error
+        raise damaged(path, error) from error
 
 
 def _fetched_sample(
@@ -195,13 +205,6 @@ def _fetched_sample(
     ]
     far.fill(columns, SAMPLE_ROWS)
     return columns
-
-
-def _damaged(path: Path, error: BaseException) -> LogError:
-    first_line = str(error).splitlines()[0] if str(error) else type(error).__name__
-    if isinstance(error, pl.exceptions.PanicException):
-        first_line = "a page of it cannot be decoded"
-    return LogError(f"the Parquet file is damaged ({first_line})", path=path, hint="copy or convert it again")
 
 
 def _cells(column: pl.Series, kind: pl.DataType) -> list[str]:
@@ -234,26 +237,6 @@ def _calendar_time(
     return None
 
 
-def _with_unique_names(groups: list[ParquetGroup], log: ImportLog) -> tuple[ParquetGroup, ...]:
-    """Number the columns that several files have in common, but for the time."""
-    flat = [
-        ColumnName(c.header, f"\0{g}" if k in group.time.columns else c.name, c.unit)
-        for g, group in enumerate(groups)
-        for k, c in enumerate(group.names)
-    ]
-    named, repeated = unique_names(flat)
-    for name in repeated:
-        if not name.startswith("\0"):
-            log.note(f"the column name {name!r} is repeated: further columns are called {name}_2 and so on")
-    result = []
-    at = 0
-    for group in groups:
-        own = named[at : at + len(group.names)]
-        at += len(group.names)
-        result.append(replace(group, names=own))
-    return tuple(result)
-
-
 class ParquetReader:
     """Opened Parquet files."""
 
@@ -264,23 +247,26 @@ class ParquetReader:
         self._groups = groups
         self._options = options
         self._log = log
+        self._of_day: dict[int, int] = {}
+        """Table -> its last time of day, which runs on in its next part."""
 
     @property
     def channels(self) -> tuple[ChannelInfo, ...]:
-        """All columns of all files but the times."""
+        """All columns of all tables but the times."""
+        tables = [tuple(parts) for _, parts in groupby(self._groups, lambda group: group.table)]
         return tuple(
             ChannelInfo(
                 column.name,
-                group.name,
+                parts[0].name,
                 column.unit,
                 "table",
-                "number" if is_number(kind) else "text",
-                group.rows,
+                "number" if any(is_number(part.types[k]) for part in parts) else "text",
+                sum(part.rows for part in parts),
                 tags=MappingProxyType({"column": column.header}),
             )
-            for group in self._groups
-            for k, (column, kind) in enumerate(zip(group.names, group.types, strict=True))
-            if k not in group.time.columns and k not in group.left_out
+            for parts in tables
+            for k, column in enumerate(parts[0].names)
+            if k not in parts[0].time.columns and k not in parts[0].left_out
         )
 
     @property
@@ -315,7 +301,9 @@ class ParquetReader:
             for k, (column, header, kind) in enumerate(
                 zip(group.names, group.headers, group.types, strict=True)
             )
-            if column.name in wanted and k not in {*group.time.columns, *group.left_out} and is_number(kind)
+            if column.name in wanted
+            and k not in {*group.time.columns, *group.left_out}
+            and (is_number(kind) or kind == pl.Null)
         }
         if wanted and not columns:
             return
@@ -323,14 +311,13 @@ class ParquetReader:
         frame = group.frame([*times, *columns.values()])
         step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
         repeats: RepeatedStamps | None = None
-        last: int | None = None
         for start in range(0, group.rows, step):
             try:
                 with quiet_panics():
                     part = frame.slice(start, step).collect()
-            except _FAILURES as error:
+            except FAILURES as error:
                 if start == 0:
-                    raise _damaged(group.path, error) from error
+                    raise damaged(group.path, error) from error
                 self._log.worsen(
                     "malformed", f"{group.path.name} is damaged after row {start} of {group.rows}"
                 )
@@ -346,9 +333,13 @@ class ParquetReader:
             time_ns = time_ns[keep]
             if group.time.kind == "calendar" and not group.time.absolute:
                 # times of day run on over midnight
-                time_ns = unwrap_days(time_ns.copy(), last)
-                last = int(time_ns[-1])
+                time_ns = unwrap_days(time_ns.copy(), self._of_day.get(group.table))
+                self._of_day[group.table] = int(time_ns[-1])
             values = {name: floats(part[header])[keep] for name, header in columns.items()}
+            self._log.reject(
+                "cell with text where a number was expected",
+                sum(map(text_cells, part[list(columns.values())])),
+            )
             if start == 0 and values and stamps_repeat(time_ns):
                 repeats = RepeatedStamps(self._log)
             if repeats is not None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -19,6 +19,7 @@ from parsers.ros.contract import Cells, Decoded, FieldInfo
 _WIRE_FIXED64 = (1, 6, 16)
 _WIRE_FIXED32 = (2, 7, 15)
 _DOUBLE, _MESSAGE = 1, 11
+_MOST_NAMED = 6
 
 
 def _wire(kind: int) -> int:
@@ -184,16 +185,28 @@ class ProtobufDecoder:
         return found
 
 
+def _left_out(type_name: str, tree: Tree) -> Iterator[str]:
+    """A sentence on the fields that have no columns."""
+    if not tree.left_out:
+        return
+    named = [f"{name} (a {what})" for name, what in tree.left_out.items()]
+    more = f" and {len(named) - _MOST_NAMED} more" if len(named) > _MOST_NAMED else ""
+    yield f"fields of {type_name} that are not read: {', '.join(named[:_MOST_NAMED])}{more}"
+
+
 def make_protobuf_decoder(type_name: str, definition: bytes) -> ProtobufDecoder:
     """A decoder for the type `type_name` ("foxglove.Imu") of a serialised FileDescriptorSet.
 
     Fields: nested messages as "a.b", the first 8 elements of lists as "[0]", enums and booleans as numbers. Maps, groups and types
-    that contain themselves are left out. The stamp is a first-level google.protobuf.Timestamp (or seconds
+    that contain themselves are left out and named in the notes. The stamp is a first-level google.protobuf.Timestamp (or seconds
     and nanoseconds) named header.stamp, timestamp or stamp. Raises LogError where the definition cannot be used.
     """
     tree = build_tree(type_name, definition)
     if not tree.fields and not tree.texts:
         raise LogError(f"the protobuf type {type_name!r} has no field that could be a channel")
-    notes = (f"{type_name} has too many fields: only the first are listed",) if tree.full else ()
+    notes: tuple[str, ...] = ()
+    if tree.full:
+        notes = (f"{type_name} has too many fields: only the first are listed",)
+    notes += tuple(_left_out(type_name, tree))
     column = {info.path: number for number, info in enumerate(tree.fields)}
     return ProtobufDecoder(tree, notes, column, stamp_fields(column))

@@ -7,6 +7,7 @@ of a field stand behind one another, so that "everything below this field" is a 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
@@ -25,6 +26,7 @@ from parsers.field_notes import MAX_FIELDS, MAX_LIST, unit_in
 from parsers.ros.contract import FieldInfo
 
 MAX_DEPTH = 16
+_ELEMENT = re.compile(r"\[\d+\]")
 _TEXT = (FieldDescriptorProto.TYPE_STRING, FieldDescriptorProto.TYPE_BYTES)
 _MESSAGE, _GROUP = FieldDescriptorProto.TYPE_MESSAGE, FieldDescriptorProto.TYPE_GROUP
 _REPEATED = FieldDescriptorProto.LABEL_REPEATED
@@ -64,7 +66,7 @@ class Node:
 class Tree:
     """All nodes (0 is the message itself), the fields by column, text fields, and the ranges of the oneofs.
 
-    full: whether fields were left out because there are too many.
+    full: whether fields were left out because there are too many. left_out: field -> what it is that has no columns.
     """
 
     nodes: list[Node] = field(default_factory=list)
@@ -73,6 +75,7 @@ class Tree:
     oneofs: list[Range] = field(default_factory=list)
     lists: int = 0
     full: bool = False
+    left_out: dict[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -221,6 +224,7 @@ class _Builder:
             tree.texts.append(FieldInfo(name, "text", None, comment))
             return None
         if item.type == _GROUP:
+            self._leave_out(name, "group")
             return None
         names = [f"{name}[{k}]" for k in range(MAX_LIST)] if repeated else [name]
         if len(tree.fields) + len(names) > MAX_FIELDS:
@@ -229,9 +233,9 @@ class _Builder:
         list_number = -1
         inner = self.types.get(item.type_name.lstrip(".")) if item.type == _MESSAGE else None
         if item.type == _MESSAGE:
-            if inner is None or inner.name in above or len(above) >= MAX_DEPTH:
-                return None
-            if inner.message.options.map_entry or (repeated and in_list):
+            why = self._unusable(inner, above, repeated and in_list)
+            if inner is None or why:
+                self._leave_out(name, why)
                 return None
         if repeated:
             list_number, tree.lists = tree.lists, tree.lists + 1
@@ -241,6 +245,20 @@ class _Builder:
             elements = list(range(len(tree.fields), len(tree.fields) + len(names)))
             tree.fields += [FieldInfo(each, "number", unit_in(comment), comment) for each in names]
         return Entry(item.number, item.type, elements, list_number, -1, Range())
+
+    def _unusable(self, inner: _Type | None, above: tuple[str, ...], list_in_list: bool) -> str:
+        """Why a field's message has no columns; "" where it has."""
+        if inner is None:
+            return "message without a definition"
+        if inner.message.options.map_entry:
+            return "map"
+        if inner.name in above or len(above) >= MAX_DEPTH:
+            return "message within itself"
+        return "list within a list" if list_in_list else ""
+
+    def _leave_out(self, name: str, why: str) -> None:
+        """Write down a field without columns; once for all elements of a list."""
+        self.tree.left_out.setdefault(_ELEMENT.sub("[]", name), why)
 
 
 def build_tree(type_name: str, definition: bytes) -> Tree:

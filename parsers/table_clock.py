@@ -8,9 +8,9 @@ from parsers import table_lines as lines
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
 from parsers.table_rows import RowBlock, RowCounts
-from parsers.table_stamps import unwrap_days
+from parsers.table_stamps import WHOLE_MS, unwrap_days
 from parsers.table_time import TimePlan
-from parsers.table_wraps import Counter
+from parsers.table_wraps import Counter, StandingDate
 
 LOST_NS = 250_000_000
 """Left out lines between stamps further apart than this have taken a span of time with them."""
@@ -23,13 +23,13 @@ def clock_rule(plan: TimePlan) -> lines.Clock:
     """A plan in the kernel's order."""
     if plan.kind == "calendar":
         kind = lines.MOMENT if plan.absolute else lines.TIME_OF_DAY
-        return kind, plan.order, len(plan.columns), 0, 0
+        return kind, plan.order + (WHOLE_MS if plan.whole_ms else 0), len(plan.columns), 0, 0
     if plan.kind == "hhmmss":
         return lines.HHMMSS, 0, 1, plan.unit_ns, 0
     if plan.kind == "elapsed":
         return lines.ELAPSED, 0, 1, 0, 0
     if plan.kind == "decimal":
-        return lines.DECIMALS, 0, 1, plan.unit_ns, 0
+        return lines.DECIMALS, plan.zero, 1, plan.unit_ns, 0
     return lines.DECIMALS, 0, 2, 1_000_000_000, 1
 
 
@@ -37,13 +37,22 @@ class TableClock:
     """Follows block after block: times of day run on over midnight, counters over their end, and spans that damage took
     are written down.
 
-    midnight: added to each stamp, at last. turns: after how many nanoseconds a counter may start again.
+    midnight: added to each stamp, at last. turns: after how many nanoseconds a counter may start again. dated: a date stands in a
+    column of its own.
     """
 
     def __init__(
-        self, log: ImportLog, *, time_of_day: bool, midnight: int = 0, turns: tuple[int, ...] = ()
+        self,
+        log: ImportLog,
+        *,
+        time_of_day: bool,
+        midnight: int = 0,
+        turns: tuple[int, ...] = (),
+        dated: bool = False,
     ) -> None:
-        self._counter = Counter(turns, log) if turns else None
+        self._runs_on: Counter | StandingDate | None = Counter(turns, log) if turns else None
+        if dated:
+            self._runs_on = StandingDate(log)
         self._log = log
         self._time_of_day = time_of_day
         self._midnight = midnight
@@ -58,8 +67,8 @@ class TableClock:
             time_ns = unwrap_days(time_ns, before)
         if self._midnight:
             time_ns += self._midnight
-        if self._counter is not None:
-            time_ns = self._counter.follow(time_ns)
+        if self._runs_on is not None:
+            time_ns = self._runs_on.follow(time_ns)
         self._write_gaps(time_ns, block.gaps)
         self._last = int(time_ns[-1])
         self._left_out = False

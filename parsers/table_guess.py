@@ -15,6 +15,14 @@ DATENUMS = (690_000.0, 800_000.0)
 _DAY_STEP = 1.5e-4
 """Days: seconds in steps as small would be a log of more than 6 kHz."""
 
+TICK_NS = 100
+_TICKS = (
+    (116_444_736_000_000_000, 1.25e17, 1.42e17, "100 ns since 1601 (Windows' FILETIME)"),
+    (621_355_968_000_000_000, 6.3e17, 6.5e17, "100 ns since the year 1 (.NET's ticks)"),
+)
+"""The number of 1970, and what numbers the years 1997 to 2050 and 1997 to 2060 have: nanoseconds since 1970 of so small
+numbers would be of 1973 and 1990."""
+
 _DENSE_S, _SPARSEST_S = 2.0, 60.0
 _LOGGED_S = (946_684_800.0, 2_208_988_800.0)
 """Rows of a drive are seconds apart at most, a tracker's up to a minute. The years 2000 to 2039, since 1970."""
@@ -28,6 +36,14 @@ def are_days(values: Sequence[float], span: tuple[float, float]) -> bool:
         and span[0] < min(values) <= max(values) < span[1]
         and statistics.median(steps) < _DAY_STEP
     )
+
+
+def find_ticks(values: Sequence[float]) -> tuple[int, str] | None:
+    """Of time stamps that count 100 ns: the number that stands for 1970, and what they are in words; None for others."""
+    if not values:
+        return None
+    size = statistics.median(values)
+    return next(((zero, what) for zero, least, most, what in _TICKS if least <= size <= most), None)
 
 
 def guess_unit(values: Sequence[float]) -> tuple[int, str]:

@@ -27,6 +27,8 @@ SEPARATOR, SPACES, QUOTE, COMMENT, DECIMAL, THOUSANDS, MIN_WIDTH, WIDTH, ROW_QUO
 Rules = tuple[int, int, int, int, int, int, int, int, int, int]
 # places in what says how time is told: what kind, a date's order, how many columns, the unit of each
 CLOCK_KIND, DATE_ORDER, TIME_COLUMNS, UNITS = range(4)
+ZERO = DATE_ORDER
+"""Decimal numbers have no date; the number that stands for 1970 where it is not 0 has its place."""
 Clock = tuple[int, int, int, int, int]
 DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS, ELAPSED = range(5)
 """Kinds: sums of decimal numbers; times of day; dates with times of day; decimal numbers that spell HHMMSS; minutes and
@@ -249,7 +251,9 @@ def _stamp(spans: int, rules: Rules, clock: Clock) -> tuple[bool, int]:
     for k in range(clock[TIME_COLUMNS]):
         start, stop = int_at(spans + 16 * k), int_at(spans + 16 * k + 8)
         if clock[CLOCK_KIND] == DECIMALS or clock[CLOCK_KIND] == HHMMSS:
-            valid, part = decimal_stamp(start, stop, rules[DECIMAL], rules[THOUSANDS], clock[UNITS + k])
+            valid, part = decimal_stamp(
+                start, stop, rules[DECIMAL], rules[THOUSANDS], clock[UNITS + k], clock[ZERO]
+            )
         elif clock[CLOCK_KIND] == ELAPSED:
             valid, part = elapsed_stamp(start, stop)
         else:

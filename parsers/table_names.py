@@ -60,6 +60,18 @@ _ENDINGS: dict[str, str] = {
     "kpa": "kPa",
     "mpa": "MPa",
     "psi": "psi",
+    "km_per_h": "km/h",
+    "km_per_hour": "km/h",
+    "m_per_s": "m/s",
+    "m_per_sec": "m/s",
+    "m_per_s2": "m/s²",
+    "m_per_s_2": "m/s²",
+    "m_per_s^2": "m/s²",
+    "m_per_sec2": "m/s²",
+    "deg_per_s": "deg/s",
+    "deg_per_sec": "deg/s",
+    "rad_per_s": "rad/s",
+    "rad_per_sec": "rad/s",
     "lbft": "lb·ft",
     "ftlb": "ft·lb",
     "pct": "%",
@@ -78,20 +90,33 @@ _BRACKETS = re.compile(
     r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\{(?P<c>[^{}]*)\}|<(?P<d>[^<>]*)>)\s*$"
 )
 _AFTER_MARK = re.compile(r"^(?P<name>.*\S)\s*(?:,|\s/|\sin)\s+(?P<unit>\S+)$")
+_AFTER_BLANK = re.compile(r"^(?P<name>.*[^\s/,])\s+(?P<unit>\S+)$")
+_AFTER_SLASH = re.compile(r"^(?P<name>[^/.]*[^/.\s])/\(?(?P<unit>[^()]+)\)?$")
+_DIVISORS = frozenset((
+    "g", "°", "deg", "rad", "mm", "cm", "m", "N", "kN", "Nm", "bar", "kPa", "MPa", "Pa", "%", "m/s", "km/h", "m/s2", "m/s²",
+    "m/s^2", "°/s", "deg/s", "rad/s", "1/min",
+))  # fmt: skip
+"""Units that may stand behind a slash without blanks: others could be a path's part ("cell/v")."""
+_PLAIN_WORDS = frozenset(("kmh", "kph", "mph", "rpm", "deg", "mm", "cm", "kpa", "mpa", "psi", "nm", "kn"))
+"""Units that stand after a blank and can hardly be a word of a name ("roll bar" and "Vorderrad" hold such); others have a sign in them."""
+_TIME_UNITS = frozenset(("s", "sec", "ms", "us", "µs", "ns"))
 _TIME_WORDS = re.compile(r"(time|stamp|^t|zeit|sec|elapsed|duration|dt)", re.IGNORECASE)
 
 
 def split_header(header: str) -> ColumnName:
     """Split a column header into name and unit.
 
-    A unit in brackets, after a comma, " / " or " in " leaves the name ("AY [g]" -> "AY", "g"). A unit as an ending
-    stays part of it ("speed_kmh" -> "speed_kmh", "km/h"), as in the canonical columns.
+    A unit in brackets, after a comma, " / " or " in ", after a blank alone ("Speed km/h") or a slash alone ("a_x/g") leaves the name ("AY [g]" -> "AY", "g").
+    A unit as an ending stays part of it ("speed_kmh" -> "speed_kmh", "km/h"), as in the canonical columns.
     """
     header = header.strip()
     spec = COLUMNS.get(header)
     if spec is not None:
         si = "deg" if spec.quantity == "geographic_angle" else SI_TEXT[spec.quantity]
         return ColumnName(header, header, si.replace("–", "-"))
+    match = _AFTER_SLASH.match(header)
+    if match is not None and _is_divided(match["name"], match["unit"]):
+        return ColumnName(header, match["name"], plain_unit(match["unit"]))
     match = _BRACKETS.match(header)
     if match is not None and match["name"]:
         unit = next(part for part in (match["a"], match["b"], match["c"], match["d"]) if part is not None)
@@ -100,7 +125,25 @@ def split_header(header: str) -> ColumnName:
     match = _AFTER_MARK.match(header)
     if match is not None and is_unit(match["unit"]):
         return ColumnName(header, match["name"], plain_unit(match["unit"]))
+    match = _AFTER_BLANK.match(header)
+    if match is not None and _stands_alone(match["name"], match["unit"]):
+        return ColumnName(header, match["name"], plain_unit(match["unit"]))
     return ColumnName(header, header, unit_ending(header))
+
+
+def _is_divided(name: str, unit: str) -> bool:
+    """Whether a name is divided by its unit, as standards write a table's head: "t/ms", "a_x/g", "v/(km/h)"; no path is."""
+    if unit.lower() in _TIME_UNITS:
+        return _TIME_WORDS.search(name) is not None
+    return unit in _DIVISORS
+
+
+def _stands_alone(name: str, unit: str) -> bool:
+    """Whether a word behind a blank is a unit: "Speed km/h", "YawRate deg/s", "Time s"."""
+    if unit.lower() in _TIME_UNITS:
+        return _TIME_WORDS.search(name) is not None
+    signs = any(sign in unit for sign in "/²") and not unit.startswith("/")
+    return (signs or unit.lower() in _PLAIN_WORDS) and is_unit(unit)
 
 
 def split_unit(name: str) -> tuple[str, str | None]:
@@ -117,7 +160,7 @@ def split_unit(name: str) -> tuple[str, str | None]:
 def unit_ending(name: str) -> str | None:
     """The unit at the end of a name, after an underscore: "YawRate_deg/s" -> "deg/s"."""
     lower = name.lower()
-    for parts in (2, 1):
+    for parts in (4, 3, 2, 1):
         pieces = lower.rsplit("_", parts)
         if len(pieces) != parts + 1 or not pieces[0]:
             continue

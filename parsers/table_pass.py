@@ -120,6 +120,7 @@ class TablePass:
             time_of_day=plan.kind == "hhmmss" or (plan.kind == "calendar" and not plan.absolute),
             midnight=plan.origin_ns,
             turns=turns,
+            dated=plan.kind == "calendar" and plan.absolute and len(plan.columns) > 1,
         )
 
     def _repeats(self) -> bool:

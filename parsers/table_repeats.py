@@ -15,6 +15,8 @@ from parsers.quantiles import quantile
 LEAST_SHARE = 0.02
 """Where fewer rows repeat the stamp before, the last of equal ones is kept, as for any log."""
 _COARSE_SHARE = 0.3
+_TWICE, _CHANGING = 0.95, 0.5
+"""Rows are written twice where nearly all that share a stamp are equal, and most that do not are different: of a vehicle at rest both are equal."""
 _APART, _ALONE, _AS_THEY_ARE = "apart", "alone", "as they are"
 
 
@@ -35,6 +37,7 @@ class RepeatedStamps:
 
     log: ImportLog
     _how: str = ""
+    _twice: bool | None = None
     _first: bool = True
     _usual: tuple[float, float] = (0.0, 1.0)
     _time_ns: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
@@ -42,7 +45,7 @@ class RepeatedStamps:
 
     def take(self, time_ns: IntArray, numbers: FloatArray) -> tuple[IntArray, FloatArray]:
         """Rows that are settled. time_ns: (rows,); numbers: (n, rows)."""
-        time_ns, numbers = self._joined(time_ns, numbers)
+        time_ns, numbers = self._once(*self._joined(time_ns, numbers))
         starts = _starts(time_ns)
         if not self._how:
             self._how = self._chosen(time_ns, numbers, starts)
@@ -59,6 +62,29 @@ class RepeatedStamps:
         time_ns, numbers = self._time_ns, self._numbers
         self._time_ns, self._numbers = time_ns[:0], None
         return self._settle(time_ns, numbers, None)
+
+    def _once(self, time_ns: IntArray, numbers: FloatArray) -> tuple[IntArray, FloatArray]:
+        """Without the rows that say what the row before says, stamp and all, where the log was written so."""
+        if self._twice is False:
+            return time_ns, numbers
+        same = np.diff(time_ns) == 0
+        equal = np.ones(len(same), dtype=np.bool_)
+        for column in numbers:
+            before, after = column[:-1], column[1:]
+            equal &= (before == after) | (np.isnan(before) & np.isnan(after))
+        if self._twice is None:
+            self._twice = bool(
+                len(numbers)
+                and same.any()
+                and not same.all()
+                and float(np.mean(equal[same])) >= _TWICE
+                and float(np.mean(equal[~same])) < _CHANGING
+            )
+            if not self._twice:
+                return time_ns, numbers
+        again = np.concatenate([[False], same & equal])
+        self.log.reject("row that repeats the row before, stamp and all", int(again.sum()))
+        return time_ns[~again], numbers[:, ~again]
 
     def _joined(self, time_ns: IntArray, numbers: FloatArray) -> tuple[IntArray, FloatArray]:
         if self._numbers is None:

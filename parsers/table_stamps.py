@@ -14,6 +14,8 @@ BoolArray = NDArray[np.bool_]
 
 YEAR_FIRST, DAY_FIRST, MONTH_FIRST = 0, 1, 2
 """Order of the parts of a date."""
+WHOLE_MS = 4
+"""Added to the order: what stands behind a second are whole milliseconds without zeros before them, 43 of 08:53:20.43."""
 
 DAY_NS = 86_400_000_000_000
 MONTHS = (
@@ -52,11 +54,13 @@ def _scaled(digits: np.int64, power: int, unit_ns: int) -> tuple[bool, np.int64]
 
 
 @kernel
-def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: int) -> tuple[bool, int]:
+def decimal_stamp(
+    start: int, stop: int, decimal: int, thousands: int, unit_ns: int, zero: int
+) -> tuple[bool, int]:
     """A decimal text in units of `unit_ns` as whole nanoseconds (rounded), without a detour over doubles.
 
-    A word behind a blank ("0.02 sec") is the unit, which `unit_ns` knows. False where the text is no number, or beyond
-    int64.
+    A word behind a blank ("0.02 sec") is the unit, which `unit_ns` knows. zero: what whole number stands for 1970, of clocks that
+    count too far back for nanoseconds in int64; 0 for others. False where the text is no number, or beyond int64.
     """
     i, negative = after_sign(start, stop)
     digits = np.int64(0)
@@ -89,6 +93,10 @@ def decimal_stamp(start: int, stop: int, decimal: int, thousands: int, unit_ns: 
         i = _word_end(i + 1, stop)
     if not seen or i != stop:
         return False, 0
+    if zero != 0:
+        if power != 0 or negative or digits < zero:
+            return False, 0
+        digits -= zero
     valid, scaled = _scaled(digits, power, unit_ns)
     value = int(scaled)
     return valid, -value if negative else value
@@ -181,8 +189,8 @@ def _date(start: int, stop: int, order: int) -> tuple[int, int]:
 
 
 @kernel
-def _fraction(start: int, stop: int) -> tuple[int, int]:
-    """The digits behind a second's decimal sign as nanoseconds, and where they end."""
+def _fraction(start: int, stop: int, whole_ms: bool) -> tuple[int, int]:
+    """The digits behind a second's decimal sign as nanoseconds, and where they end. whole_ms: up to three are milliseconds."""
     nanos = 0
     scale = 100_000_000
     i = start
@@ -190,11 +198,13 @@ def _fraction(start: int, stop: int) -> tuple[int, int]:
         nanos += int(scale * (np.int64(byte_at(i)) - 48))
         scale //= 10
         i += 1
+    if whole_ms and i - start < 3:
+        nanos //= 10 ** (3 - (i - start))
     return nanos, i
 
 
 @kernel
-def _clock(start: int, stop: int) -> tuple[int, int]:
+def _clock(start: int, stop: int, whole_ms: bool) -> tuple[int, int]:
     """Nanoseconds since midnight of HH:MM[:SS[.fraction]] [AM|PM], and where it ends (`start`: there is none)."""
     hour, i = _digits(start, stop, 2)
     if i == start or i >= stop or byte_at(i) != 58:
@@ -210,7 +220,7 @@ def _clock(start: int, stop: int) -> tuple[int, int]:
             return 0, start
         j = k
         if j < stop and (byte_at(j) == 46 or byte_at(j) == 44 or byte_at(j) == 58):
-            nanos, j = _fraction(j + 1, stop)
+            nanos, j = _fraction(j + 1, stop, whole_ms)
     k = j
     while k < stop and byte_at(k) == 32:
         k += 1
@@ -247,7 +257,7 @@ def _zone(start: int, stop: int) -> tuple[int, int]:
 
 
 @kernel
-def _basic(start: int, stop: int) -> tuple[int, int, int]:
+def _basic(start: int, stop: int, whole_ms: bool) -> tuple[int, int, int]:
     """Day number and nanoseconds since midnight of 20140411T083856.3 or 20140411T0838, and where it ends (`start`: none)."""
     date, i = _digits(start, stop, 8)
     if i != start + 8 or i >= stop or byte_at(i) | 32 != 116:
@@ -259,7 +269,7 @@ def _basic(start: int, stop: int) -> tuple[int, int, int]:
         return 0, 0, start
     nanos = 0
     if j == i + 7 and j < stop and (byte_at(j) == 46 or byte_at(j) == 44):
-        nanos, j = _fraction(j + 1, stop)
+        nanos, j = _fraction(j + 1, stop, whole_ms)
     year, month, day = date // 10000, date // 100 % 100, date % 100
     hour, minute, second = clock // 10000, clock // 100 % 100, clock % 100
     if not (1 <= month <= 12 and 1 <= day <= 31 and 1900 <= year <= 2200):
@@ -274,17 +284,18 @@ def calendar_stamp(start: int, stop: int, order: int) -> tuple[bool, int, int]:
     """A date, a time of day or both ("2014-04-11T08:38:56.3+02:00"): midnight of the date since 1970 (0 without a
     date), and the nanoseconds from there, at Greenwich.
 
-    order: YEAR_FIRST, DAY_FIRST or MONTH_FIRST. False where the text was not understood to its end.
+    order: YEAR_FIRST, DAY_FIRST or MONTH_FIRST, and WHOLE_MS. False where the text was not understood to its end.
     """
-    day, i = _date(start, stop, order)
+    whole_ms = order >= WHOLE_MS
+    day, i = _date(start, stop, order % WHOLE_MS)
     if i > start:
         if i < stop and (byte_at(i) == 84 or byte_at(i) == 116):
             i += 1
         while i < stop and (byte_at(i) == 32 or byte_at(i) == 44):
             i += 1
-    clock, j = _clock(i, stop)
+    clock, j = _clock(i, stop, whole_ms)
     if j == start:
-        day, clock, j = _basic(start, stop)
+        day, clock, j = _basic(start, stop, whole_ms)
     zone, k = _zone(j, stop)
     if k > j:
         clock -= zone * _MINUTE_NS
@@ -321,7 +332,7 @@ def elapsed_stamp(start: int, stop: int) -> tuple[bool, int]:
         total, k = total * 60 + third, i
     nanos = 0
     if k < stop and (byte_at(k) == 46 or byte_at(k) == 44):
-        nanos, k = _fraction(k + 1, stop)
+        nanos, k = _fraction(k + 1, stop, False)
     total = total * _SECOND_NS + nanos
     return valid and k == stop, days * DAY_NS + (-total if negative else total)
 

@@ -21,7 +21,8 @@ from parsers.table_cells import (
     NumberStyle,
     is_missing,
 )
-from parsers.table_guess import DATENUMS, SERIAL_1970, are_days, guess_unit
+from parsers.table_fractions import unpadded
+from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, find_ticks, guess_unit
 from parsers.table_names import ColumnName
 from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST, YEAR_FIRST
 from parsers.units import find_unit
@@ -43,8 +44,8 @@ class TimePlan:
     kind: "decimal", one column of numbers in `unit_ns`; "seconds_nanos", two columns; "calendar", one column, or a
     date's and a time of day's; "hhmmss", one column of numbers that spell a time of day; "elapsed", one of minutes and seconds, or of
     days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
-    calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. guessed: the unit is
-    stated nowhere.
+    calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. zero: taken off each
+    number before its unit counts. whole_ms: a time of day has milliseconds without zeros before them behind its seconds. guessed: the unit is stated nowhere.
     """
 
     kind: Kind
@@ -56,6 +57,8 @@ class TimePlan:
     notes: tuple[str, ...] = ()
     origin_ns: int = 0
     guessed: bool = False
+    zero: int = 0
+    whole_ms: bool = False
 
 
 _TIME_WORDS = """
@@ -71,6 +74,7 @@ _SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
 _WITH_ZONE = re.compile(
     r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
 )
+_GROUPED = re.compile("\\d[\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}]\\d")
 _HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 _STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
@@ -132,13 +136,13 @@ def find_time(
         if (rank := _rank(names[place], samples[place], shapes[place])) is not None
     )
     if not ranked:
-        called = next((k for k, c in enumerate(names) if _is_called_time(c) and _first(samples[k])), None)
+        called = next((k for k, c in enumerate(names) if is_called_time(c) and _first(samples[k])), None)
         if called is not None and shapes[called] == "text":
             raise _no_time(names[called], samples[called], path)
         raise LogError(
             f"no time column among {_listed(names)}",
             path=path,
-            hint='name it in the map file: [time] channel = "…", unit = "s" (or ms, us, ns, iso8601, hhmmss)',
+            hint='name it in the map file: [time] channel = "…", unit = "s" (or min, ms, us, ns, iso8601, hhmmss)',
         )
     return _plan_for(ranked[0][1], names, samples, shapes, style, options, path)
 
@@ -201,12 +205,20 @@ def _plain(column: ColumnName) -> str:
     return re.sub(r"[^a-z0-9%]+", "", _UNIT_TAIL.sub("", column.name.strip().lower()))
 
 
-def _is_called_time(column: ColumnName) -> bool:
+def is_called_time(column: ColumnName) -> bool:
+    """Whether a column's name is one of those that a time has."""
     return _plain(column) in _TIME_NAMES
 
 
 def _no_time(column: ColumnName, cells: Sequence[str], path: Path) -> LogError:
     """The error for a column of texts that are no times."""
+    grouped = next((cell for cell in cells if _GROUPED.search(cell)), None)
+    if grouped is not None:
+        return LogError(
+            f'the digits in column "{column.name}" are grouped by no-break blanks ({grouped!r}): not read',
+            path=path,
+            hint="write the numbers without groups, or with plain blanks",
+        )
     return LogError(
         f'column "{column.name}" holds no time that cogest knows ({_first(cells)!r})',
         path=path,
@@ -223,7 +235,7 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
         return 0
     if name == "time_ns":
         return 1
-    called = _is_called_time(column)
+    called = is_called_time(column)
     if shape in ("moment", "clock", "duration") and called:
         return 2
     if called and not (shape == "number" and _plain(column) in ("date", "datum")):
@@ -257,7 +269,7 @@ def _plan_for(
             raise LogError(
                 f'column "{column.name}" holds numbers, not ISO 8601 times',
                 path=path,
-                hint="give its unit: s, ms, us or ns",
+                hint="give its unit: s, min, ms, us or ns",
             )
         return _decimal_plan(place, column, samples[place], style, options, path)
     if shape == "elapsed":
@@ -298,10 +310,18 @@ def _calendar_plan(
     dates = [cell for k in columns for cell in _dates(samples[k])]
     said = " and ".join(f'"{names[k].name}"' for k in columns)
     clock = f"column{'s' if len(columns) > 1 else ''} {said}"
+    whole_ms = any(unpadded([cell for cell in samples[k] if not is_missing(cell)]) for k in columns)
+    unpadded_note = (
+        f"the digits behind the seconds in {clock} are read as whole milliseconds (08:53:20.43 as 20.043 s): as decimals the "
+        "times would go back again and again"
+    )
+    spelt = [unpadded_note] if whole_ms else []
     if not dates:
         note = f"{clock} holds the time of day without a date: taken as a time that runs on over midnight"
-        return TimePlan("calendar", columns, f"time of day ({clock})", False, notes=(note,))
-    notes = []
+        return TimePlan(
+            "calendar", columns, f"time of day ({clock})", False, notes=(note, *spelt), whole_ms=whole_ms
+        )
+    notes = spelt
     order = YEAR_FIRST
     if not re.match(r"\d{4}", dates[0]):
         order, note = _date_order(dates, cells)
@@ -311,7 +331,9 @@ def _calendar_plan(
             notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
     if not any(_WITH_ZONE.search(cell) for cell in cells):
         notes.append(f"the times in {clock} state no time zone: taken as UTC")
-    return TimePlan("calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes))
+    return TimePlan(
+        "calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes), whole_ms=whole_ms
+    )
 
 
 def _date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str]:
@@ -349,7 +371,7 @@ def _decimal_plan(
         raise LogError(
             f"unit {options.time_unit!r} of the time column is no unit of time",
             path=path,
-            hint="use s, ms, us, ns, iso8601 or hhmmss",
+            hint="use s, min, ms, us, ns, iso8601 or hhmmss",
         )
     notes: tuple[str, ...] = ()
     if unit is not None:
@@ -362,6 +384,12 @@ def _decimal_plan(
                 path=path,
                 hint="write it as seconds, (t - t(1)) * 86400, or as ISO 8601 texts",
             )
+        ticks = find_ticks(values)
+        if ticks is not None:
+            zero, what = ticks
+            note = f'column "{column.name}" states no unit: taken as {what}, by the size of its values'
+            clock = f'time (column "{column.name}", since 1970)'
+            return TimePlan("decimal", (place,), clock, True, TICK_NS, notes=(note,), guessed=True, zero=zero)
         unit_ns, why = guess_unit(values)
         text = _UNIT_TEXTS.get(unit_ns, "s")
         advice = "" if unit_ns == DAY_NS else "; state it in the map file: [time] unit"

@@ -12,11 +12,14 @@ import numpy as np
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
 from parsers.quantiles import quantile
+from parsers.table_stamps import DAY_NS
 
 _NEAR_STEPS = 20
 _MOST_STEPS_BACK = 1000
 _SECOND_NS = 1_000_000_000
 HOUR_NS = 3600 * _SECOND_NS
+_NEAR_DAY_NS = 23 * HOUR_NS
+"""A step back of so much within one date is midnight: a pause there of less than an hour is likelier than a clock that was set so far."""
 
 
 def turns_of(unit_ns: int) -> tuple[int, ...]:
@@ -68,3 +71,37 @@ class Counter:
                     )
                     return turn
         return 0
+
+
+@dataclass
+class StandingDate:
+    """Follows blocks of stamps of a date and a time of day, and lets them run on over midnight where the date stays what it was.
+
+    Loggers write the date of the start all along, or change it some rows late.
+    """
+
+    log: ImportLog
+    _days: int = 0
+    _last: int | None = None
+
+    def follow(self, raw: IntArray) -> IntArray:
+        """Stamps that run on, (n,), of those that were written."""
+        before = raw[:1] if self._last is None else np.array([self._last])
+        whole = np.concatenate([before, raw])
+        self._last = int(raw[-1])
+        steps = np.diff(whole)
+        turns = np.flatnonzero(np.abs(steps) >= _NEAR_DAY_NS)
+        if len(turns) > _MOST_STEPS_BACK:
+            turns = turns[:0]
+        added = np.zeros(len(raw), dtype=np.int64)
+        added[0] = self._days
+        for at in turns.tolist():
+            back = -DAY_NS < steps[at] < 0 and whole[at] // DAY_NS == whole[at + 1] // DAY_NS
+            # the date that comes late takes back what was added for it
+            late = 0 < steps[at] <= DAY_NS + _SECOND_NS and self._days > 0
+            if back or late:
+                moved = 1 if back else -1
+                self._days += moved
+                added[at] += moved
+                self.log.note("the date stays the same over midnight: the times run on into the next day")
+        return raw + np.cumsum(added) * DAY_NS if added.any() else raw

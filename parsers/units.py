@@ -184,9 +184,25 @@ _CASED: dict[tuple[str, str], float] = {
 }
 
 
+_READ_AS_LATIN = re.compile("\N{LATIN CAPITAL LETTER A WITH CIRCUMFLEX}(?=[²³¹°µ·])")
+_LOST_POWER = re.compile(r"(?i)^((?:[mc]?m|ft)/s(?:ec)?)[?\ufffd\xbf]$")
+_LOST_DEGREE = re.compile(r"(?i)^[?\ufffd\xbf](?=/s(?:ec)?$)")
+
+
+def _mended(text: str) -> str:
+    """A unit whose ² or ° got lost on its way through another encoding: "m/sÂ²", "m/s?", "?/s".
+
+    Nothing but ² stands behind a length per second, and nothing but ° alone before "/s", in units of a vehicle's log.
+    """
+    if text.isascii() and "?" not in text:
+        return text
+    text = _READ_AS_LATIN.sub("", text)
+    return _LOST_DEGREE.sub("°", _LOST_POWER.sub(r"\1²", text))
+
+
 def _plain(text: str) -> str:
     """Fold the ways in which loggers write the same unit."""
-    text = text.strip().strip("[]()").strip()
+    text = _mended(text.strip().strip("[]()").strip())
     text = (
         text.replace("²", "2")
         .replace("¹", "1")

@@ -26,6 +26,7 @@ from parsers.table_ranges import RangeRows, read_table
 from parsers.table_rows import RowBlock, RowPlan, RowRules
 from parsers.table_stamps import DAY_NS
 from parsers.table_text import Encoding, decode, find_encoding
+from parsers.vbo_degrees import told_degrees
 from parsers.vbo_fix import NAVIGATION, TOLD_BY, NoFix
 from parsers.vbo_header import VboColumn, name_columns, read_head
 
@@ -33,6 +34,7 @@ _GROUP = "vbo"
 _HEAD_LIMIT = 4 * 1024 * 1024
 _ROWS_BYTES = 64 * 1024
 _SECOND_NS = 1_000_000_000
+_POSITIONS = ("lat", "long", "_lat", "_long")
 _CLOCK = (HHMMSS, 0, 1, _SECOND_NS, 0)
 """The time as HHMMSS.ss, for the kernel."""
 
@@ -92,7 +94,16 @@ class VboImporter:
             shown = ", ".join(column.name for column in names[:10])
             raise LogError(f"no column called time among {shown}", path=path, place="[column names]")
         midnight = _midnight(head.created, head.swapped_date, _first_time(first, time_at), log)
-        named = tuple(VboColumn(n.name, c.title, c.unit) for n, c in zip(names, columns, strict=True))
+        try:
+            degrees = told_degrees(path, body, size, encoding, rules, [n.name for n in names], time_at)
+        except OSError as error:
+            raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+        if degrees is not None:
+            log.note(degrees)
+        named = tuple(
+            VboColumn(n.name, c.title, "deg" if degrees and n.name.lower() in _POSITIONS else c.unit)
+            for n, c in zip(names, columns, strict=True)
+        )
         return VboReader(
             path, encoding, named, time_at, rules, body - encoding.mark, midnight, options, log, size
         )
@@ -215,7 +226,7 @@ class VboReader:
 
     @property
     def channels(self) -> tuple[ChannelInfo, ...]:
-        """All columns but the time. Positions are raw minutes, and longitudes count west: tag "positive"."""
+        """All columns but the time. Positions are raw minutes (or degrees, as their unit says), and longitudes count west: tag "positive"."""
         return tuple(
             ChannelInfo(c.name, _GROUP, c.unit, "vbo", comment=c.title, tags=MappingProxyType(_tags(c)))
             for k, c in enumerate(self._columns)

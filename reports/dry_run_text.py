@@ -152,18 +152,12 @@ def _left_out_lines(found: FoundFleet, width: int) -> list[str]:
     if not found.left_out:
         return []
     by_reason: dict[str, list[str]] = defaultdict(list)
-    for place, why in found.left_out:
-        by_reason[why].append(_below(place, found.folder))
+    for name, why in found.left_out_below():
+        by_reason[why].append(name)
     lines = ["", f"Left out: {len(found.left_out)} (files or folders)"]
     for why, places in by_reason.items():
         lines += wrapped(f"{why}: {_some(places)}", width)
     return lines
-
-
-def _below(place: str, folder: str) -> str:
-    """A place as it is called below the fleet's folder."""
-    inside = place[len(folder) :].lstrip("/\\") if place.startswith(folder) else masked(place)
-    return inside or masked(place)
 
 
 def plan_dict(

@@ -2,7 +2,7 @@
 
 [time]                     # CSV only
 channel = "t"
-unit = "s"                 # s, ms, us, ns, iso8601 or hhmmss
+unit = "s"                 # s, min, ms, us, ns, iso8601 or hhmmss
 
 [buses]                    # CAN only: of which buses of the log a database is, where several define one identifier
 "susp.dbc" = 2             # or a list
@@ -35,7 +35,7 @@ from parsers.errors import MappingError
 from parsers.signals import COLUMNS, SIGNALS
 from parsers.units import Unit, require_unit
 
-TIME_UNITS = ("s", "ms", "us", "ns", "iso8601", "hhmmss")
+TIME_UNITS = ("s", "min", "ms", "us", "ns", "iso8601", "hhmmss")
 _TABLES = ("time", "buses", "signals")
 MOST_BUS = 32_767
 _TIME_KEYS = ("channel", "unit")

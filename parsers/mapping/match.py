@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
@@ -20,13 +20,14 @@ _WORSE = 4
 @dataclass(frozen=True)
 class Refusal:
     """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit.
-    damper: whether since it is measured at a damper."""
+    damper: whether since it is measured at a damper. alone: whether for want of a channel beside it that would tell what it is."""
 
     channel: str
     signal: str
     reason: str
     unit: bool = False
     damper: bool = False
+    alone: bool = False
 
 
 @dataclass(frozen=True)
@@ -143,7 +144,7 @@ def _bind_rule(profile: Profile, rule: Rule, index: ChannelIndex, at: int) -> Bi
     for each in (rule.sign, rule.where):
         found = None if each is None else index.sibling(at, each.pattern)
         if each is not None and found is None and not each.optional:
-            return refuse(f"needs {_say(each)} beside it")
+            return replace(refuse(f"needs {_say(each)} beside it"), alone=True)
         extra.append(found)
     sign, where = extra
     worse = bool(rule.worse) and fits(rule.worse, index.tags[at])

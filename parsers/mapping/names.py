@@ -16,7 +16,7 @@ from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
 from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
 from parsers.signals import COLUMNS, SIGNALS, WHEELS
-from parsers.table_names import split_unit
+from parsers.table_names import split_header, split_unit
 from parsers.unit_words import is_remark, says_unit
 from parsers.units import SI_TEXT, STANDARD_GRAVITY, Unit, find_unit
 
@@ -34,6 +34,8 @@ _SUFFIX_UNITS = {
     "degp_sec": "deg/s", "degp_s": "deg/s", "radp_sec": "rad/s", "radp_s": "rad/s", "mp_s2": "m/s2", "mp_sec2": "m/s2",
     "mp_s": "m/s", "mp_sec": "m/s", "kmp_h": "km/h", "bar": "bar", "kpa": "kPa",
     "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
+    "km_per_h": "km/h", "km_per_hour": "km/h", "m_per_s": "m/s", "m_per_sec": "m/s", "m_per_s2": "m/s2", "m_per_s_2": "m/s2",
+    "m_per_s^2": "m/s2", "m_per_sec2": "m/s2", "deg_per_s": "deg/s", "deg_per_sec": "deg/s", "rad_per_s": "rad/s", "rad_per_sec": "rad/s",
     "knots": "kn", "knot": "kn", "kmph": "km/h", "psi": "psi", "cm": "cm", "lbft": "lb·ft", "ftlb": "lb·ft", "pct": "%", "percent": "%",
 }  # fmt: skip
 
@@ -123,6 +125,10 @@ def _parts(channel: ChannelInfo) -> list[str]:
     ):  # a dot is an abbreviation there ("Lat._Vel."), a leading underscore a raw value
         return [] if channel.name.startswith("_") else [channel.name]
     name = without_device(tags.get("field") or tags.get("signal") or tags.get("column") or channel.name)
+    plain = split_header(name).name if channel.family in ("table", "mdf") else name
+    if name.startswith(f"{plain}/"):
+        # "a_x/g": what stands behind the slash is a unit, and no part of a path
+        name = plain
     return re.split(r"[./\\:]+", name) if not re.search(r"\s", name) else [name]
 
 
@@ -196,7 +202,7 @@ def _without_suffix(name: str) -> Iterator[tuple[str, str | None]]:
     if len(pieces) == 1:
         # "yawRateDegPerSec", "speedKmh", "accelYMps2"
         pieces = _CAMEL.sub(" ", name.replace("Per", "p")).split()
-    for count in (2, 1):
+    for count in (4, 3, 2, 1):
         unit = _SUFFIX_UNITS.get("_".join(pieces[-count:]).lower())
         if unit is not None and len(pieces) > count:
             yield "_".join(pieces[:-count]), unit

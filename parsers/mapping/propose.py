@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from parsers.channels import ChannelInfo
@@ -47,8 +47,9 @@ def propose_and_say(
         if isinstance(candidate, Binding):
             found[candidate.signal].append(candidate)
             continue
-        # a reason is known of it, and `inspect` gives it
-        refusals.add(candidate.channel)
+        if not candidate.alone:
+            # a reason is known of it, and `inspect` gives it
+            refusals.add(candidate.channel)
         if candidate.unit:
             refused.setdefault(candidate.signal, candidate)
         elif candidate.damper:
@@ -68,8 +69,8 @@ def propose_and_say(
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
     free = [channel for channel in channels if channel.name not in refusals]
     missed = overlooked(free, proposals, user.signals.keys() if user is not None else ())
-    joints = say_joints(proposals, channels)
-    return proposals, (*said, *say_dampers(at_dampers, channels), *joints, *missed)
+    texts, joints = texts_of_signals(channels, wanted), say_joints(proposals, channels)
+    return proposals, (*said, *texts, *say_dampers(at_dampers, channels), *joints, *missed)
 
 
 def _ranked(
@@ -113,6 +114,26 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches)
+
+
+def texts_of_signals(channels: Sequence[ChannelInfo], wanted: Collection[str]) -> tuple[str, ...]:
+    """A sentence on columns of text that would be signals which the log lacks, if they held numbers."""
+    texts = [
+        replace(channel, kind="number")
+        for channel in channels
+        if channel.kind == "text" and channel.family in ("table", "mdf", "vbo")
+    ]
+    if not texts:
+        return ()
+    found = {
+        each.signal: each.channels[0]
+        for each in candidates(texts)
+        if isinstance(each, Binding) and each.signal in wanted
+    }
+    if not found:
+        return ()
+    named = ", ".join(f"{channel} ({signal})" for signal, channel in found.items())
+    return (f"left out, since the column holds text and no numbers: {named}",)
 
 
 def _with_places(

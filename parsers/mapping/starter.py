@@ -25,7 +25,7 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
         "",
         "# [time]            # CSV only",
         '# channel = "time"',
-        '# unit = "s"        # s, ms, us, ns, iso8601 or hhmmss',
+        '# unit = "s"        # s, min, ms, us, ns, iso8601 or hhmmss',
     ]
     for signal, found in proposals.items():
         lines += ["", *_mapped(found)] if found[0].kind == "scale" else ["", *_derived(signal, found[0])]

@@ -29,6 +29,9 @@ State = Literal["new", "changed", "kept", "failed before", "again"]
 """new: not in the store. changed: something that it depends on has. kept: nothing has. failed before: neither, and it
 failed by an error of its own. again: its worker crashed, hung or took too much memory; or it is damaged."""
 
+LEFT_OUT_TOLD = 5
+"""So many of the files that are left out are named when a batch begins."""
+
 WAIT_S = 0.5
 """Between two looks at drives that another batch is working on."""
 
@@ -214,7 +217,7 @@ def run_batch(batch: Batch, found: FoundFleet, function: str, watch: Watcher = n
         Found(
             len(found.drives), len(work), len(kept) + len(before), len(found.left_out),
             sum(d.size for d in work), found.folder, batch.store, batch.engine, batch.workers or 0,
-            batch.choices.version,
+            batch.choices.version, found.left_out_below()[:LEFT_OUT_TOLD],
         )
     )  # fmt: skip
     for drive in kept:

@@ -16,7 +16,7 @@ class Found:
     """The first event: what is to do. drives: all that were found = to_do + kept. left_out: places that are no log.
 
     bytes_to_do: of the logs to do. folder, store: places as text. engine: its name; workers: how many, 0 = not known
-    yet. version: of cogest.
+    yet. version: of cogest. left_out_first: the first of them, each a name below the folder and why.
     """
 
     kind: ClassVar[str] = "found"
@@ -30,6 +30,7 @@ class Found:
     engine: str = ""
     workers: int = 0
     version: str = ""
+    left_out_first: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True)

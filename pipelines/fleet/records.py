@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from parsers.errors import CogestError
+from parsers.places import masked
 
 
 @dataclass(frozen=True)
@@ -43,6 +44,15 @@ class FoundFleet:
     folder: str
     drives: tuple[FoundDrive, ...]
     left_out: tuple[tuple[str, str], ...] = ()
+
+    def left_out_below(self) -> tuple[tuple[str, str], ...]:
+        """What was left out, by its name below the folder where it lies there."""
+        return tuple((_below(place, self.folder), why) for place, why in self.left_out)
+
+
+def _below(place: str, folder: str) -> str:
+    inside = place[len(folder) :].lstrip("/\\") if place.startswith(folder) else ""
+    return inside or masked(place)
 
 
 @dataclass(frozen=True)

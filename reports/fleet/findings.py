@@ -221,6 +221,16 @@ def _gone(view: FleetView) -> list[Finding]:
     return [Finding(f"{gone} without logs", text, "quiet")]
 
 
+def _left_out(view: FleetView) -> list[Finding]:
+    """Files of the folder that are in no drive: one of them may be a log that somebody misses."""
+    named = [f"{clean(name, 80)}: {clean(why, 200)}" for name, why in view.facts.left_out_named[:NAMED]]
+    if not named:
+        return []
+    total = len(view.facts.left_out_named)
+    text = f"{count(total, 'file')} below the folder {'is' if total == 1 else 'are'} in no drive: {'; '.join(named)}{_more(total)}"
+    return [Finding(f"{total} left out", sentence(text, 1200), "quiet")]
+
+
 def _not_joined(view: FleetView) -> list[Finding]:
     """Vehicles with several drives of which no answer is a joint one."""
     joined = {k for a in view.joined.values() for k, code in enumerate(a.status) if code}
@@ -264,7 +274,7 @@ def _untold(view: FleetView) -> list[Finding]:
 def findings_of(view: FleetView) -> tuple[Finding, ...]:
     """All findings, what asks for attention first where there is any."""
     found = [
-        *_drives(view), *_near(view), *_loads(view), *_drifts(view), *_outliers(view), *_heights(view), *_not_joined(view), *_untold(view), *_gone(view)
+        *_drives(view), *_near(view), *_loads(view), *_drifts(view), *_outliers(view), *_heights(view), *_not_joined(view), *_untold(view), *_gone(view), *_left_out(view)
     ]  # fmt: skip
     found += [Finding("note", sentence(note), "quiet") for note in view.facts.notes]
     return tuple(found)

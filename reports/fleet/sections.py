@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter
+from collections import Counter, defaultdict
 
 from pipelines.hierarchy.changes import NOT_SEEN
 from pipelines.hierarchy.outliers import LOADED
@@ -202,6 +202,31 @@ def failures(view: FleetView, most: int = MOST_ROWS) -> tuple[Block, ...]:
     return (Table(columns, tuple(rows), note=note.strip(), dense=True, caption="The most frequent first"),)
 
 
+def left_out(view: FleetView, most: int = MOST_ROWS) -> tuple[Block, ...]:
+    """The files that are in no drive, by reason, the most frequent first; nothing where there are none."""
+    by_reason: dict[str, list[str]] = defaultdict(list)
+    for name, why in view.facts.left_out_named:
+        by_reason[why].append(clean(name, 160))
+    if not by_reason:
+        return ()
+    groups = sorted(by_reason.items(), key=lambda pair: (-len(pair[1]), pair[0]))
+    rows = tuple(
+        (
+            Cell(number(len(names), 0)),
+            Cell(sentence(why, 300)),
+            Cell(
+                names[0],
+                lines=tuple(names[1:NAMED_DRIVES]),
+                sub=f"and {number(len(names) - NAMED_DRIVES, 0)} more" if len(names) > NAMED_DRIVES else "",
+            ),
+        )
+        for why, names in groups[:most]
+    )
+    columns = (Column("Files", "right", 0), Column("Why", weight=2.4), Column("Which", weight=2))
+    note = _note(len(rows), len(groups), "fleet.json")
+    return (Table(columns, rows, note=note, dense=True, caption="Files that are in no drive"),)
+
+
 def reading() -> tuple[Block, ...]:
     """What the words and figures mean."""
     words = (
@@ -230,6 +255,6 @@ def shared_sections(view: FleetView, most: int = MOST_ROWS) -> tuple[Section, ..
         Section("outliers", "Outlying vehicles", "Outliers", outliers(view, most)),
         Section("load-changes", "Changes of load", "Load changes", load_changes(view, most)),
         Section("trends", "Drifts of springs and dampers", "Drifts", trends(view, most)),
-        Section("failures", "Drives that failed", "Failures", failures(view, most)),
+        Section("failures", "Drives that failed", "Failures", (*failures(view, most), *left_out(view, most))),
         Section("reading", "How to read this", "Reading", reading()),
     )

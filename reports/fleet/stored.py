@@ -46,7 +46,7 @@ def keep_facts(store: Store, found: FoundFleet, summary: BatchSummary, version: 
     told = {
         "folder": masked(found.folder),
         "version": version,
-        "left_out": [[masked(place), why] for place, why in found.left_out],
+        "left_out": [[name, why] for name, why in found.left_out_below()],
         "gone": summary.gone,
     }
     text = json.dumps(told, ensure_ascii=False, indent=1) + "\n"
@@ -70,8 +70,15 @@ def facts_in(store: Store) -> FleetFacts:
         false_alarm_rate=CHANCE,
         trend_false_alarm_rate=DRIFT_CHANCE,
         left_out=len(left_out) if isinstance(left_out, list) else 0,
+        left_out_named=_pairs(left_out),
         gone=gone if isinstance(gone, int) else 0,
     )
+
+
+def _pairs(raw: object) -> tuple[tuple[str, str], ...]:
+    """What was left out, as it was kept; nothing of what is damaged."""
+    rows = raw if isinstance(raw, list) else []
+    return tuple((str(row[0]), str(row[1])) for row in rows if isinstance(row, list) and len(row) == 2)
 
 
 def led_back(drives: pl.DataFrame, place: str, out: Path) -> pl.DataFrame:

@@ -170,6 +170,19 @@ def test_elsewhere_few_lines(monkeypatch):
     assert len(lines) == 6
 
 
+def test_what_is_left_out_is_named_with_its_reason():
+    stream = io.StringIO()
+    first = (("van/bad.csv", "no time column"), ("a\nb.bin", "not a format"))
+    Screen(stream, Clock())(Found(2, 2, 0, 7, left_out_first=first))
+    assert stream.getvalue().splitlines() == [
+        "left out: 7 files",
+        "van/bad.csv: no time column",
+        "a b.bin: not a format",
+        "and 5 more: --dry-run names them all",
+        "2 drives, 2 to do, 0 kept",
+    ]
+
+
 def test_a_week_gives_no_flood_of_lines():
     clock, stream = Clock(), io.StringIO()
     screen = Screen(stream, clock)

@@ -199,3 +199,10 @@ def test_text_logs_of_can_frames_are_called_what_they_are(tmp_path: Path, text: 
     path = tmp_path / "x.log"
     path.write_text(text)
     assert find_importer(path).name == "csv"
+
+
+def test_descriptions_below_the_names(tmp_path: Path) -> None:
+    text = "Time,Speed,AccY\nTime since start,Vehicle speed from wheels,Lateral acceleration\n"
+    table = read(tmp_path, text + "".join(f"{k / 10},{k},1.5\n" for k in range(20)))
+    assert set(table.info) == {"Speed", "AccY"}
+    assert "the names are those of the row above it" in table.said

@@ -6,6 +6,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 from csv_tables import read
 from hypothesis import given, settings
@@ -16,6 +17,7 @@ from parsers.csv_log import CsvImporter
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.jit import kernel
+from parsers.parquet_log import ParquetImporter
 from parsers.table_bytes import address_of
 from parsers.table_guess import guess_unit
 from parsers.table_stamps import calendar_stamp, decimal_stamp, unwrap_days
@@ -261,10 +263,56 @@ def test_a_unit_stated_is_never_overruled(tmp_path: Path) -> None:
     assert "unit" not in table.said
 
 
+@pytest.mark.parametrize(
+    ("first", "epoch", "what"),
+    [
+        (134_043_000_000_000_000, 116_444_736_000_000_000, "FILETIME"),
+        (638_954_240_000_000_000, 621_355_968_000_000_000, ".NET"),
+    ],
+)
+def test_clocks_that_count_100_ns(first: int, epoch: int, what: str, tmp_path: Path) -> None:
+    numbers = [first + 250_000 * k for k in range(10)]
+    expected = [(number - epoch) * 100 for number in numbers]
+    table = read(tmp_path, "timestamp,a\n" + "".join(f"{number},1\n" for number in numbers) + "17,1\n")
+    assert table.time.tolist() == expected
+    assert what in table.said
+    assert table.log.rejected == {"row without a valid time": 1}
+    pl.DataFrame({"timestamp": [*numbers, None], "a": 1.0}).write_parquet(tmp_path / "log.parquet")
+    reader = ParquetImporter().open(tmp_path / "log.parquet", ReadOptions(), ImportLog())
+    (chunk,) = reader.read(frozenset({"a"}))
+    assert reader.absolute
+    assert chunk.time_ns.tolist() == expected
+
+
+@pytest.mark.parametrize("joint", [".", ",", ":"])
+@pytest.mark.parametrize("date", ["", "7.10.2025 "])
+def test_milliseconds_without_their_zeros(joint: str, date: str, tmp_path: Path) -> None:
+    ms = np.arange(0, 4000, 25)
+    cells = [f"{date}08:53:{20 + k // 1000}{joint}{k % 1000}" for k in ms.tolist()]
+    table = read(tmp_path, "time;a\n" + "".join(f"{cell};1\n" for cell in cells))
+    assert ((table.time - table.time[0]) // 1_000_000).tolist() == ms.tolist()
+    assert "read as whole milliseconds" in table.said
+
+
+def test_decimals_without_their_last_zeros_stay_decimals(tmp_path: Path) -> None:
+    ms = np.arange(0, 4000, 25)
+    cells = [f"08:53:{20 + k / 1000:06.3f}".rstrip("0") + "0" * (k % 1000 == 0) for k in ms.tolist()]
+    table = read(tmp_path, "time,a\n" + "".join(f"{cell},1\n" for cell in cells))
+    assert ((table.time - table.time[0]) // 1_000_000).tolist() == ms.tolist()
+    assert "milliseconds" not in table.said
+
+
+@pytest.mark.parametrize("blank", ["\N{NO-BREAK SPACE}", "\N{NARROW NO-BREAK SPACE}"])
+def test_digits_in_groups_by_no_break_blanks_are_named(blank: str, tmp_path: Path) -> None:
+    rows = "".join(f"{k // 1000}{blank}{k % 1000:03d};1,5\n" for k in range(1000, 9000, 25))
+    with pytest.raises(LogError, match="grouped by no-break blanks"):
+        read(tmp_path, "Time [ms];a\n" + rows)
+
+
 @kernel
 def decimal_bytes(data: ByteArray, unit_ns: int) -> tuple[bool, int]:
     start = address_of(data)
-    return decimal_stamp(start, start + data.shape[0], 46, 0, unit_ns)
+    return decimal_stamp(start, start + data.shape[0], 46, 0, unit_ns, 0)
 
 
 @kernel

@@ -7,7 +7,15 @@ import pytest
 
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
-from parsers.mapping import Binding, bind, needed_channels, propose, read_map, unmapped_reason
+from parsers.mapping import (
+    Binding,
+    bind,
+    needed_channels,
+    propose,
+    propose_and_say,
+    read_map,
+    unmapped_reason,
+)
 from parsers.units import require_unit
 
 
@@ -329,3 +337,17 @@ def test_a_logger_s_upright_axis_is_the_yaw_rate_and_its_level_ones_are_left_alo
     assert "which axis" in unmapped_reason(y)
     assert best(column("z_rate_of_rotation")) == {}
     assert set(best(column("satellites", "sats"))) == {"satellites"}
+
+
+def test_text_where_a_signal_was_expected_is_said():
+    def text(name, kind="text"):
+        return ChannelInfo(name, "table", None, kind=kind, tags={"column": name})
+
+    said = propose_and_say(
+        [text("latitude"), text("longitude"), text("gear"), text("accel_x", "number")], None
+    )[1]
+    assert said == (
+        "left out, since the column holds text and no numbers: latitude (latitude), longitude (longitude)",
+    )
+    # another column has it
+    assert propose_and_say([text("latitude_text"), text("accel_y", "number"), text("ay")], None)[1] == ()

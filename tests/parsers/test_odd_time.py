@@ -35,3 +35,12 @@ def test_a_channel_that_goes_back_and_forth_is_hardly_the_time(tmp_path: Path) -
     path = _log(tmp_path, np.arange(2000) / 100)
     assert "is that channel the time?" in _notes(path, '[time]\nchannel = "speed_mps"\nunit = "s"\n')
     assert "is that channel" not in _notes(path, '[time]\nchannel = "time_s"\n')
+
+
+def test_rows_that_come_quicker_than_any_recorder_are_said(tmp_path: Path) -> None:
+    # minutes that are taken for seconds
+    path = _log(tmp_path, np.arange(6000) / 2500)
+    assert "are 2500 Hz: is the unit of the time right?" in _notes(
+        path, '[time]\nchannel = "time_s"\nunit = "s"\n'
+    )
+    assert "time right?" not in _notes(path, '[time]\nchannel = "time_s"\nunit = "min"\n')

@@ -7,6 +7,7 @@ import pytest
 from parsers.channels import ChannelInfo
 from parsers.mapping import propose, propose_and_say
 from parsers.mapping.overlooked import SAID
+from parsers.table_names import split_header
 
 
 def column(name: str, unit: str | None, kind: str = "number") -> ChannelInfo:
@@ -70,6 +71,14 @@ def test_nothing_is_said_of_what_the_log_has() -> None:
         ("sSusp_FL", "mm", "suspension_deflection_fl"),
         ("WhlDrvTqAct", "Nm", "drive_torque"),
         ("WhlBrkTqEst", "Nm", "brake_torque"),
+        ("Fahrzeuggeschwindigkeit", "km/h", "speed"),
+        ("Fahrgeschwindigkeit", "km/h", "speed"),
+        ("SOG", "km/h", "gps_speed_2d"),
+        ("Hauptbremszylinderdruck", "bar", "brake_pressure"),
+        ("p_HBZ", "bar", "brake_pressure"),
+        ("HandWheelAngle", "deg", "steering_wheel_angle"),
+        ("AngRateZ", "deg/s", "yaw_rate"),
+        ("Wheel travel FL", "mm", "suspension_deflection_fl"),
     ],
 )
 def test_names_of_german_and_of_test_benches_are_known(name: str, unit: str, signal: str) -> None:
@@ -84,7 +93,105 @@ def test_names_of_german_and_of_test_benches_are_known(name: str, unit: str, sig
         ("pBrakeMC", "deg"),
         ("sSusp_FL", None),
         ("DrvTqReq", "Nm"),
+        ("p_HBZ", None),
+        ("SOG", None),
+        ("SOG", "%"),
     ],
 )
 def test_short_ones_need_their_unit(name: str, unit: str | None) -> None:
     assert [*propose([column(name, unit)], None)] == []
+
+
+@pytest.mark.parametrize(
+    ("name", "unit", "what"),
+    [
+        ("AccY (right +)", "m/s2", "lateral acceleration"),
+        ("Beschl. quer Sitz", "g", "lateral acceleration"),
+        ("AYC", "m/s2", "acceleration of some axis"),
+        ("linear_acceleration_y", "m/s2", "lateral acceleration"),
+        ("YawRate (cw +)", "deg/s", "yaw rate"),
+        ("Gier", "deg/s", "yaw rate"),
+        ("Bank angle", "deg", "roll angle"),
+        ("Lenkwinkel", "deg", "steering wheel angle"),
+        ("Speed2D", "km/h", "speed"),
+        ("Yaw_Rate_1", None, "yaw rate"),  # a name of known words alone needs no unit
+        ("Lenkwinkel", None, "steering wheel angle"),
+    ],
+)
+def test_motion_of_the_body_is_named(name: str, unit: str | None, what: str) -> None:
+    shown = name if unit is None else f"{name} [{unit}]"
+    (text,) = said(ChannelInfo(name, "table", unit, tags={"column": shown}))
+    assert f": {what} ({shown});" in text
+
+
+@pytest.mark.parametrize(
+    ("name", "unit"),
+    [
+        ("BrakePressureSwitch", None),
+        ("SteeringAngleStatus", None),
+        ("steering velocity", None),
+        ("vehicle_speed_ok", None),
+        ("YawRateOffset", "deg/s"),
+        ("GPS Lat Acc", "m/s2"),  # without gravity
+        ("SteerRate", "deg/s"),
+        ("Engine speed", "rpm"),
+        ("accel_y_fl", "g"),
+        ("Seat position x", "mm"),
+        ("Inclination", "deg"),
+        ("Heading", "deg"),
+    ],
+)
+def test_what_is_something_else_is_not_named(name: str, unit: str | None) -> None:
+    assert said(column(name, unit)) == []
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("speed_km_per_h", "speed_km_per_h", "km/h"),
+        ("acc_y_m_per_s2", "acc_y_m_per_s2", "m/s²"),
+        ("yaw_rate_deg_per_s", "yaw_rate_deg_per_s", "deg/s"),
+        ("Speed km/h", "Speed", "km/h"),
+        ("AccY m/s^2", "AccY", "m/s^2"),
+        ("SteeringWheelAngle deg", "SteeringWheelAngle", "deg"),
+        ("Time s", "Time", "s"),
+        ("t/ms", "t", "ms"),
+        ("a_x/g", "a_x", "g"),
+        ("v/(km/h)", "v", "km/h"),
+        ("delta_H/°", "delta_H", "°"),
+        ("cell/v", "cell/v", None),
+        ("/imu/g", "/imu/g", None),
+        ("GPS/Speed", "GPS/Speed", None),
+        ("Roll bar", "Roll bar", None),
+        ("Mass s", "Mass s", None),
+        ("Steering Angle", "Steering Angle", None),
+        ("Cell V", "Cell V", None),
+        ("Einfederung hinten rad", "Einfederung hinten rad", None),
+    ],
+)
+def test_units_behind_a_blank_and_spelt_out(header: str, name: str, unit: str | None) -> None:
+    found = split_header(header)
+    assert (found.name, found.unit) == (name, unit)
+
+
+def test_names_with_units_spelt_out_are_mapped() -> None:
+    columns = [
+        ChannelInfo((c := split_header(header)).name, "table", c.unit, tags={"column": header})
+        for header in (
+            "speed_km_per_h",
+            "acc_y_m_per_s2",
+            "yaw_rate_deg_per_s",
+            "AccX m/s^2",
+            "a_z/(m/s^2)",
+            "delta_H/rad",
+        )
+    ]
+    found = {signal: each[0].unit.scale for signal, each in propose(columns, None).items()}
+    assert found == {
+        "speed": pytest.approx(1 / 3.6),
+        "accel_y": 1.0,
+        "yaw_rate": pytest.approx(0.017453292519943295),
+        "accel_x": 1.0,
+        "accel_z": 1.0,
+        "steering_wheel_angle": 1.0,
+    }

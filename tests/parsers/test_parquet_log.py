@@ -271,3 +271,73 @@ def test_columns_of_structures_and_lists_are_named(tmp_path: Path) -> None:
     assert [note for note in log.notes if "structures or lists" in note] == [
         'columns of structures or lists are not read: "imu", "all"; write their fields as columns of their own'
     ]
+
+
+def part(path: Path, time_s: list[float], **columns: list[object]) -> None:
+    pl.DataFrame({"time_s": time_s, **columns}).write_parquet(path)
+
+
+def test_files_with_the_same_columns_are_parts_of_one_table(tmp_path: Path) -> None:
+    part(tmp_path / "part-0.parquet", [20.0, 21.0], ay=[5.0, 6.0], vx=[1, 2])
+    part(tmp_path / "part-1.parquet", [0.0, 1.0], ay=[1.0, 2.0], vx=[3, 4])
+    part(tmp_path / "part-10.parquet", [10.0, 11.0], vx=[5, 6], ay=[None, None])
+    part(tmp_path / "empty.parquet", [], ay=[], vx=[])
+    part(tmp_path / "slow.parquet", [0.0, 5.0], temperature=[20.0, 21.0])
+    reader, chunks, log = read(tmp_path)
+    assert [(c.name, c.count) for c in reader.channels] == [("ay", 6), ("vx", 6), ("temperature", 2)]
+    table = [c for c in chunks if "ay" in c.columns]
+    assert len({c.group for c in table}) == 1
+    assert [t / 1e9 for c in table for t in c.time_ns] == [0.0, 1.0, 10.0, 11.0, 20.0, 21.0]
+    np.testing.assert_array_equal(
+        np.concatenate([c.columns["ay"] for c in table]), [1.0, 2.0, np.nan, np.nan, 5.0, 6.0]
+    )
+    assert np.concatenate([c.columns["vx"] for c in table]).tolist() == [3.0, 4.0, 5.0, 6.0, 1.0, 2.0]
+    assert log.messages == 8
+    assert (
+        "3 files with the same columns are parts of one table, read in the order of their time" in log.notes
+    )
+    assert any("1 of 5 files have no rows" in note for note in log.notes)
+
+
+def test_parts_that_hold_the_same_time_are_an_error(tmp_path: Path) -> None:
+    part(tmp_path / "part-0.parquet", [0.0, 10.0], ay=[1.0, 2.0])
+    part(tmp_path / "part-1.parquet", [5.0, 15.0], ay=[1.0, 2.0])
+    with pytest.raises(
+        LogError, match=r"part-0\.parquet and part-1\.parquet have the same columns.*overlap by 5 s"
+    ):
+        read(tmp_path)
+
+
+def test_times_of_day_of_parts_run_on_over_midnight(tmp_path: Path) -> None:
+    for name, moments in (
+        ("part-2", [time(23, 59, 58), time(23, 59, 59)]),
+        ("part-10", [time(0, 0, 1), time(0, 0, 2)]),
+    ):
+        pl.DataFrame({"time": moments, "ay": [1.0, 2.0]}).write_parquet(tmp_path / f"{name}.parquet")
+    _, chunks, _ = read(tmp_path)
+    stamps = np.concatenate([c.time_ns for c in chunks])
+    assert ((stamps - stamps[0]) / 1e9).tolist() == [0.0, 1.0, 3.0, 4.0]
+
+
+def test_a_part_in_which_a_column_is_text_has_no_values_there(tmp_path: Path) -> None:
+    part(tmp_path / "part-0.parquet", [0.0, 1.0], ay=[1.0, 2.0])
+    part(tmp_path / "part-1.parquet", [2.0, 3.0], ay=["off", "off"])
+    _, chunks, log = read(tmp_path)
+    np.testing.assert_array_equal(
+        np.concatenate([c.columns["ay"] for c in chunks]), [1.0, 2.0, np.nan, np.nan]
+    )
+    assert any('"ay" holds no numbers in part-1.parquet' in note for note in log.notes)
+
+
+def test_numbers_that_are_stored_as_text_are_read(tmp_path: Path) -> None:
+    part(
+        tmp_path / "log.parquet",
+        [0.0, 0.1, 0.2, 0.3, 0.4],
+        ay=["1.5", " -2.5e1", None, "oops", "n/a"],
+        place=["48.1N"] * 5,
+    )
+    reader, (chunk,), log = read(tmp_path / "log.parquet")
+    assert [(c.name, c.kind) for c in reader.channels] == [("ay", "number"), ("place", "text")]
+    np.testing.assert_array_equal(chunk.columns["ay"], [1.5, -25.0, np.nan, np.nan, np.nan])
+    assert log.rejected == {"cell with text where a number was expected": 1}
+    assert any('hold numbers as text are read as numbers: "ay"' in note for note in log.notes)

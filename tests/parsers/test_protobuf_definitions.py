@@ -86,3 +86,26 @@ def _varint(value: int) -> bytes:
         out.append(value & 127 | 128)
         value >>= 7
     return bytes([*out, value])
+
+
+def test_fields_without_columns_are_named() -> None:
+    file = FileDescriptorProto(name="odd.proto", package="t", syntax="proto2")
+    inner = file.message_type.add(name="Inner")
+    inner.field.add(name="x", number=1, type=F.TYPE_DOUBLE, label=1)
+    inner.field.add(name="more", number=2, type=F.TYPE_MESSAGE, type_name=".t.Inner2", label=3)
+    file.message_type.add(name="Inner2").field.add(name="y", number=1, type=F.TYPE_DOUBLE, label=1)
+    root = file.message_type.add(name="Root")
+    root.field.add(name="speed", number=1, type=F.TYPE_DOUBLE, label=1)
+    entry = root.nested_type.add(name="ValuesEntry")
+    entry.options.map_entry = True
+    entry.field.add(name="key", number=1, type=F.TYPE_STRING, label=1)
+    entry.field.add(name="value", number=2, type=F.TYPE_DOUBLE, label=1)
+    root.field.add(name="values", number=2, type=F.TYPE_MESSAGE, type_name=".t.Root.ValuesEntry", label=3)
+    root.nested_type.add(name="Part").field.add(name="z", number=1, type=F.TYPE_DOUBLE, label=1)
+    root.field.add(name="part", number=3, type=F.TYPE_GROUP, type_name=".t.Root.Part", label=1)
+    root.field.add(name="items", number=4, type=F.TYPE_MESSAGE, type_name=".t.Inner", label=3)
+    decoder = make_protobuf_decoder("t.Root", FileDescriptorSet(file=[file]).SerializeToString())
+    assert [f.path for f in decoder.fields][:2] == ["speed", "items[0].x"]
+    assert decoder.notes == (
+        "fields of t.Root that are not read: values (a map), part (a group), items[].more (a list within a list)",
+    )

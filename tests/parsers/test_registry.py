@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 
 import pytest
 
@@ -62,3 +63,30 @@ def test_what_is_not_there_or_empty(tmp_path):
     (tmp_path / "empty").touch()
     with pytest.raises(LogError, match="empty"):
         read_head(tmp_path / "empty")
+
+
+@pytest.mark.parametrize(
+    ("text", "title"),
+    [
+        ("(1760000000.000000) can0 123#0011223344556677\n" * 5, "candump"),
+        (
+            "date Tue Oct 7 08:53:20.000 am 2025\nbase hex  timestamps absolute\n 0.1 1 123 Rx d 1 00\n",
+            "Vector ASC",
+        ),
+        (";$FILEVERSION=1.1\n;\n 1) 10.0 Rx 0123 8 00 11 22 33 44 55 66 77\n", "PEAK TRC"),
+    ],
+)
+@pytest.mark.parametrize("codec", ["utf-16-le", "utf-16-be"])
+def test_frames_saved_with_two_bytes_a_letter_are_named(
+    text: str, title: str, codec: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "log.txt"
+    path.write_bytes(("\ufeff" + text).encode(codec))
+    with pytest.raises(LogError, match=f"a {title} log that was saved as UTF-16"):
+        find_importer(path)
+
+
+def test_a_table_with_two_bytes_a_letter_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    path.write_bytes("t,a\n0,1\n1,2\n".encode("utf-16"))
+    assert find_importer(path).name == "csv"

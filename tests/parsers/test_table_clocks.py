@@ -10,7 +10,7 @@ from csv_tables import read
 
 from parsers.importer import ImportLog
 from parsers.table_repeats import RepeatedStamps, repeat_share
-from parsers.table_wraps import Counter, turns_of
+from parsers.table_wraps import Counter, StandingDate, turns_of
 
 SECOND = 1_000_000_000
 MS = 1_000_000
@@ -76,6 +76,33 @@ def test_blocks_give_what_the_whole_gives() -> None:
     assert np.abs(np.concatenate([*found, rest[0]]) - expected).max() < 0.2 * SECOND
 
 
+def test_rows_that_are_written_twice_count_once(tmp_path: Path) -> None:
+    rows = [k // 2 for k in range(400)]
+    got = read(tmp_path, table([f"{k / 40:.3f}" for k in rows], [str(k) for k in rows], ["5" for _ in rows]))
+    assert np.array_equal(got.time, np.arange(200) * 25 * MS)
+    assert np.array_equal(got.columns["accel_x"], np.arange(200))
+    assert got.log.rejected == {"row that repeats the row before, stamp and all": 200}
+    assert "coarser" not in got.said
+
+
+def test_rows_of_a_vehicle_at_rest_are_no_rows_written_twice(tmp_path: Path) -> None:
+    time = [str(k // 50) for k in range(1000)]
+    got = read(tmp_path, table(time, ["0" for _ in time], ["1" for _ in time]))
+    assert len(got.time) == 1000
+    assert not got.log.rejected
+    assert (np.diff(got.time) > 0).all()
+
+
+def test_rows_written_twice_in_pieces() -> None:
+    time_ns, numbers = np.repeat(np.arange(100) * SECOND, 2), np.repeat(np.arange(100.0), 2)[None, :]
+    log = ImportLog()
+    pieces = RepeatedStamps(log)
+    parts = [pieces.take(time_ns[k : k + 33], numbers[:, k : k + 33]) for k in range(0, 200, 33)]
+    kept = [t for t, _ in parts]
+    # rows on both sides of a seam have one stamp, of which `timebase` keeps one
+    assert np.array_equal(np.unique(np.concatenate(kept)), np.arange(100) * SECOND)
+
+
 def test_share_of_repeated_cells() -> None:
     assert repeat_share(["1", "1", "2", "2", "", ""]) == pytest.approx(2 / 3)
     assert repeat_share([]) == 0
@@ -116,3 +143,32 @@ def test_a_clock_that_was_set_is_no_counter(back_to: int) -> None:
     raw = np.concatenate([np.arange(0, 50_000, 20), np.arange(back_to, 40_000, 20)]) * MS
     assert np.array_equal(counter.follow(raw), raw)
     assert log.notes == []
+
+
+@pytest.mark.parametrize("late", [0, 3, 10_000])
+def test_a_date_that_stays_the_same_over_midnight(tmp_path: Path, late: int) -> None:
+    """late: rows behind midnight at which the date changes at last."""
+    ms = np.arange(0, 4000, 25)
+    rows = []
+    for k, at in enumerate((86_398_000 + ms).tolist()):
+        behind = k - 80
+        date = "08/10/2025" if behind >= late else "07/10/2025"
+        second = at % 86_400_000 / 1000
+        rows.append(f"{date},{int(second // 3600):02d}:{int(second // 60 % 60):02d}:{second % 60:06.3f},{k}")
+    got = read(tmp_path, "Date,Time,accel_x\n" + "\n".join(rows) + "\n")
+    assert ((got.time - got.time[0]) // MS).tolist() == ms.tolist()
+    assert ("over midnight" in got.said) == (late > 0)
+
+
+def test_a_standing_date_in_pieces() -> None:
+    day = 86_400 * SECOND
+    true = np.arange(100) * SECOND + day - 50 * SECOND
+    written = true % day
+    whole, pieces = StandingDate(ImportLog()), StandingDate(ImportLog())
+    assert np.array_equal(whole.follow(written), true)
+    parts = [pieces.follow(written[k : k + 7]) for k in range(0, 100, 7)]
+    assert np.array_equal(np.concatenate(parts), true)
+    # a clock that is set back by some hours is none that runs over midnight
+    assert np.array_equal(
+        StandingDate(ImportLog()).follow(np.array([20, 2]) * 3600 * SECOND), np.array([20, 2]) * 3600 * SECOND
+    )

@@ -138,3 +138,26 @@ def test_units_written_out_and_of_other_countries(text, quantity, scale):
     unit = find_unit(text, quantity)
     assert unit is not None
     assert unit.scale == pytest.approx(scale, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("text", "quantity", "scale"),
+    [
+        ("m/sÂ²", "acceleration", 1.0),
+        ("m/s\ufffd", "acceleration", 1.0),
+        ("[m/s?]", "acceleration", 1.0),
+        ("mm/s?", "acceleration", 0.001),
+        ("Â°/s", "angular_rate", math.pi / 180),
+        ("?/s", "angular_rate", math.pi / 180),
+        ("\ufffd/s", "angular_rate", math.pi / 180),
+        ("Â°", "angle", math.pi / 180),
+        ("\ufffd", "angle", math.pi / 180),
+        ("m/s?", "speed", None),
+        ("km/h?", "speed", None),
+        ("?", "angle", None),  # which is as often written where there is no unit
+        ("?/s", "speed", None),
+    ],
+)
+def test_units_that_another_encoding_broke(text: str, quantity: str, scale: float | None) -> None:
+    unit = find_unit(text, quantity)
+    assert (unit.scale if unit else None) == (scale if scale is None else pytest.approx(scale))

@@ -266,3 +266,40 @@ def test_a_log_saved_with_two_bytes_a_letter_is_named(codec: str, tmp_path: Path
     with pytest.raises(LogError, match="a VBO file that was saved as UTF-16"):
         VboImporter().open(path, ReadOptions(), ImportLog())
     assert not VboImporter().claims(tmp_path, "time,speed\n0,1\n1,2\n".encode(codec))
+
+
+def _drive(lat_unit: float, *, kmh: float = 72.0) -> bytes:
+    """Northwards from 48 N, 11.5 W at a steady speed, 10 rows a second; positions in minutes times `lat_unit`."""
+    rows = []
+    for k in range(600):
+        north = 48 * 60 + kmh / 3.6 * 0.1 * k / 1852
+        rows.append(
+            f"009 0838{k // 10:02d}.{k % 10}00 {north * lat_unit:+015.9f} {11.5 * 60 * lat_unit:+015.9f} {kmh:07.3f} "
+            "000.00 +0036.11 -0000.06 0.000000 +3608.2 -1.0E+00 +1.2E-02 +1.0E+01 "
+        )
+    return vbo(rows)
+
+
+@pytest.mark.parametrize("kmh", [72.0, 0.0])
+def test_positions_in_degrees_are_read_as_such(kmh: float, tmp_path: Path) -> None:
+    table = read(tmp_path, _drive(1 / 60, kmh=kmh))
+    assert table.info["lat"].unit == "deg"
+    assert table.info["long"].unit == "deg"
+    assert table.columns["lat"][0] == pytest.approx(48.0)
+    assert "positions are" in table.said
+    assert "degrees" in table.said
+    plain = read(tmp_path, _drive(1.0, kmh=kmh))
+    assert plain.info["lat"].unit != "deg"
+    assert "degrees" not in plain.said
+
+
+def test_minutes_near_the_zero_of_a_simulator_stay_minutes(tmp_path: Path) -> None:
+    # a drive at 0 degrees 30', whose way fits its speed as minutes
+    rows = [
+        f"009 0838{k // 10:02d}.{k % 10}00 {30 + 2 * k / 1852:+015.9f} +00020.000000000 072.000 000.00 +0036.11 -0000.06 0.0 +3608.2 "
+        "-1.0E+00 +1.2E-02 +1.0E+01 "
+        for k in range(600)
+    ]
+    table = read(tmp_path, vbo(rows))
+    assert table.info["lat"].unit != "deg"
+    assert "degrees" not in table.said

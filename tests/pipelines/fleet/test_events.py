@@ -28,7 +28,7 @@ DRIVE = FoundDrive(
 SUMMARY = BatchSummary(3, 1, 1, (Ended(DRIVE, "error", 'no "time"', 0.1, "w1"),), 2, 12.34567)
 
 KEYS = {
-    Found: "drives to_do kept left_out bytes_to_do folder store engine workers version",
+    Found: "drives to_do kept left_out bytes_to_do folder store engine workers version left_out_first",
     Kept: "drive_id name vehicle_id status reason",
     Started: "drive_id name bytes worker",
     DriveEnded: "drive_id name vehicle_id status reason seconds worker number total bytes",

@@ -11,9 +11,11 @@ from sample_fleet import empty_fleet, facts, sample_fleet, silent_fleet
 
 from pipelines.fleet.tables import TABLES, table
 from pipelines.hierarchy.changes import NOT_SEEN
+from reports.blocks import Table
 from reports.fleet.failures import groups_of, pattern_of
 from reports.fleet.findings import findings_of
 from reports.fleet.records import NEAR_G, FleetView
+from reports.fleet.sections import left_out
 from reports.fleet.view import href, moment, view_of
 from reports.fleet.words import chance_text, spread_text
 
@@ -206,3 +208,21 @@ def test_figures_get_the_digits_of_their_spread() -> None:
 
 def test_every_table_of_the_store_has_a_sample() -> None:
     assert set(sample_fleet(4, 1)) == set(TABLES)
+
+
+def test_what_was_left_out_is_a_finding_and_a_table() -> None:
+    named = (
+        ("van/bad.csv", "no time column"),
+        ("a.bin", "not a format"),
+        ("b.bin", "not a format"),
+        ("c", "x"),
+    )
+    view = view_of(sample_fleet(), facts(left_out=4, left_out_named=named))
+    (found,) = [f for f in findings_of(view) if f.badge == "4 left out"]
+    assert "4 files below the folder are in no drive: van/bad.csv: no time column; a.bin" in found.text
+    assert found.text.endswith("and 1 more.")
+    (block,) = left_out(view)
+    assert isinstance(block, Table)
+    assert [row[0].text for row in block.rows] == ["2", "1", "1"]
+    assert block.rows[0][2].text == "a.bin"
+    assert left_out(view_of(sample_fleet(), facts())) == ()
