@@ -18,6 +18,7 @@ from parsers.checks.sizes import pressure_faults, size_faults
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.travel import wrong_travel
+from parsers.checks.travel_range import impossible_travel
 from parsers.checks.unit_faults import unit_faults
 from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
@@ -96,13 +97,15 @@ def _undone(decision: Decision) -> str:
 
 
 def _wheels_put_right(
-    work: Mapping[str, Signal], grid: Grid
+    work: Mapping[str, Signal], grid: Grid, taken: Mapping[str, float]
 ) -> tuple[dict[str, Signal], Grid, OddWheels, list[Decision]]:
     """The signals with deflections of the wrong sign turned, the grid of these, what was turned, and what of all signals stands still or
-    is of another scale: one fault is told, as it looks like the next."""
+    is of another scale: one fault is told, as it looks like the next. taken: see `check_all`."""
     work = dict(work)
     present = make_grid(fixes(work), grid)
     still = frozen(work, present)
+    if not any(each.applied for each in still):
+        still += impossible_travel(present, taken)
     odd = OddWheels()
     if not any(each.applied for each in still):
         odd = odd_wheels(present)
@@ -145,7 +148,7 @@ def decide(
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    work, present, odd, still = _wheels_put_right(work, grid)
+    work, present, odd, still = _wheels_put_right(work, grid, taken)
     dead = {each.signal: each for each in still if each.applied}
     if not dead.keys().isdisjoint(SPEEDS):
         # others' units and signs were judged by it
