@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from parsers.channels import FloatArray
-from parsers.checks.grid import Grid, compare
+from parsers.checks.grid import Grid, Together, compare
 from parsers.checks.leaning import swift
 from parsers.checks.motion import MIN_SPEED, smooth, vehicle_speed
 from parsers.checks.signs import lateral_reference, varied
@@ -85,10 +85,7 @@ def axle_shares(grid: Grid) -> dict[str, Share]:
     if body is None or abs(body.correlation) < follows:
         return {}
     shares = {}
-    for axle, rolling in _axles(grid).items():
-        springs = compare(swift(grid.rate(rolling) / TRACK_M), bends)
-        if springs is None or abs(springs.correlation) < follows:
-            continue
+    for axle, springs in axle_leans(grid).items():
         ratio = springs.correlation * springs.ratio / (body.correlation * body.ratio)
         # of two slopes, each known by about one independent value a second
         spread = sum((1 / each.correlation**2 - 1) / each.seconds for each in (springs, body))
@@ -96,6 +93,20 @@ def axle_shares(grid: Grid) -> dict[str, Share]:
             ratio, abs(ratio) * math.sqrt(spread), springs.seconds, springs.correlation * springs.ratio
         )
     return shares
+
+
+def axle_leans(grid: Grid) -> dict[str, Together]:
+    """How the lean that the springs of each axle ("f", "r") show goes along with bends, rad by m/s²; of those that do so clearly."""
+    lateral = _lateral(grid)
+    if lateral is None or not varied(lateral[0], LEAST_MPS2):
+        return {}
+    bends, follows = swift(grid.rate(lateral[0])), lateral[1]
+    leans = {}
+    for axle, rolling in _axles(grid).items():
+        springs = compare(swift(grid.rate(rolling) / TRACK_M), bends)
+        if springs is not None and abs(springs.correlation) >= follows:
+            leans[axle] = springs
+    return leans
 
 
 def _lateral(grid: Grid) -> tuple[FloatArray, float] | None:
@@ -107,7 +118,7 @@ def _lateral(grid: Grid) -> tuple[FloatArray, float] | None:
     return None if felt is None else (felt[1], FOLLOWS_FELT)
 
 
-def _slope(grid: Grid) -> float:
+def felt_over_driven(grid: Grid) -> float:
     """Slowly changing lateral acceleration over yaw rate times speed; NaN where the two do not go together clearly."""
     lateral, yaw, speed = grid.get("accel_y"), grid.get("yaw_rate"), vehicle_speed(grid)
     if lateral is None or yaw is None or speed is None:
@@ -123,7 +134,7 @@ def _explained(grid: Grid, ratio: float, std: float, lean: float) -> bool:
     """Whether tyres, tracks and roads may make the roll that springs show over the gyro's. lean: see `Share`."""
     if LEAST - std <= ratio <= MOST + std:
         return True
-    return _slope(grid) < BANKED and LEANS[0] <= lean <= LEANS[1]
+    return felt_over_driven(grid) < BANKED and LEANS[0] <= lean <= LEANS[1]
 
 
 def wrong_travel(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:

@@ -55,3 +55,19 @@ def test_what_a_lorry_s_wheels_may_travel_is_left_alone(scale: float) -> None:
 
 def test_without_deflections_nothing_is_said() -> None:
     assert not [each for each in _check(drive(), 1.0).decisions if each.kind == "range"]
+
+
+@pytest.mark.parametrize("names", [(), ("yaw_rate",), ("accel_y",)])
+def test_a_lean_that_no_vehicle_has_is_found_where_wheels_move_little(names: tuple[str, ...]) -> None:
+    """Without a gyro; and without one of what tells how a bend is driven, whose own unit may be wrong, nothing is said."""
+    signals = sprung()
+    del signals["roll_rate"]
+    gentle = {"accel_y": 0.5, "yaw_rate": 0.5}
+    for scale, wrong in ((1.0, False), (10.0, not names)):
+        factors = gentle | dict.fromkeys(DEFLECTIONS, 0.5 * scale)
+        driven = {n: replace(s, values=factors.get(n, 1.0) * s.values) for n, s in signals.items()}
+        driven = {name: signal for name, signal in driven.items() if name not in names}
+        assert max(np.ptp(np.quantile(driven[name].values, [0.01, 0.99])) for name in DEFLECTIONS) < 0.4
+        said = [each for each in _check(driven, 0.01).decisions if each.kind == "range"]
+        assert len(said) == (4 if wrong else 0)
+        assert all("lean" in each.found and "as mm called cm would" in each.found for each in said)
