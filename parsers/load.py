@@ -273,7 +273,9 @@ def make_drive(
     require_signals(parts, any(part.signals for part in parts), options.map)
     merged = merge_parts(parts)
     options.progress("checking signs and units", 0.0)
-    checked = check_all(merged.signals, fix=options.fix, units_stated=all_stated(parts))
+    checked = check_all(
+        merged.signals, fix=options.fix, units_stated=all_stated(parts), units_taken=all_taken(parts)
+    )
     signals = checked.signals
     if not signals:
         raise nothing_left(paths[0], checked.decisions)
@@ -297,3 +299,8 @@ def make_drive(
 def all_stated(parts: Sequence[PartFacts]) -> dict[str, bool]:
     """Signal -> whether its unit is known."""
     return {name: value for part in parts for name, value in part.stated.items()}
+
+
+def all_taken(parts: Sequence[PartFacts]) -> dict[str, float]:
+    """Signal -> factor to SI of the unit that it was taken in."""
+    return {name: value for part in parts for name, value in part.taken.items()}

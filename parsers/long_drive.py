@@ -14,6 +14,7 @@ from parsers.intake import Budget
 from parsers.load import (
     Outcome,
     all_stated,
+    all_taken,
     make_record,
     note_unused_databases,
     nothing_left,
@@ -97,7 +98,7 @@ class LongDrive:
         """What the checks decide, on as much of the drive as the budget allows; what is to be said of it."""
         tracks = [track for strand in strands for track in strand.tracks]
         spans, seen_ns = _evidence(tracks, self.budget)
-        findings, _ = decide(whole_signals(strands, spans), all_stated(parts))
+        findings, _ = decide(whole_signals(strands, spans), all_stated(parts), all_taken(parts))
         findings = _confirmed(findings, strands)
         if seen_ns is None:
             return findings, []

@@ -103,12 +103,14 @@ class Taken:
 class PartFacts:
     """What the record needs to know of one log.
 
-    stated: signal -> whether its unit is known, not assumed. short: signals whose channel has too few valid samples.
+    stated: signal -> whether its unit is known, not assumed. taken: signal -> factor to SI of the unit that it was taken in.
+    short: signals whose channel has too few valid samples.
     """
 
     opened: OpenedLog
     mapped: tuple[MappedChannel, ...]
     stated: Mapping[str, bool]
+    taken: Mapping[str, float]
     short: tuple[str, ...]
     out_of_order: int
     duplicates: int
@@ -361,6 +363,7 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     signals: dict[str, Signal] = {}
     mapped: list[MappedChannel] = []
     stated: dict[str, bool] = {}
+    units: dict[str, float] = {}
     for name, bindings in taken.proposals.items():
         for binding in bindings:
             once = uses[binding.channels[0]] == 1
@@ -372,11 +375,13 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
                 made(signal)
                 mapped.append(mapped_channel(binding, len(time_ns), period, bindings))
                 stated[name] = is_stated(binding)
+                units[name] = binding.unit.scale
                 break
     return Part(
         opened=taken.opened,
         mapped=tuple(mapped),
         stated=stated,
+        taken=units,
         short=tuple(name for name in taken.proposals if name not in signals),
         out_of_order=sum(each.out_of_order for each in ordered),
         duplicates=sum(each.duplicates for each in ordered),

@@ -91,6 +91,7 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
         opened=taken.opened,
         mapped=tuple(mapped),
         stated={name: is_stated(track.binding) for name, track in tracks_of.items()},
+        taken={name: track.binding.unit.scale for name, track in tracks_of.items()},
         short=tuple(name for name in proposals if name not in tracks_of),
         out_of_order=sum(rows.late for rows in logged),
         duplicates=duplicates,

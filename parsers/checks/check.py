@@ -18,6 +18,7 @@ from parsers.checks.sizes import pressure_faults, size_faults
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.travel import wrong_travel
+from parsers.checks.travel_range import impossible_travel
 from parsers.checks.unit_faults import unit_faults
 from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
@@ -62,13 +63,19 @@ def check_signals(
     return checked.signals, checked.decisions
 
 
-def check_all(signals: Mapping[str, Signal], *, fix: bool, units_stated: Mapping[str, bool]) -> Checked:
+def check_all(
+    signals: Mapping[str, Signal],
+    *,
+    fix: bool,
+    units_stated: Mapping[str, bool],
+    units_taken: Mapping[str, float] | None = None,
+) -> Checked:
     """Find wrong units, signs, impossible samples, offsets and stuck channels; repair what is beyond doubt.
 
-    units_stated: signal -> whether the log, a profile or a map says its unit (absent: yes). With fix=False the
-    signals come back untouched, and every decision has applied=False. Signals that lose all samples are left out.
+    units_stated: signal -> whether the log, a profile or a map says its unit (absent: yes). units_taken: signal -> factor to
+    SI of the unit that it was taken in (absent: SI). With fix=False the signals come back untouched, and every decision has applied=False. Signals that lose all samples are left out.
     """
-    found, work = decide(signals, units_stated)
+    found, work = decide(signals, units_stated, units_taken)
     decisions = (*found.units, *found.spikes, *found.rest)
     return Checked(work if fix else dict(signals), as_applied(decisions, fix=fix), found.unchecked)
 
@@ -90,13 +97,15 @@ def _undone(decision: Decision) -> str:
 
 
 def _wheels_put_right(
-    work: Mapping[str, Signal], grid: Grid
+    work: Mapping[str, Signal], grid: Grid, taken: Mapping[str, float]
 ) -> tuple[dict[str, Signal], Grid, OddWheels, list[Decision]]:
     """The signals with deflections of the wrong sign turned, the grid of these, what was turned, and what of all signals stands still or
-    is of another scale: one fault is told, as it looks like the next."""
+    is of another scale: one fault is told, as it looks like the next. taken: see `check_all`."""
     work = dict(work)
     present = make_grid(fixes(work), grid)
     still = frozen(work, present)
+    if not any(each.applied for each in still):
+        still += impossible_travel(present, taken)
     odd = OddWheels()
     if not any(each.applied for each in still):
         odd = odd_wheels(present)
@@ -109,15 +118,18 @@ def _wheels_put_right(
     return work, present, odd, still
 
 
-def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[Findings, dict[str, Signal]]:
-    """What is wrong with signals, and the signals with all of it applied. stated: see `check_all`."""
+def decide(
+    signals: Mapping[str, Signal], stated: Mapping[str, bool], taken: Mapping[str, float] | None = None
+) -> tuple[Findings, dict[str, Signal]]:
+    """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
+    taken = taken or {}
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
     spans = nines_free(work) | spans_of_codes(quiet, stated)
     grid = make_grid(fixes({name: without_codes(signal, spans.get(name)) for name, signal in quiet.items()}))
     sized, units = size_faults(grid, stated)
     told = {name: stated.get(name, True) or name in sized for name in work}
-    factors, more = unit_faults(work, grid.scaled(sized), told)
+    factors, more = unit_faults(work, grid.scaled(sized), told, taken)
     units += more
     factors = sized | factors
     pressure = pressure_faults(grid.scaled(factors), stated, units)
@@ -132,15 +144,15 @@ def decide(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> tuple[F
         # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
         own = {each.signal: each.found for each in units if not each.applied}
         wild = {n: replace(d, evidence=f"{d.evidence}; {own[n]}") if n in own else d for n, d in wild.items()}
-        return _beside(wild, *decide({n: s for n, s in signals.items() if n not in wild}, stated))
+        return _beside(wild, *decide({n: s for n, s in signals.items() if n not in wild}, stated, taken))
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    work, present, odd, still = _wheels_put_right(work, grid)
+    work, present, odd, still = _wheels_put_right(work, grid, taken)
     dead = {each.signal: each for each in still if each.applied}
     if not dead.keys().isdisjoint(SPEEDS):
         # others' units and signs were judged by it
-        return _beside(dead, *decide({n: s for n, s in signals.items() if n not in dead}, stated))
+        return _beside(dead, *decide({n: s for n, s in signals.items() if n not in dead}, stated, taken))
     if dead:
         wild |= dead
         work = {name: signal for name, signal in work.items() if name not in dead}

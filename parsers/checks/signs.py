@@ -17,6 +17,7 @@ import numpy as np
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together, compare
+from parsers.checks.horizon import roll_tells
 from parsers.checks.leaning import CANNOT_TELL, level_roads, swift_tells, told_by
 from parsers.checks.motion import (
     MIN_SPEED,
@@ -57,12 +58,14 @@ _WITNESSES = {
 
 @dataclass(frozen=True)
 class Vote:
-    """How a lateral channel relates to the reference. cost: of saying that it is inverted; said: what it is called."""
+    """How a lateral channel relates to the reference. cost: of saying that it is inverted; said: what it is called; by: what of the
+    reference it was held against, where that is a part of it."""
 
     name: str
     found: Together
     cost: float
     said: str
+    by: str = ""
 
 
 @dataclass(frozen=True)
@@ -139,17 +142,19 @@ def lateral_votes(grid: Grid, reference: tuple[str, FloatArray]) -> list[Vote]:
     for each, values, cost, centred in votes:
         if centred and not moves:
             continue
-        smoothed = smooth(lateral) if each == "path" else lateral
+        smoothed, by = smooth(lateral) if each == "path" else lateral, ""
         smoothed = grid.rate(lateral) if each == _ROLL_RATE else smoothed
         together = compare(values, smoothed, centred=centred)
         changes = grid.rate(values) if each == "roll" else values
-        if each in ("roll", _ROLL_RATE) and together is not None and abs(together.correlation) >= _LEAST:
+        if each == "roll" and name == "accel_y":
+            together, by = roll_tells(grid, together, (changes, grid.rate(lateral)), (_LEAST, _LEAST_QUICK))
+        elif each in ("roll", _ROLL_RATE) and together is not None and abs(together.correlation) >= _LEAST:
             together = told_by(grid, together, (changes, grid.rate(lateral)), _LEAST_QUICK)
         elif each in ("roll", _ROLL_RATE):
             together = swift_tells(changes, grid.rate(lateral))
         if together is not None and abs(together.correlation) >= _LEAST:
             said = "yaw_rate × speed" if each == "yaw_rate" and speed is not None else each
-            found.append(Vote(each, together, cost, _WITNESSES.get(each, said)))
+            found.append(Vote(each, together, cost, _WITNESSES.get(each, said), by))
     return found
 
 
@@ -245,7 +250,9 @@ def _lateral_decision(
     agree = [
         _WITNESSES.get(name, name) for name in (reference, *votes) if name not in chosen and name != each
     ]
-    evidence = f"correlation {vote.found.correlation:.2f} with {said} over {vote.found.seconds:.0f} s"
+    evidence = (
+        f"correlation {vote.found.correlation:.2f} with {vote.by or said} over {vote.found.seconds:.0f} s"
+    )
     if len(agree) > 1:
         evidence += f"; {', '.join(agree)} agree with each other"
     if each in ("path", "wheels"):

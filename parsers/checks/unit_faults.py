@@ -54,7 +54,7 @@ Factors = dict[str, float]
 
 @dataclass(frozen=True)
 class UnitProblem:
-    """What is to be explained. sensors: signals that one sensor gives in one unit, by sensor."""
+    """What is to be explained. sensors: signals that one sensor gives, and that were taken in one unit, by sensor."""
 
     evidence: tuple[Evidence, ...]
     choices: Mapping[str, tuple[float, ...]]
@@ -77,10 +77,13 @@ class UnitProblem:
 
 
 def unit_faults(
-    signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, bool]
+    signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, bool], taken: Mapping[str, float]
 ) -> tuple[dict[str, float], list[Decision]]:
-    """Factors by which signals must be multiplied, and all decisions (those in doubt are not applied)."""
-    problem = _problem(signals, grid, stated)
+    """Factors by which signals must be multiplied, and all decisions (those in doubt are not applied).
+
+    taken: signal -> factor to SI of the unit that it was taken in (absent: SI).
+    """
+    problem = _problem(signals, grid, stated, taken)
     best = _solve(problem)
     factors: dict[str, float] = {}
     decisions: list[Decision] = []
@@ -103,15 +106,19 @@ def unit_faults(
     return factors, decisions
 
 
-def _problem(signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, bool]) -> UnitProblem:
+def _problem(
+    signals: Mapping[str, Signal], grid: Grid, stated: Mapping[str, bool], taken: Mapping[str, float]
+) -> UnitProblem:
     evidence = tuple(collect(grid))
     names = {name for each in evidence for name in each.powers}
-    by_sensor: dict[tuple[str, str], list[str]] = {}
+    by_sensor: dict[tuple[str, str, float], list[str]] = {}
     for name, signal in signals.items():
         quantity = SIGNALS[name].quantity
         axis = quantity in _SENSED and name[:6] in ("accel_", "roll_r", "pitch_", "yaw_ra") and len(name) < 11
         if axis or name in ("roll", "pitch"):
-            by_sensor.setdefault((signal.group or signal.source, quantity), []).append(name)
+            # one sensor gives its axes in one unit: those that were taken in different ones do not share a mistake
+            alike = (signal.group or signal.source, quantity, taken.get(name, 1.0))
+            by_sensor.setdefault(alike, []).append(name)
     sensors = [tuple(members) for members in by_sensor.values()]
     sensors += [(name,) for name in sorted(names) if not any(name in sensor for sensor in sensors)]
     named = [name for sensor in sensors for name in sensor]

@@ -6,6 +6,9 @@ import numpy as np
 import pytest
 from check_drives import DEG, G, check, drive, found, only, same, scaled
 
+from parsers.checks.check import check_all
+from parsers.load import load_drive
+
 UNITS = {
     "yaw_rate": 1 / DEG,
     "accel_y": 1 / G,
@@ -36,6 +39,43 @@ def test_an_imu_in_degrees_and_g_is_repaired_whole():
     fixed, decisions = check(wrong)
     assert found(decisions, "unit") == {*names, "accel_x", "accel_y", "accel_z"}
     assert all(np.allclose(fixed[n].values, signals[n].values) for n in signals)
+
+
+@pytest.mark.parametrize("kind", ["slalom", "step"])
+def test_axes_that_state_another_unit_do_not_share_the_mistake_of_one(kind):
+    """Yaw rate in deg/s that is called rad/s, beside roll and pitch rate that are called deg/s and are."""
+    signals = only(drive(kind), "accel_x", "accel_y", "yaw_rate", "roll_rate", "pitch_rate", "speed")
+    checked = check_all(
+        scaled(signals, yaw_rate=1 / DEG),
+        fix=True,
+        units_stated={},
+        units_taken={"yaw_rate": 1.0, "roll_rate": DEG, "pitch_rate": DEG},
+    )
+    assert found(checked.decisions, "unit") == {"yaw_rate"}
+    assert all(np.allclose(checked.signals[name].values, signals[name].values) for name in signals)
+
+
+def test_the_label_of_a_column_is_the_unit_that_its_axis_was_taken_in(tmp_path):
+    signals = only(drive("circle"), "accel_y", "yaw_rate", "roll_rate", "pitch_rate", "speed")
+    clock = signals["speed"].time_ns
+    t = (clock - clock[0]) / 1e9
+    columns = {
+        "Time [s]": t,
+        "Lateral acceleration [m/s2]": signals["accel_y"].values,
+        "Vehicle speed [m/s]": signals["speed"].values,
+        "Yaw rate [rad/s]": signals["yaw_rate"].values / DEG,
+        "Roll rate [deg/s]": signals["roll_rate"].values / DEG,
+        "Pitch rate [deg/s]": signals["pitch_rate"].values / DEG,
+    }
+    log = tmp_path / "drive.csv"
+    rows = np.column_stack(list(columns.values()))
+    np.savetxt(log, rows, fmt="%.6f", delimiter=",", header=",".join(columns), comments="")
+    loaded = load_drive([log])
+    assert found(loaded.record.decisions, "unit") == {"yaw_rate"}
+    assert all(
+        np.allclose(loaded.signals[n].values, signals[n].values, atol=1e-6)
+        for n in ("roll_rate", "pitch_rate")
+    )
 
 
 def test_a_speed_that_cannot_be_does_not_hide_the_units_of_the_others():

@@ -84,7 +84,7 @@ def _on_a_rough_road(scale: float) -> dict[str, Signal]:
     return signals | made
 
 
-@pytest.mark.parametrize("scale", [0.1, 0.4, 2.54])
+@pytest.mark.parametrize("scale", [0.1, 0.4, 3.5])
 def test_a_rough_road_hides_no_wrong_unit(scale: float) -> None:
     signals = _on_a_rough_road(scale)
     assert len(wrong_travel(signals, make_grid(signals))) == 4
@@ -94,3 +94,49 @@ def test_a_rough_road_is_no_wrong_unit() -> None:
     signals = _on_a_rough_road(1.0)
     assert axle_shares(make_grid(signals)).keys() == {"f", "r"}
     assert not wrong_travel(signals, make_grid(signals))
+
+
+def _on_banked_roads(scale: float, *, bank: float, felt: bool = True) -> dict[str, Signal]:
+    """Bends on roads that lean into them by `bank` rad per m/s², as quickly as they bend; the gyro turns with body and road.
+
+    felt: whether yaw rate and speed are logged beside the lateral acceleration, so that the bank shows.
+    """
+    rng = np.random.default_rng(6)
+    t = np.arange(int(400 * HZ)) / HZ
+    curve = np.convolve(rng.standard_normal(len(t)), np.hanning(200), mode="same")
+    curve *= 1.5 / curve.std()
+    road = -bank * curve
+    lean = 0.011 * (curve + 9.81 * road)
+    roll = lean / 0.85 + road
+    columns = {
+        "roll_rate": np.gradient(roll) * HZ + 0.003 * rng.standard_normal(len(t)),
+        "accel_y": curve + 9.81 * roll + 0.1 * rng.standard_normal(len(t)),
+    }
+    if felt:
+        columns |= {"yaw_rate": curve / 20.0, "speed": np.full(len(t), 20.0)}
+    for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+        travel = 0.01 + 0.5 * 1.55 * side * lean + 0.0003 * rng.standard_normal(len(t))
+        columns[f"suspension_deflection_{wheel}"] = scale * travel
+    stamps = (t * 1e9).astype(np.int64)
+    return {name: Signal(name, stamps, values, name) for name, values in columns.items()}
+
+
+@pytest.mark.parametrize("bank", [0.0, 0.004, 0.006, 0.009, 0.016, 0.03])
+def test_right_deflections_are_kept_where_roads_bank(bank: float) -> None:
+    signals = _on_banked_roads(1.0, bank=bank)
+    assert not wrong_travel(signals, make_grid(signals))
+
+
+@pytest.mark.parametrize("bank", [0.005, 0.006])
+def test_where_nothing_tells_the_bank_a_factor_of_two_is_left(bank: float) -> None:
+    signals = _on_banked_roads(1.0, bank=bank, felt=False)
+    assert max(each.ratio for each in axle_shares(make_grid(signals)).values()) > 1.41
+    assert not wrong_travel(signals, make_grid(signals))
+
+
+@pytest.mark.parametrize(
+    ("scale", "bank"), [(10.0, 0.006), (10.0, 0.016), (2.54, 0.0), (0.1, 0.0), (0.05, 0.006), (3.5, 0.0)]
+)
+def test_a_wrong_unit_is_found_where_roads_bank_too(scale: float, bank: float) -> None:
+    signals = _on_banked_roads(scale, bank=bank)
+    assert len(wrong_travel(signals, make_grid(signals))) == 4
