@@ -63,9 +63,21 @@ def _turned(results: DriveResults) -> list[str]:
     return [f"Signs turned: {', '.join(dict.fromkeys(names))} (report: data quality)."] if names else []
 
 
+def _left_out(results: DriveResults) -> list[str]:
+    """Signals that the log holds and the checks do not use, each reason once: else the next measurement would ask for what is there."""
+    of: dict[str, list[str]] = {}
+    for d in results.record.decisions:
+        if d.kind == "range" and d.applied and d.action.startswith("left out"):
+            of.setdefault(d.found, []).append(d.signal)
+    return [
+        f"Left out: {', '.join(names)}: {clean(found, 200)} (report: data quality)."
+        for found, names in of.items()
+    ]
+
+
 def _next_and_conflicts(results: DriveResults) -> list[str]:
-    """A log that is not whole, a load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
-    told = [*_log(results), *_turned(results)]
+    """A log that is not whole, signals turned or left out, a load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
+    told = [*_log(results), *_turned(results), *_left_out(results)]
     told += [
         f"{sentence(clean(note, 600)).rstrip('.')}."
         for note in results.record.notes

@@ -117,3 +117,20 @@ def test_signs_that_were_turned_and_channels_that_nobody_knew_stand_below() -> N
     )
     plain = replace(sample.record, decisions=(left,))
     assert "Signs turned" not in verdict_table(replace(sample, record=plain))
+
+
+def test_signals_that_the_checks_left_out_are_named_with_each_reason_once() -> None:
+    sample = rich()
+    wide = "deflections span 0.46 m, more than any road vehicle's wheel travels, as mm called cm would"
+    left = [
+        Decision(f"suspension_deflection_{wheel}", "range", wide, "left out; say the unit", "", True)
+        for wheel in ("fl", "fr")
+    ]
+    said = [replace(left[0], applied=False), replace(left[0], kind="unit")]
+    told = " ".join(
+        verdict_table(replace(sample, record=replace(sample.record, decisions=(*left, *said)))).split()
+    )
+    assert f"Left out: suspension_deflection_fl, suspension_deflection_fr: {wide} (report: data" in told
+    assert told.count("0.46 m") == 1
+    plain = replace(sample.record, decisions=tuple(said))
+    assert "Left out:" not in verdict_table(replace(sample, record=plain))
