@@ -41,12 +41,13 @@ from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Estimate, FloatArray, ParameterEstimate
+from pipelines.vehicles.usual import STRUT_SCALE, STRUT_ZERO_N
 from pipelines.vehicles.vehicle import Vehicle
 
 SETTINGS: tuple[Setting, ...] = (
     Setting("cutoff_hz", 3.0, "Hz", "zero-phase low-pass of all signals", 0.3, 20.0),
-    Setting("force_scale_std", 0.008, "share", "scale error of a strut force sensor", 0.0, 0.5),
-    Setting("force_offset_std", 40.0, "N", "offset of a strut force sensor", 0.0, 5000.0),
+    Setting("force_scale_std", STRUT_SCALE, "share", "scale error of a strut force sensor", 0.0, 0.5),
+    Setting("force_offset_std", STRUT_ZERO_N, "N", "offset of a strut force sensor", 0.0, 5000.0),
     Setting(
         "model_std", 0.002, "share", "what the balances themselves may be wrong by, of the mass", 0.0, 0.2
     ),

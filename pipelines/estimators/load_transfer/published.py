@@ -40,6 +40,7 @@ from pipelines.models.load_transfer import Motion, Size, position
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Assumption, Estimate, FloatArray, ParameterEstimate, Trace, Track
+from pipelines.vehicles.usual import STRUT_SCALE, STRUT_ZERO_N
 from pipelines.vehicles.vehicle import Vehicle
 
 LEAST_S = 30.0
@@ -68,8 +69,8 @@ def _settings(order: float, learning: float, gate: float, gated: str) -> tuple[S
         Setting("force_std", 100.0, "N", "R: model error and noise of a strut force (the tables: 3.2)", 1.0, 5000.0),
         Setting("learning", learning, "", "factor on the tables' c of the arms", 0.0, 1e5),
         Setting("gate_g", gate, "g", gated, 0.0, 1.0),
-        Setting("force_scale_std", 0.008, "share", "scale error of a strut force sensor", 0.0, 0.5),
-        Setting("force_offset_std", 40.0, "N", "offset of a strut force sensor", 0.0, 5000.0),
+        Setting("force_scale_std", STRUT_SCALE, "share", "scale error of a strut force sensor", 0.0, 0.5),
+        Setting("force_offset_std", STRUT_ZERO_N, "N", "offset of a strut force sensor", 0.0, 5000.0),
     )  # fmt: skip
 
 
