@@ -23,6 +23,7 @@ from pipelines.suspension_mapping.sample import (
     training_drive,
 )
 from pipelines.suspension_mapping.spread import fit_spread
+from pipelines.vehicles.usual import STRUT_SCALE, STRUT_ZERO_N
 from pipelines.vehicles.vehicle import Vehicle
 
 __all__ = ["choose_form", "train", "training_drive"]
@@ -31,9 +32,9 @@ TRAVELS_M = (0.001, 0.002, 0.004)
 """Deflections over which dry friction may turn over; the one of the least error is taken."""
 RIDE_HEIGHTS_M = (0.12, 0.16, 0.21, 0.28, 0.4, 0.6)
 """h_s of (149)-(150): the one of the least error is taken; the dissertation has 0.21 m."""
-DRIFT_SHARE, SCALE_SHARE = 0.006, 0.005
-"""Standard deviation over the static force of what the zeros of struts and measuring wheels drift from drive to drive, and
-of the measuring wheels' own scale, which no training can see: usual figures of such instruments, an assumption."""
+SCALE_SHARE = STRUT_SCALE
+"""Standard deviation over the force of the measuring wheels' own scale, which no training can see, and of what that of a strut changes from
+drive to drive: as in all estimators by strut forces, with their zeros (STRUT_ZERO_N), which drift from drive to drive. An assumption."""
 DRIFT_WEIGHT = 4.0
 """How many training drives' scatter the assumed drift is worth."""
 USUAL_TRACK_M = 1.6
@@ -104,7 +105,8 @@ def _zero_n(sample: Sample, residual: FloatArray) -> float:
     force, drives = float(np.mean(sample.measured)), int(sample.drive[-1]) + 1
     means = np.array([np.mean(residual[sample.drive == k]) for k in range(drives)])
     scatter = float(np.sum((means - np.mean(means)) ** 2))
-    drift = (DRIFT_WEIGHT * (DRIFT_SHARE * force) ** 2 + scatter) / (DRIFT_WEIGHT + drives - 1)
+    assumed = STRUT_ZERO_N**2 + (SCALE_SHARE * force) ** 2
+    drift = (DRIFT_WEIGHT * assumed + scatter) / (DRIFT_WEIGHT + drives - 1)
     return float(np.sqrt(drift * (1 + 1 / drives) / 2 + (SCALE_SHARE * force) ** 2))
 
 
@@ -229,7 +231,7 @@ def train(
         for kind in kinds
     }
     zero = (
-        f"assumed: drift of {100 * DRIFT_SHARE:.1f} %, scale of {100 * SCALE_SHARE:.1f} % of the static force"
+        f"assumed: drift of {STRUT_ZERO_N:.0f} N and {100 * SCALE_SHARE:.1f} %, scale of {100 * SCALE_SHARE:.1f} % of the static force"
         + (f", with the scatter over {len(drives)} training drives" if len(drives) > 1 else "")
     )
     return SuspensionMap(name, drives[0].data.band_hz, shape, tuple(t.drive for t in drives), parts, zero)

@@ -12,6 +12,10 @@ from pipelines.vehicles.vehicle import Vehicle
 
 Spread = tuple[float, float]
 
+STRUT_SCALE, STRUT_ZERO_N = 0.008, 40.0
+"""What a strut's force sensor may be wrong by (standard deviations): share of the force, and N; of zeros also what they drift from drive to
+drive."""
+
 TALL_WHEELS = frozenset(("SUV", "Pickup"))
 LIGHT_HEAVY_KG = 5000.0
 """Empty mass up to which a heavy vehicle stands on a van's wheels, and is not much larger than one."""

@@ -33,6 +33,7 @@ from pipelines.results import (
 from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.beyond import beyond_measured
+from pipelines.verdict.loaded import with_its_load
 
 ORDER = ("identified", "weak", "not_identifiable")
 QUANTILE = 1.96
@@ -94,7 +95,13 @@ class _Given:
 
 
 def _prior(name: str, vehicle: Vehicle) -> Prior | None:
-    """What is known of a parameter without any log."""
+    """What is known of a parameter without any log, with the load that is stated."""
+    empty = _prior_empty(name, vehicle)
+    return None if empty is None else with_its_load(name, empty, vehicle)
+
+
+def _prior_empty(name: str, vehicle: Vehicle) -> Prior | None:
+    """The same of the empty vehicle; with an unknown load where none is stated."""
     stated = vehicle.get(name)
     if stated is not None and name in LOADED and not vehicle.load_stated:
         more, spread = (x * stated.value for x in LOADED[name])

@@ -184,6 +184,29 @@ def test_a_whole_axle_goes_as_one(ride: tuple[Array, Array]) -> None:
     unidentified(found, "corner_mass_rl_kg")
 
 
+def test_an_axle_alone_knows_that_friction_may_stick(ride: tuple[Array, Array]) -> None:
+    vehicle = plant.vehicle_of(CAR, 0.01)
+    smooth = (0.1 * ride[0], 0.1 * ride[1])
+    small = run(BATCH, recorded(smooth, wheels=("fl", "fr")), vehicle, least_excitation=0.0)
+    assert "friction that sticks" in unidentified(small, "corner_mass_fl_kg")
+    rough = run(BATCH, recorded(ride, wheels=("fl", "fr")), vehicle)
+    slippery = run(BATCH, recorded(ride, wheels=("fl", "fr")), vehicle, friction_std_n=0.0)
+    # friction is a spring beside the springs: what the axle carries may be more than they say
+    one, other = (found.parameters["corner_mass_fl_kg"] for found in (rough, slippery))
+    assert one.value is not None
+    assert other.value is not None
+    assert one.std is not None
+    assert other.std is not None
+    assert one.value > other.value
+    assert one.std > other.std
+
+
+def test_an_axle_alone_needs_a_drive_that_is_rough_throughout(ride: tuple[Array, Array]) -> None:
+    calm = tuple(np.concatenate((part, 0.01 * np.tile(part, (2, 1)))) for part in ride)
+    found = run(BATCH, recorded((calm[0], calm[1]), wheels=("fl", "fr")), plant.vehicle_of(CAR, 0.01))
+    assert "of the drive is rough" in unidentified(found, "corner_mass_fl_kg")
+
+
 @pytest.mark.parametrize("estimator", [RLS, BATCH])
 def test_refusals(estimator: BaseExcitation | BaseExcitationBatch) -> None:
     rng = np.random.default_rng(4)

@@ -32,6 +32,9 @@ IDENTIFIED, WEAK = 0.06, 0.25
 """Largest standard deviation as a share of the height for these words; of the position, a third of it as a share of
 the wheelbase."""
 
+FEW_ROWS = 20.0
+"""Rows that do not hang together below which a height is weak at best: the residual's own colour is not known from fewer."""
+
 
 @dataclass(frozen=True)
 class Errors:
@@ -213,6 +216,9 @@ def answers(
             found["cg_height_m"] = unknown("cg_height_m", why, vehicle)
         else:
             reason = f"load transfer over {balance.force_spread:.2f} m/s² of force; {mass_words}"
+            if balance.rows_told < FEW_ROWS:
+                status = "weak"
+                reason = f"only {balance.rows_told:.0f} rows that do not hang together; {reason}"
             found["cg_height_m"] = _estimate("cg_height_m", draws.height, status, reason, vehicle)
     else:
         found["cg_height_m"] = unknown("cg_height_m", told, vehicle)

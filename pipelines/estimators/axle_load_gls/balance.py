@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.estimators.axle_load_gls.data import AxleData
-from pipelines.estimators.axle_load_gls.fit import Colour, Fit, fit
+from pipelines.estimators.axle_load_gls.fit import Colour, Fit, few_rows, fit
+from pipelines.estimators.axle_load_gls.hills import hills_covariance
 from pipelines.filters.whiten import whiten
 from pipelines.models.axle_load import GRAVITY
 from pipelines.prepare.lowpass import lowpass
@@ -28,6 +29,7 @@ class Balance:
     force, moment (n,): specific force and L times load, as fitted; fitted (n,): the model's moment, or speed where
     by_speed. unexplained: share of the moment's variance, both slow (below 0.5 Hz),
     that goes neither with the force nor with the other columns. track_rows, track, track_std: M_h and M_c after the data up to these rows, (k,), (k, 2), (k, 2).
+    rows_told: how many rows that do not hang together it rests on.
     """
 
     moments: FloatArray
@@ -43,6 +45,7 @@ class Balance:
     track_std: FloatArray
     force_spread: float
     unexplained: float
+    rows_told: float = math.inf
 
 
 def noise_of(values: FloatArray, starts: FloatArray) -> float:
@@ -88,10 +91,12 @@ class Known:
         return both, mean, np.maximum(std, 1e-9)
 
 
-def by_force(data: AxleData, wheelbase: float, known: Known, huber: float) -> Balance:
+def by_force(
+    data: AxleData, wheelbase: float, known: Known, huber: float, *, measured: bool = True
+) -> Balance:
     """L load = M_h f + M_c f_z + c v² + I q'; the last two with a prior. Autoregressive residual.
 
-    f: the accelerometer's, else dv/dt + g sin(grade).
+    f: the accelerometer's (measured), else dv/dt + g sin(grade).
     """
     force = data.force()
     moment = wheelbase * data.load
@@ -107,11 +112,16 @@ def by_force(data: AxleData, wheelbase: float, known: Known, huber: float) -> Ba
         columns / size, data.starts, Colour(0.9, 0.1), huber=huber, lag_rows=lag,
         prior_mean=mean, prior_precision=precision,
     )  # fmt: skip
-    beta, wide = found.beta, found.wide_covariance
+    beta = found.beta
+    rest = moment - x @ beta
+    covariance = found.wide_covariance[:2, :2] * few_rows(data.size)
+    # the force that speed and an assumed slope give; an accelerometer feels the slope itself
+    if not measured:
+        covariance = covariance + hills_covariance(data, found, x / size, precision, beta[:2], rest, size)
     rows, track, spread = _track(columns / size, data, found, mean, precision)
     return Balance(
-        beta[:2], wide[:2, :2], found, False, force, moment, moment, x @ beta, rows, track, spread,
-        float(np.std(force)), _unexplained(data, moment - x @ beta, beta[0] * force),
+        beta[:2], covariance, found, False, force, moment, moment, x @ beta, rows, track, spread,
+        float(np.std(force)), _unexplained(data, rest, beta[0] * force), slow_rows(data),
     )  # fmt: skip
 
 
@@ -140,7 +150,12 @@ def by_speed(data: AxleData, wheelbase: float, known: Known, huber: float) -> Ba
         columns, starts, Colour(1.0, 0.01), huber=huber, lag_rows=round(CORRELATION_S * data.rate_hz),
         prior_mean=mean, prior_precision=precision, least_process=least,
     )  # fmt: skip
-    moments, covariance = _moments_by_speed(found.beta, found.wide_covariance)
+    own = found.wide_covariance.copy()
+    own *= few_rows(data.size)
+    moments, _ = _moments_by_speed(found.beta, own)
+    rest = moment - beside @ coefficient - moments[1] * data.vertical - moments[0] * force
+    own[:2, :2] += hills_covariance(data, found, x, precision, moments, rest, None)
+    moments, covariance = _moments_by_speed(found.beta, own)
     rows, track, spread = _track(columns, data, found, mean, precision)
     for i in range(len(track)):
         if np.isfinite(track[i]).all() and track[i, 0] > 0:
@@ -149,33 +164,58 @@ def by_speed(data: AxleData, wheelbase: float, known: Known, huber: float) -> Ba
         else:
             track[i] = spread[i] = np.nan
     offset = _levels(found.residual, starts)
-    rest = moment - beside @ coefficient - moments[1] * data.vertical - moments[0] * force
     return Balance(
         moments, covariance, found, True, force, moment, data.speed, data.speed - found.residual + offset,
-        rows, track, spread, float(np.std(force)), _unexplained(data, rest, moments[0] * force),
+        rows, track, spread, float(np.std(force)), _unexplained(data, rest, moments[0] * force), slow_rows(data),
     )  # fmt: skip
 
 
 def better_form(data: AxleData, wheelbase: float, known: Known, huber: float) -> tuple[AxleData, Balance]:
-    """Without an accelerometer: against the speed, unless the two forms disagree; and the data of the form taken.
+    """Without an accelerometer: both forms, each by what it may be wrong by; and the data of the weightier one.
 
     The form against the speed is the efficient one with a noisy speed, but all that the model leaves out of the load
-    makes its M_h too large; the form against dv/dt + g sin(grade) does not suffer from that. Where they differ by more
-    than chance, the latter is taken, and their difference counts as doubt.
+    makes its M_h too large; the form against dv/dt + g sin(grade) hardly suffers from that, and errors of the force itself make its
+    M_h too small by little. What the two differ by beyond chance is therefore the first one's error, and a part of it the second one's.
     """
     direct = by_speed(data, wheelbase, known, huber)
     slow = slowed(data, SLOW_FORM_HZ)
     if slow is data:
         return data, doubted(direct, 1.0)
-    other = by_force(slow, wheelbase, known, huber)
-    gap = direct.moments[0] - other.moments[0]
-    chance = math.sqrt(max(float(direct.covariance[0, 0] + other.covariance[0, 0]), 1e-12))
-    if not abs(gap) > 2 * chance:
-        return data, doubted(direct, DIRECT_DOUBT)
-    covariance = other.covariance.copy()
-    # errors of the force itself make its M_h too small: a part of the gap may be theirs
-    covariance[0, 0] += (GAP_SHARE * gap) ** 2
-    return slow, replace(other, covariance=covariance)
+    direct = doubted(direct, DIRECT_DOUBT)
+    other = by_force(slow, wheelbase, known, huber, measured=False)
+    joined = _joined(direct, other)
+    return (data if joined.by_speed else slow), joined
+
+
+def _joined(direct: Balance, other: Balance) -> Balance:
+    """The weightier of the two forms with M_h in their weighted mean, and in its variance what is left of their difference."""
+    gap = float(direct.moments[0] - other.moments[0])
+    variances = np.array([float(form.covariance[0, 0]) for form in (direct, other)])
+    excess = max(gap**2 - float(variances.sum()), 0.0)
+    if not np.isfinite(excess) or not (variances > 0).all():
+        return direct
+    weights = 1 / (variances + excess * np.array([1.0, GAP_SHARE**2]))
+    share = weights / weights.sum()
+    lead = direct if share[0] >= share[1] else other
+    height = float(share[0] * direct.moments[0] + share[1] * other.moments[0])
+    # the forms have load, speed and hills in common: the mean of both is no surer than the surer one
+    variance = float(share @ variances) + float(share[0] * share[1]) * excess
+    variance += (GAP_SHARE * float(share[1])) ** 2 * excess
+    covariance = lead.covariance.copy()
+    slope = float(covariance[0, 1] / covariance[0, 0])
+    moved = height - float(lead.moments[0])
+    left = max(float(covariance[1, 1]) - slope**2 * float(covariance[0, 0]), 0.0)
+    covariance = np.array([[variance, slope * variance], [slope * variance, left + slope**2 * variance]])
+    ratio = height / float(lead.moments[0])
+    return replace(
+        lead, moments=lead.moments + moved * np.array([1.0, slope]), covariance=covariance,
+        track=lead.track * np.array([ratio, 1.0]), rows_told=min(direct.rows_told, other.rows_told),
+    )  # fmt: skip
+
+
+def slow_rows(data: AxleData) -> float:
+    """Rows that do not hang together: what is left of quicker ones at the slow form's pace."""
+    return data.size * min(1.0, 2 * SLOW_FORM_HZ / data.rate_hz)
 
 
 def doubted(balance: Balance, share: float) -> Balance:

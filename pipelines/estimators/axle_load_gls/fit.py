@@ -13,6 +13,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import stdtrit
 
 from pipelines.filters.whiten import deletion_residuals, whiten
 from pipelines.results import FloatArray
@@ -21,6 +22,8 @@ PASSES = 12
 SETTLED = 1e-6
 MOST_HUBER = 3.0
 MOST_RATIO = 1e8
+TAKEN = 4
+"""Figures that the rows themselves have to tell: two moments, and the residual's colour."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,11 @@ class Fit:
     weights: FloatArray
     innovations: FloatArray
     lag_one: float
+
+
+def few_rows(rows: int) -> float:
+    """Factor on a variance that was found from the residual of so many rows: Student's law has that much wider a 95 % interval."""
+    return float(stdtrit(max(rows - TAKEN, 1), 0.975) / 1.959964) ** 2
 
 
 def _solve(

@@ -18,8 +18,10 @@ CORRELATION_S = 1.0
 MOST_LEAK = 0.02
 LEAST_THERE = 0.9
 ALTITUDE_HZ = 0.05
+STILL = "g cos(grade)"
 GRADE_ERROR = {"road_grade": 0.003, "altitude": 0.008, "accelerometer": 0.01, "flat": 0.01}
-"""rad, standard deviation of a constant error of the road's slope, by where it is from."""
+"""rad, standard deviation of a constant error of the road's slope, by where it is from. STILL: in words, a force normal to the road that
+nothing shows to change over crests."""
 
 
 def without_small_holes(prepared: Prepared) -> Prepared:
@@ -140,7 +142,7 @@ def vertical_force(
         return Vertical(still + np.nan_to_num(bend * speed), "g cos(grade) and the grade's change", 0.0)
     up = prepared.columns.get("accel_z")
     if up is None or accel is None or not good.any() or not np.isfinite(up[good]).all():
-        return Vertical(still, "g cos(grade)", 0.0)
+        return Vertical(still, STILL, 0.0)
     moved, along = up[good] - np.mean(up[good]), accel[good] - np.mean(accel[good])
     power = max(float(along @ along), 1e-9)
     share = float(along @ moved) / power

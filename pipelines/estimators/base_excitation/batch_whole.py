@@ -8,7 +8,12 @@ import numpy as np
 
 from pipelines.estimators.base_excitation.answers import BodyFigures, answer, figure
 from pipelines.estimators.base_excitation.batch_heave import HARDENING, NAMES, HeaveFit
-from pipelines.estimators.base_excitation.batch_parts import LEAST_EXPLAINED
+from pipelines.estimators.base_excitation.batch_parts import (
+    HEAVE_EXPLAINED,
+    LEAST_EXPLAINED,
+    MOST_STIFFER,
+    not_rough,
+)
 from pipelines.estimators.base_excitation.data import RideData, stiffer
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
@@ -30,28 +35,18 @@ def rougher(hub_rms: float) -> float:
 
 HEAVE_DAMPING_ERROR = 0.25
 USUAL_HARDENING, STOP_SHARE = 0.3, 0.6
-MOST_STIFFER = 0.25
-"""Stiffening in deep compression that progressive springs have; what of a further one may be there at rest already; the
-largest stiffness beyond the springs with which anything is said."""
+"""Stiffening in deep compression that progressive springs have; what of a further one may be there at rest already."""
 
 SQRT_12 = math.sqrt(12)
 LEAST_CLARITY = 0.5
-LEAST_ROUGH = 0.6
-HEAVE_EXPLAINED = 0.96
-"""Share of the masses' information that must not be accelerometer noise; share of the drive that must be rough;
-share of the heave that must follow from springs and dampers, or the mass comes out low: 0.99 off road, 0.80-0.92 on roads,
-where it was 10 to 25 % low."""
+"""Share of the masses' information that must not be accelerometer noise."""
 
 
 def refused(data: RideData, fit: HeaveFit, vehicle: Vehicle) -> str:
     """Why the heave of this drive tells no mass; "" where it does."""
-    rough = sum(int(data.lively[i:j].sum()) for i, j in data.stretches)
-    share = rough / max(sum(j - i for i, j in data.stretches), 1)
-    if share < LEAST_ROUGH:
-        return (
-            f"only {share:.0%} of the drive is rough: bends, brakes and single bumps move the body by more than springs and "
-            "dampers; drive straight over rough ground"
-        )
+    unlike = not_rough(data)
+    if unlike:
+        return unlike
     if fit.clarity < LEAST_CLARITY:
         return "the body's acceleration is mostly sensor noise; drive over rough ground"
     if fit.explained < LEAST_EXPLAINED or not fit.plausible:

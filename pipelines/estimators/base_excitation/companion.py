@@ -35,9 +35,18 @@ from pipelines.estimators.base_excitation.batch_parts import (
     figures_of,
     groups,
     joined,
+    not_rough,
+    sticking,
     why_not,
 )
-from pipelines.estimators.base_excitation.batch_whole import body_of, mean_damping, refused
+from pipelines.estimators.base_excitation.batch_whole import (
+    MODEL_ERROR,
+    SQRT_12,
+    body_of,
+    mean_damping,
+    refused,
+    rougher,
+)
 from pipelines.estimators.base_excitation.data import (
     AXLES,
     RideData,
@@ -196,19 +205,29 @@ class BaseExcitationBatch(RideMethod):
         best: tuple[str, CornerFit, float] | None = None
         seen: list[CornerSeen] = []
         reasons = []
+        # without inertia and bars around it a corner is on a bench, whose ground and friction are its own
+        bench = coupling == 0.0
+        unlike = "" if bench else not_rough(data)
+        if unlike:
+            return self._nothing(data, vehicle, unlike, figures)
+        model = 0.0 if bench else MODEL_ERROR * rougher(data.hub_rms)
         for wheels in groups(data.corners):
-            fit = fit_corner(joined(data, wheels), nuisance, block_s=block_s, band_hz=band)
-            why = why_not(fit)
+            corner = joined(data, wheels)
+            fit = fit_corner(corner, nuisance, block_s=block_s, band_hz=band)
+            sticks = 0.0 if bench else sticking(corner, nuisance.friction_std_n, band[0])
+            why = why_not(fit, sticks)
             label = "+".join(wheels)
             if fit is None or why:
                 reasons.append(f"{label}: {why}")
                 continue
-            chance = self._corner_chance(fit, wheels, coupling)
+            chance = math.hypot(self._corner_chance(fit, wheels, coupling), model, sticks / SQRT_12)
             quantity = data.springs[wheels[0]]
             share = math.hypot(chance, quantity.std / quantity.value)
-            seen.append(CornerSeen(wheels, fit.mass_kg, chance * fit.mass_kg, quantity.value))
+            # the fit's mass is that of the springs alone: the middle of what friction may add is taken
+            mass = (1 + sticks / 2) * fit.mass_kg
+            seen.append(CornerSeen(wheels, mass, chance * mass, quantity.value))
             for w in wheels:
-                answered, assumed = self._corner(w, fit, share, len(wheels), vehicle)
+                answered, assumed = self._corner(w, mass, fit, share, len(wheels), vehicle)
                 found[answered.name] = answered
                 assumptions.append(assumed)
             damping = float(fit.values[1] + fit.values[2]) / 2
@@ -216,7 +235,7 @@ class BaseExcitationBatch(RideMethod):
                 math.sqrt(float(fit.covariance[1, 1] + fit.covariance[2, 2] + 2 * fit.covariance[1, 2])) / 2
             )
             dampings.append((damping, math.hypot(scatter, math.hypot(share, DAMPING_ERROR) * damping)))
-            figures |= figures_of(fit, label)
+            figures |= {**figures_of(fit, label), f"{label}_friction_stiffness_share": sticks}
             if best is None:
                 best = (wheels[0], fit, share)
         if best is None:
@@ -262,9 +281,8 @@ class BaseExcitationBatch(RideMethod):
         return math.hypot(fit.relative_std, coupled, BENCH_ERROR)
 
     def _corner(
-        self, wheel: str, fit: CornerFit, share: float, wheels: int, vehicle: Vehicle
+        self, wheel: str, mass: float, fit: CornerFit, share: float, wheels: int, vehicle: Vehicle
     ) -> tuple[ParameterEstimate, Assumption]:
-        mass = fit.mass_kg
         whole = "its axle as a whole" if wheels == 2 else "this wheel alone"
         said = (
             f"{whole}, {fit.blocks.count} blocks: pitch and roll inertia"

@@ -35,17 +35,19 @@ from pipelines.estimators.load_transfer.data import (
 )
 from pipelines.estimators.load_transfer.evidence import evidence
 from pipelines.estimators.load_transfer.figures import force_traces, mass_tracks
+from pipelines.joint.hubs import hubs_past_of
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Estimate, FloatArray, ParameterEstimate
+from pipelines.vehicles.usual import STRUT_SCALE, STRUT_ZERO_N
 from pipelines.vehicles.vehicle import Vehicle
 
 SETTINGS: tuple[Setting, ...] = (
     Setting("cutoff_hz", 3.0, "Hz", "zero-phase low-pass of all signals", 0.3, 20.0),
-    Setting("force_scale_std", 0.008, "share", "scale error of a strut force sensor", 0.0, 0.5),
-    Setting("force_offset_std", 40.0, "N", "offset of a strut force sensor", 0.0, 5000.0),
+    Setting("force_scale_std", STRUT_SCALE, "share", "scale error of a strut force sensor", 0.0, 0.5),
+    Setting("force_offset_std", STRUT_ZERO_N, "N", "offset of a strut force sensor", 0.0, 5000.0),
     Setting(
         "model_std", 0.002, "share", "what the balances themselves may be wrong by, of the mass", 0.0, 0.2
     ),
@@ -62,11 +64,10 @@ VEHICLE_NEEDS: tuple[Need, ...] = (Need(("wheelbase_m",), "load transfer is m A_
 
 CAMBER = 0.3
 ARM_DOUBT = 0.04
-PITCH_AXIS = (0.09, 0.07)
 LIFT_M2 = 0.13
 LEAST_STRETCHES = 4
 """CAMBER: std of the share of the unsprung masses' height that leans on the body in a turn. ARM_DOUBT: share of the pitch arm
-that links and tyres may hide. PITCH_AXIS: m above ground, where the file gives no pitch_center_height_m. LIFT_M2: what
+that links and tyres may hide. LIFT_M2: what
 lift may pass for in drag area. LEAST_STRETCHES: of 8 s, below which only the static loads are given."""
 
 
@@ -193,21 +194,21 @@ def roll_arm(found: BatchFit, sprung: float, known: Known) -> tuple[float, float
 def pitch_arm(found: BatchFit, sprung: float, known: Known, vehicle: Vehicle) -> tuple[float, float]:
     """Sprung CG above the pitch axis of braking, m, and its standard deviation.
 
-    Beside it the struts see the unsprung masses held at their hubs, the wheels' spin, and the tyres' patches.
+    Beside it the struts see what of the unsprung masses' inertia their links' arms do not take, the wheels' spin, and the tyres' patches.
     """
     both = np.zeros_like(found.coefficients)
     both[ALONG] = both[BRAKING] = about_cg(found, known)
     flat = both.ravel()
     arm = float(flat @ found.coefficients.ravel()) / sprung
     spread = math.sqrt(max(float(flat @ found.covariance @ flat), 0.0)) / sprung
-    radius, axis = known.wheel_radius.value, vehicle.get("pitch_center_height_m")
-    height, height_std = PITCH_AXIS if axis is None else (axis.value, axis.std)
+    radius = known.wheel_radius.value
+    past, past_std = hubs_past_of(vehicle)
     under = known.unsprung_kg / sprung
     spin = 4 * known.wheel_inertia.value / radius / sprung
     mass, rate = vehicle.get("mass_kg"), vehicle.get("tire_vertical_rate_npm")
     patch, patch_std = patch_shift(None if mass is None else mass.value, None if rate is None else rate.value)
-    extra = under * (radius - height) + spin + patch
-    doubt = (spread, 0.3 * (extra - patch), under * height_std, patch_std, ARM_DOUBT * abs(arm))
+    extra = under * radius * (1 - past) + spin + patch
+    doubt = (spread, under * radius * past_std, 0.3 * spin, patch_std, ARM_DOUBT * abs(arm))
     return arm - extra, math.hypot(*doubt)
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -30,11 +30,17 @@ from pipelines.estimators.load_transfer.data import Known, StrutData, collect, k
 from pipelines.estimators.load_transfer.figures import force_traces
 from pipelines.estimators.load_transfer.filtering import ADDED, NAMES, FilterRun, FilterSettings, run_filter
 from pipelines.estimators.load_transfer.kernels import HFLTM, LTM, MLTM
+from pipelines.estimators.load_transfer.rough import (
+    apart_from_the_whole_drive,
+    quick_mass_share,
+    roll_inertia_doubt,
+)
 from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.load_transfer import Motion, Size, position
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Assumption, Estimate, FloatArray, ParameterEstimate, Trace, Track
+from pipelines.vehicles.usual import STRUT_SCALE, STRUT_ZERO_N
 from pipelines.vehicles.vehicle import Vehicle
 
 LEAST_S = 30.0
@@ -63,8 +69,8 @@ def _settings(order: float, learning: float, gate: float, gated: str) -> tuple[S
         Setting("force_std", 100.0, "N", "R: model error and noise of a strut force (the tables: 3.2)", 1.0, 5000.0),
         Setting("learning", learning, "", "factor on the tables' c of the arms", 0.0, 1e5),
         Setting("gate_g", gate, "g", gated, 0.0, 1.0),
-        Setting("force_scale_std", 0.008, "share", "scale error of a strut force sensor", 0.0, 0.5),
-        Setting("force_offset_std", 40.0, "N", "offset of a strut force sensor", 0.0, 5000.0),
+        Setting("force_scale_std", STRUT_SCALE, "share", "scale error of a strut force sensor", 0.0, 0.5),
+        Setting("force_offset_std", STRUT_ZERO_N, "N", "offset of a strut force sensor", 0.0, 5000.0),
     )  # fmt: skip
 
 
@@ -155,7 +161,8 @@ def _standing(
     jacking = 1.2 * jacking_share(data.across[heard], known, vehicle)
     links = LINKS * float(np.mean(np.abs(data.along[heard]))) / GRAVITY
     covariance = wander + sensors_covariance(loads, errors) + np.diag(found.misfit**2)
-    covariance = covariance + (jacking**2 + links**2 + 0.004**2) * np.outer(loads, loads)
+    quick = quick_mass_share(data, loads) if model == HFLTM else 0.0
+    covariance = covariance + (jacking**2 + links**2 + quick**2 + 0.004**2) * np.outer(loads, loads)
     along, across = level_doubt(data, (USUAL_ARM, USUAL_ARM))
     lumped = LUMPED * np.abs(found.misfit).mean() / loads.mean() if model == LTM else 0.0
     length = known.wheelbase.value
@@ -208,7 +215,7 @@ class _Published:
         wrong = contradiction(standing, data, vehicle)
         if wrong is not None:
             return self._nothing(wrong, vehicle)
-        parameters = self._parameters(found, standing, known, vehicle)
+        parameters = self._parameters(found, standing, known, vehicle, errors)
         return Estimate(
             self.name, "ran", "the filter ran over the drive", parameters,
             tracks=self._tracks(found, known, parameters),
@@ -236,7 +243,7 @@ class _Published:
         )  # fmt: skip
 
     def _parameters(
-        self, found: _Filtered, standing: Standing, known: Known, vehicle: Vehicle
+        self, found: _Filtered, standing: Standing, known: Known, vehicle: Vehicle, errors: Errors
     ) -> dict[str, ParameterEstimate]:
         words = "end of the filter's run on strut forces, and the vehicle file's unsprung masses"
         answers = {
@@ -244,6 +251,8 @@ class _Published:
             for n, (value, std) in whole_vehicle(standing, known).items()
         }
         data, run = found.data, found.run
+        if self.model == HFLTM:
+            answers |= self._beside_the_batch(answers, standing, found, errors)
         for name, arm, force in (("roll_arm_m", "h_r", data.across), ("pitch_arm_m", "h_p", data.along)):
             if float(np.std(force)) < LEAST_SPREAD:
                 answers[name] = unknown(name, "the drive hardly corners or brakes", vehicle)
@@ -252,6 +261,13 @@ class _Published:
             doubt = PITCH_DOUBT if arm == "h_p" else QUICK_DOUBT if self.model == HFLTM else ROLL_DOUBT
             # an arm that the filter left too short is no surer for it
             std = math.hypot(std, doubt * max(value, USUAL_ARM))
+            if arm == "h_r" and self.model == LTM:
+                std = math.hypot(
+                    std,
+                    roll_inertia_doubt(
+                        data, motion_of(data).accel_y, max(value, USUAL_ARM), known.size.track
+                    ),
+                )
             why = (
                 "mean of the arms over the second half of the run"
                 if self.model == HFLTM
@@ -267,6 +283,21 @@ class _Published:
             )
         answers["drag_area_m2"] = unknown("drag_area_m2", why, vehicle)
         return answers
+
+    @staticmethod
+    def _beside_the_batch(
+        answers: dict[str, ParameterEstimate], standing: Standing, found: _Filtered, errors: Errors
+    ) -> dict[str, ParameterEstimate]:
+        """The masses, weak where the filter's contradicts the balance over the whole drive."""
+        total = float(standing.loads.sum())
+        # the sensors' errors are in both
+        own = standing.covariance - sensors_covariance(standing.loads, errors)
+        share = math.sqrt(max(float(own.sum()), 0.0)) / total
+        words = apart_from_the_whole_drive(found.data, total, share)
+        if words is None:
+            return {}
+        weak = {n: softened(answers[n]) for n in ("mass_kg", "sprung_mass_kg")}
+        return {n: replace(entry, reason=f"{words}; {entry.reason}") for n, entry in weak.items()}
 
     def _tracks(
         self, found: _Filtered, known: Known, parameters: dict[str, ParameterEstimate]

@@ -25,6 +25,7 @@ from pipelines.estimators.roll_pitch_plane.evidence import pitch_evidence
 from pipelines.estimators.roll_pitch_plane.figures import assumptions, diagnostics, growing, traces
 from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import (
+    DRAWS,
     NET_MOMENT,
     PITCH_CENTER,
     WHEELBASE,
@@ -43,6 +44,7 @@ from pipelines.estimators.roll_pitch_plane.settings import (
     setting,
     unlike,
 )
+from pipelines.joint.hubs import hubs_past_draws
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Estimate, FloatArray, ParameterEstimate, Track
@@ -167,8 +169,10 @@ def _body(found: PitchFit, m: Masses, draws: Draws, errors: SensorErrors, vehicl
     drive = c["fx_drive"] * scale
     # beside the body: the unsprung masses at the height of their hubs, and the wheels' spin
     hubs = m.unsprung * (m.radius + draws.normal(0.0, LINK_STD_M)) + m.spin
+    # of these the arms of the links take a part past the struts
+    past = m.unsprung * m.radius * hubs_past_draws(vehicle, draws.rng, DRAWS)
     arm = (
-        brake * draws.normal(1.0, float(np.hypot(errors.arm_model, _hard(found.planes)))) - hubs
+        brake * draws.normal(1.0, float(np.hypot(errors.arm_model, _hard(found.planes)))) - hubs + past
     ) / m.sprung
     height = arm + draws.of("pitch_center_height_m", PITCH_CENTER)
     above = draws.place("imu_above_ground_m", float(np.median(height)), 0.2) - height
