@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 from scipy.special import softmax
 
 from pipelines.evidence import Evidence
+from pipelines.joint.bellows_way import TEXT as BELLOWS_TEXT
+from pipelines.joint.bellows_way import asked, bellows_ways
 from pipelines.joint.channel_ways import channel_ways
 from pipelines.joint.channels import WRONG
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
+from pipelines.joint.doubts import BELLOWS
 from pipelines.joint.file_check import LOAD, file_check
 from pipelines.joint.file_ways import BRAKE_GAIN, file_ways
 from pipelines.joint.levelled import TEXT as LEVELLED
@@ -146,7 +149,7 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
             vehicle, known, joint, modes = levelled, raised, high, ends
             found.append(LEVELLED)
     checks = before = check(joint)
-    plain, left = _weighed(_ways(joint, whole, known))
+    plain, left = _weighed(_ways(joint, whole, known, vehicle))
     if left:
         # what looks like tyres or sensors may be the file
         plain, left = _weighed([*(way for _, way in left), *_springs_or_file(joint, whole, known, vehicle)])
@@ -166,6 +169,9 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         joint, modes = _modes(way.whole, known, rng)
         checks = check(joint)
     total = plain + sum(chance for chance, _ in left)
+    if asked(whole, vehicle):
+        # both kinds were joined, each by a fit of its own: no doubt along straight lines beside them
+        vehicle = replace(vehicle, axle_load_by="tires")
     return Reached(
         vehicle, known, kept, stated, dropped, joint, modes, checks, before,
         tuple((chance / total, way.joint) for chance, way in left), (opened, *(way.opened for _, way in left)), tuple(found),
@@ -222,9 +228,12 @@ def _another_channel(name: str, _: Joint) -> str:
     return f"{WRONG.format(name)} (range, gear, unit?): all else contradicts it, and the drive was joined with its scale open"
 
 
-def _ways(joint: Joint, whole: tuple[Evidence, ...], known: Known) -> list[_Way]:
+def _ways(joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle) -> list[_Way]:
     """What may be otherwise than the drive was joined with, where its relations tell."""
-    ways = []
+    ways = [
+        _Way(BELLOWS, odds, found, free, whole, lambda _: BELLOWS_TEXT)
+        for odds, found, free in bellows_ways(joint, whole, known, vehicle)
+    ]
     stiff = rigid_odds(joint, whole, known)
     if stiff is not None:
         ways.append(_Way(RIGID, *stiff, rigid(known), whole, lambda _: RIGID_TEXT))

@@ -131,8 +131,8 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
     add(terms, "yaw2", p["product"])
     # the steered wheels' side force holds the car back (see `along`): it is in f_x, but no torque that links would carry
     add(terms, "yaw2", -links[1] * body.mass * (p["wheelbase"] - body.whole_x))
-    if not whole:
-        add(terms, "fy2", body.sprung * p["jack_bend"])
+    if kind == "axle" or not whole:
+        add(terms, "fy2", body.sprung * p["jack_bend"] * (p[BY_SPRINGS] if kind == "axle" else 1.0))
         add(terms, "one", p["pitch_bias"])
         add(terms, "rest", p["pitch_wound"])
     add(terms, "move", p["rolling_shift"] * body.mass * GRAVITY * p["rolling"] * p["radius"])
@@ -226,10 +226,12 @@ def vertical_forces(kind: str, p: Values, body: Body) -> Terms:
     # at rest weight is weight: only what moves can be wrong in the model
     add(terms, "fz_dynamic", -mass * p[f"gain_vertical_{kind}"])
     add(terms, "dfz", mass * p[f"late_vertical_{kind}"])
-    if not whole:
-        add(terms, "fx_brake", body.sprung * p["jack_brake"])
-        add(terms, "fx_drive", body.sprung * p["jack_drive"])
-        add(terms, "fy2", body.sprung * p["jack_side"])
+    if kind == "axle" or not whole:
+        # axle loads by springs lack what the links lift, as deflections do
+        lifted = body.sprung * (p[BY_SPRINGS] if kind == "axle" else 1.0)
+        add(terms, "fx_brake", lifted * p["jack_brake"])
+        add(terms, "fx_drive", lifted * p["jack_drive"])
+        add(terms, "fy2", lifted * p["jack_side"])
     add(terms, "v2", air_pressure(p) * (p["lift_front"] + p["lift_rear"]))
     return terms
 
