@@ -221,6 +221,12 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: flo
     """
     if entry.value is None or entry.std is None or entry.status == "not_identifiable" or widened <= 1:
         return entry
+    if not math.isfinite(widened):
+        words = f"the relation of {lead.estimator} contradicts the rest, and no spread of it would hold both"
+        return replace(
+            entry, value=None, std=None, low=None, high=None, inner=(), status="not_identifiable", sources=(),
+            reason=f"{words}; {entry.reason}",
+        )  # fmt: skip
     std = widened * entry.std
     half = QUANTILE * std
     words = (

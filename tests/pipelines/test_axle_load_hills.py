@@ -10,6 +10,7 @@ import plant_axle_load as plant
 from pipelines.estimators.axle_load_gls.estimator import AxleLoadGls
 from pipelines.estimators.axle_load_gls.fit import few_rows
 from pipelines.results import ParameterEstimate
+from pipelines.vehicles.vehicle import Quantity
 
 ESTIMATOR = AxleLoadGls()
 LORRY = plant.Lorry()
@@ -71,3 +72,21 @@ def test_few_rows_have_students_interval() -> None:
     # 2.776 / 1.960 with four degrees of freedom
     assert abs(few_rows(8) - 2.006) < 0.01
     assert few_rows(10_000) < 1.001
+
+
+def test_a_height_that_the_file_knows_better_is_weak() -> None:
+    drive = plant.record(
+        LORRY, driven(0, 120.0, 0.0), plant.Sensors(), ("axle_load_rear", "accel_x", "speed"), 0
+    )
+    prepared = ESTIMATOR.prepare(drive, {})
+    told = {}
+    for std in (0.02, 0.2):
+        known = plant.vehicle(LORRY)
+        stated = Quantity(1.03, std, "vehicle file")
+        known = replace(known, quantities={**known.quantities, "cg_height_m": stated})
+        told[std] = ESTIMATOR.estimate(prepared, known, {}, np.random.default_rng(0)).parameters[
+            "cg_height_m"
+        ]
+    assert told[0.2].status == "identified"
+    assert told[0.02].status == "weak"
+    assert "what the vehicle file says" in told[0.02].reason

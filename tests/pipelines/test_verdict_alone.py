@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pipelines.results import Estimate, ParameterEstimate
-from pipelines.verdict.combine import AGAINST, verdict_of
+from pipelines.verdict.combine import AGAINST, _Given, as_sure_as_its_relation, verdict_of
 from tests.pipelines.joint_parts import linear, vehicle
 
 NAME = "roll_gradient_degpg"
@@ -70,3 +70,12 @@ def test_where_the_counted_relation_does_not_tell_the_parameter_the_answer_is_ha
     assert (entry.value, entry.status) == (4.0, "weak")
     assert entry.std == pytest.approx(AGAINST * 0.1)
     assert "contradicts the rest" in entry.reason
+
+
+@pytest.mark.parametrize("widened", [float("inf"), float("nan")])
+def test_a_relation_that_no_spread_reconciles_tells_nothing(widened: float) -> None:
+    entry = _estimate("one", 200.0, 10.0, 4.0).parameters[NAME]
+    found = as_sure_as_its_relation(_Given("one", False, entry), entry, widened)
+    assert (found.status, found.value, found.std, found.low, found.high) == ("not_identifiable", *[None] * 4)
+    assert "times as wide" not in found.reason
+    assert "contradicts the rest" in found.reason

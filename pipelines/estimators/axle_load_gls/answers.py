@@ -32,6 +32,9 @@ IDENTIFIED, WEAK = 0.06, 0.25
 """Largest standard deviation as a share of the height for these words; of the position, a third of it as a share of
 the wheelbase."""
 
+STATED_RATIO = 0.5
+"""Of the spread of a stated height, below which a height that a drive tells is identified, as in the verdict."""
+
 FEW_ROWS = 20.0
 """Rows that do not hang together below which a height is weak at best: the residual's own colour is not known from fewer."""
 
@@ -187,6 +190,19 @@ def _word(std: float, identified: float, weak: float) -> Identification:
     return "identified" if std <= identified else ("weak" if std <= weak else "not_identifiable")
 
 
+def against_stated(
+    status: Identification, std: float, reason: str, vehicle: Vehicle
+) -> tuple[Identification, str]:
+    """A height's status, weak at most where its spread is more than half of what the file states of it: the drive then taught little."""
+    stated = height_prior(vehicle) if vehicle.get("cg_height_m") is not None else None
+    if status != "identified" or stated is None or std <= STATED_RATIO * stated.std:
+        return status, reason
+    return (
+        "weak",
+        f"{reason}; little narrower than what the vehicle file says of the empty vehicle (± {stated.std:.3f} m)",
+    )
+
+
 def answers(
     draws: Draws, balance: Balance, wheelbase: float, vehicle: Vehicle, told: str | None
 ) -> Mapping[str, ParameterEstimate]:
@@ -216,6 +232,7 @@ def answers(
             found["cg_height_m"] = unknown("cg_height_m", why, vehicle)
         else:
             reason = f"load transfer over {balance.force_spread:.2f} m/s² of force; {mass_words}"
+            status, reason = against_stated(status, float(np.std(draws.height)), reason, vehicle)
             if balance.rows_told < FEW_ROWS:
                 status = "weak"
                 reason = f"only {balance.rows_told:.0f} rows that do not hang together; {reason}"

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.estimators.axle_load_gls.answers import IDENTIFIED, WEAK, unknown
+from pipelines.estimators.axle_load_gls.answers import IDENTIFIED, WEAK, against_stated, unknown
 from pipelines.estimators.axle_load_gls.data import AxleData
 from pipelines.estimators.axle_load_gls.known import ROLLING, WHEEL_SPIN_SHARE, MassKnowledge, usual_pitch
 from pipelines.filters.hekf import HekfSettings, HekfTrack
@@ -166,6 +166,7 @@ def published_answers(
     if not mass.load_known:
         why += "; the load's mass is not stated"
     status = _word(doubts.height_all / max(abs(height), 1e-9), IDENTIFIED, WEAK)
+    status, why = against_stated(status, doubts.height_all, why, vehicle)
     if not 0.1 < height < 0.8 * wheelbase:
         status, why = "not_identifiable", f"the filter ended at {height:.2f} m, which no vehicle is; {why}"
     if told is not None:
