@@ -25,7 +25,7 @@ UNDECIDED = (
 class BusDatabases:
     """The databases' messages by identifier, and which of them a bus's frames are.
 
-    messages: of all databases, in their order, several of one identifier where they differ. seen: number of frames of each key
+    messages: of all databases, in their order. seen: number of frames of each key
     (bus * 2**32 + id). bound: the buses of a database, by file name, where the user said so.
     """
 
@@ -47,6 +47,7 @@ class BusDatabases:
         for key in self.seen:
             self._buses[key & 0xFFFF_FFFF].add(key >> 32)
         for can_id, messages in self._by_id.items():
+            # what several define, be it alike, speaks for none of them
             if len(messages) == 1 and can_id in self._buses:
                 self._own[messages[0].origin].add(can_id)
 
@@ -65,7 +66,7 @@ class BusDatabases:
         several = [message for message in self._by_id.get(can_id, []) if self.of(message, bus) is not None]
         said = [message for message in several if message.origin in self.bound]
         several = said or several
-        if len(several) < 2:
+        if all(message.signals == several[0].signals for message in several[1:]):
             return (several[0] if several else None), False
         origins = tuple(dict.fromkeys(message.origin for message in several))
         fits = [self._fits(message.origin, bus) for message in several]
@@ -94,18 +95,6 @@ class BusDatabases:
 
 def _those(origins: Sequence[str]) -> str:
     return " and ".join(origins)
-
-
-def distinct(databases: Iterable[Sequence[MessageDef]]) -> tuple[MessageDef, ...]:
-    """The messages of several databases, those of one identifier that are alike once, of the first that has them."""
-    found: dict[int, list[MessageDef]] = defaultdict(list)
-    messages = []
-    for database in databases:
-        for message in database:
-            if all(message.signals != other.signals for other in found[message.can_id]):
-                found[message.can_id].append(message)
-                messages.append(message)
-    return tuple(messages)
 
 
 def _some(names: Iterable[str]) -> str:

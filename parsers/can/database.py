@@ -11,7 +11,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from parsers.can.buses import distinct
 from parsers.can.database_cache import KeptDatabase, cache_file, keep, recall
 from parsers.can.definitions import MAX_BITS, BitField, Gate, MessageDef, SignalDef, id_text
 from parsers.can.frames import EXTENDED
@@ -43,20 +42,20 @@ _BUILTIN = Path(__file__).parent / "j1939.dbc"
 
 
 def load_databases(paths: Iterable[Path], log: ImportLog, *, given: bool = True) -> tuple[MessageDef, ...]:
-    """The messages of several DBC files, in their order; one identifier that several define otherwise is there several times.
+    """The messages of several DBC files, in their order; an identifier that several define is there several times.
 
     Raises DatabaseError where a file that the user gave cannot be read or holds no message at all. One that was found
     beside the log is left out with a note.
     """
-    databases = []
+    messages: list[MessageDef] = []
     for path in paths:
         try:
-            databases.append(load_database(path, log))
+            messages += load_database(path, log)
         except DatabaseError as error:
             if given:
                 raise
             log.note(f"the CAN database {path.name} beside the log is left out: {error.problem}")
-    return distinct(databases)
+    return tuple(messages)
 
 
 def builtin_j1939(log: ImportLog) -> tuple[MessageDef, ...]:

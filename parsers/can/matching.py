@@ -116,23 +116,39 @@ def match_streams(
     _say_how(given, loosely, from_builtin, log)
     everything = (*given, *builtin)
     streams = [
-        Stream(
-            everything[place],
-            bus,
-            tuple(keys),
-            sum(seen[key] for key in keys),
-            pgn=pgn_of(everything[place].can_id) if sender is not None else None,
-            sender=sender,
-            special_codes=sender is not None,
-            builtin=place >= len(given),
-            standard=None
-            if sender is None
-            else standard_of(everything[place], known.get(pgn_of(everything[place].can_id) or 0)),
-        )
+        _stream(everything[place], bus, sender, tuple(keys), seen, known, builtin=place >= len(given))
         for (place, bus, sender), keys in found.items()
     ]
     streams.sort(key=lambda s: (rank[id(s.message)], s.bus, -s.frames, s.sender or 0))
     return _named(streams, log)
+
+
+def _stream(
+    message: MessageDef,
+    bus: int,
+    sender: int | None,
+    keys: tuple[int, ...],
+    seen: Mapping[int, int],
+    known: Mapping[int, MessageDef],
+    *,
+    builtin: bool,
+) -> Stream:
+    """sender: None where the message is no J1939. known: cogest's own J1939 messages by group."""
+    frames, pgn = sum(seen[key] for key in keys), pgn_of(message.can_id)
+    if sender is None:
+        return Stream(message, bus, keys, frames, builtin=builtin)
+    standard = standard_of(message, known.get(pgn or 0))
+    return Stream(
+        message,
+        bus,
+        keys,
+        frames,
+        pgn=pgn,
+        sender=sender,
+        special_codes=True,
+        builtin=builtin,
+        standard=standard,
+    )
 
 
 def _say_how(

@@ -210,6 +210,29 @@ def _by_springs_alone(drive: Drive, vehicle: Vehicle, tilt: Signal) -> bool:
     return by_springs and shares(drive, vehicle, SLOW_MPS[0]).get("accel_y") is None
 
 
+def _left_as_it_is(drive: Drive, vehicle: Vehicle, share: Share, tilt: Signal) -> Decision | None:
+    """Why `accel_y` is right although it shows little of gravity, or may be; None where it surely lacks it."""
+    banks = (
+        "accel_y has little of gravity in it as the body leans on its springs: the road banks into its bends"
+    )
+    seen = f"{share.value:.2f} ± {share.std:.2f} of it is there"
+    long = f"{seen}, over {share.seconds:.0f} s"
+    banked = _banked(drive, vehicle, tilt)
+    if banked is not None:
+        other, where = banked
+        evidence = f"{seen}, {other.value:.2f} ± {other.std:.2f} {where}"
+        return Decision("accel_y", "choice", banks, "left as it is", evidence, applied=False)
+    turns = _leans_with_the_road(drive, tilt) if turned_share(drive) is None else None
+    if turns is not None:
+        action = f"left as it is: by the gyro the body turns by {max(turns, 0.0):.0%} of that lean"
+        return Decision("accel_y", "choice", banks, action, long, applied=False)
+    if abs(share.value) > NOTHING and _by_springs_alone(drive, vehicle, tilt):
+        found = f"{banks}, or it is no accelerometer's reading"
+        action = "left as it is: neither a gyro nor slow bends tell which"
+        return Decision("accel_y", "choice", found, action, long, applied=False)
+    return None
+
+
 def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set[str] = frozenset()) -> Drive:
     """The drive with gravity's part added to accelerations that surely lack it, and a decision for each in the record.
 
@@ -219,36 +242,9 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
     for name, (share, tilt) in shares(drive, vehicle).items():
         if not share.missing or name in known:
             continue
-        banked = _banked(drive, vehicle, tilt) if name == "accel_y" else None
-        if banked is not None:
-            other, where = banked
-            said.append(
-                Decision(
-                    name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends",
-                    "left as it is", f"{share.value:.2f} ± {share.std:.2f} of it is there, {other.value:.2f} ± {other.std:.2f} {where}", applied=False,
-                )
-            )  # fmt: skip
-            continue
-        turns = (
-            _leans_with_the_road(drive, tilt) if name == "accel_y" and turned_share(drive) is None else None
-        )
-        if turns is not None:
-            said.append(
-                Decision(
-                    name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends",
-                    f"left as it is: by the gyro the body turns by {max(turns, 0.0):.0%} of that lean",
-                    f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=False,
-                )
-            )  # fmt: skip
-            continue
-        if name == "accel_y" and abs(share.value) > NOTHING and _by_springs_alone(drive, vehicle, tilt):
-            said.append(
-                Decision(
-                    name, "choice", f"{name} has little of gravity in it as the body leans on its springs: the road banks into its bends, or it is no accelerometer's reading",
-                    "left as it is: neither a gyro nor slow bends tell which",
-                    f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=False,
-                )
-            )  # fmt: skip
+        right = _left_as_it_is(drive, vehicle, share, tilt) if name == "accel_y" else None
+        if right is not None:
+            said.append(right)
             continue
         axis, sign = ("roll", 1.0) if name == "accel_y" else ("pitch", -1.0)
         old = signals[name]

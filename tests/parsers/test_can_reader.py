@@ -161,6 +161,18 @@ def test_each_bus_has_the_database_whose_other_messages_it_carries(
     assert sum("define it differently" in note for note in log.notes) == 2
 
 
+def test_what_both_databases_define_alike_speaks_for_neither_and_is_read_on_the_bus_of_either(
+    tmp_path: Path,
+) -> None:
+    both = MORE.format(77, "Other")
+    rows = [*ON_BOTH, (2, 77, 2, b"\x07" + bytes(7))]
+    reader, log = open_rows(tmp_path, rows, CAR + both, AIR + both)
+    assert _levels(reader) == {}
+    assert any("0x123 on buses 1 and 2" in note for note in log.notes)
+    reader, _ = open_rows(tmp_path, rows, CAR + both, AIR + both, buses={"db0.dbc": (1,), "db1.dbc": (2,)})
+    assert read_all(reader)["Other.Extra"][1] == [7.0]
+
+
 def test_what_nothing_tells_is_left_undecoded_and_the_mapping_file_tells_it(tmp_path: Path) -> None:
     reader, log = open_rows(tmp_path, ON_BOTH, CAR, AIR)
     assert _levels(reader) == {}
