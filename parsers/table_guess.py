@@ -1,12 +1,15 @@
-"""The unit of time stamps that state none, by their size and steps."""
+"""The unit of time stamps that state none, by their size and steps, and the order of a date's parts."""
 
 from __future__ import annotations
 
+import re
 import statistics
 from collections.abc import Sequence
 from itertools import pairwise
 
-from parsers.table_stamps import DAY_NS
+from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST
+
+_HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 
 SERIAL_DATES = (20_000.0, 80_000.0)
 SERIAL_1970 = 25_569
@@ -78,3 +81,18 @@ def _is_wall_clock(moment_s: float, apart_s: float) -> bool:
     if apart_s <= _DENSE_S:
         return True
     return apart_s <= _SPARSEST_S and _LOGGED_S[0] <= moment_s < _LOGGED_S[1]
+
+
+def date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str]:
+    """Whether the day or the month comes first, and a note where the dates alone do not say it."""
+    if any(letter.isalpha() for letter in dates[0].split()[0]):
+        return DAY_FIRST, ""
+    parts = [[int(part) for part in re.split(r"[-/.]", cell)[:2]] for cell in dates]
+    if max(p[1] for p in parts) > 12:
+        return MONTH_FIRST, ""
+    if max(p[0] for p in parts) > 12 or "." in dates[0][:6]:
+        return DAY_FIRST, ""
+    two_ways = f"dates such as {dates[0]!r} can be read in two ways: taken as"
+    if "/" in dates[0][:6] and any(_HALF_DAY.search(cell) for cell in cells):
+        return MONTH_FIRST, f"{two_ways} month, day, year, as is usual beside AM and PM"
+    return DAY_FIRST, f"{two_ways} day, month, year"

@@ -22,9 +22,9 @@ from parsers.table_cells import (
     is_missing,
 )
 from parsers.table_fractions import unpadded
-from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, find_ticks, guess_unit
+from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, date_order, find_ticks, guess_unit
 from parsers.table_names import ColumnName
-from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST, YEAR_FIRST
+from parsers.table_stamps import DAY_NS, MONTH_FIRST, YEAR_FIRST
 from parsers.units import find_unit
 
 ABSOLUTE_FROM_NS = 630_000_000_000_000_000
@@ -75,7 +75,6 @@ _WITH_ZONE = re.compile(
     r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
 )
 _GROUPED = re.compile("\\d[\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}]\\d")
-_HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 _STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
 _HEADER_STAMP = re.compile(r"(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
@@ -324,7 +323,7 @@ def _calendar_plan(
     notes = spelt
     order = YEAR_FIRST
     if not re.match(r"\d{4}", dates[0]):
-        order, note = _date_order(dates, cells)
+        order, note = date_order(dates, cells)
         notes += [note] if note else []
         if _SHORT_YEAR.match(dates[0]):
             parts = "month, day" if order == MONTH_FIRST else "day, month"
@@ -334,21 +333,6 @@ def _calendar_plan(
     return TimePlan(
         "calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes), whole_ms=whole_ms
     )
-
-
-def _date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str]:
-    """Whether the day or the month comes first, and a note where the dates alone do not say it."""
-    if any(letter.isalpha() for letter in dates[0].split()[0]):
-        return DAY_FIRST, ""
-    parts = [[int(part) for part in re.split(r"[-/.]", cell)[:2]] for cell in dates]
-    if max(p[1] for p in parts) > 12:
-        return MONTH_FIRST, ""
-    if max(p[0] for p in parts) > 12 or "." in dates[0][:6]:
-        return DAY_FIRST, ""
-    two_ways = f"dates such as {dates[0]!r} can be read in two ways: taken as"
-    if "/" in dates[0][:6] and any(_HALF_DAY.search(cell) for cell in cells):
-        return MONTH_FIRST, f"{two_ways} month, day, year, as is usual beside AM and PM"
-    return DAY_FIRST, f"{two_ways} day, month, year"
 
 
 def _is_absolute(cells: Sequence[str], style: NumberStyle, unit_ns: int) -> bool:
