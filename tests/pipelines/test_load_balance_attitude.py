@@ -12,14 +12,16 @@ from scipy.optimize import fsolve
 
 from pipelines.estimators.load_balance.attitude import (
     attitude_relation,
+    attitude_terms,
     nod,
     pitch_compliance,
 )
 from pipelines.estimators.load_balance.data import Columns, collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.nodding import QUICK, nodding_columns
+from pipelines.estimators.load_balance.relations import pitch_moments, vertical_forces
 from pipelines.estimators.load_balance.smoothing import Smoother, friction_state
-from pipelines.joint.body import BRAKED_FRONT, dip_levers
+from pipelines.joint.body import BRAKED_FRONT, dip_levers, even_factor
 from pipelines.joint.unknowns import Known, before_the_log, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared, Segment
@@ -127,6 +129,25 @@ def test_a_driven_rear_axle_lifts_the_body_there_and_leaves_the_front_springs_al
     _, tyres = pitch_compliance(p)
     hand = (front / (2 * 25e3) - rear / (2 * 45e3)) / length - tyres * body.moment
     assert nod(p, "drive", None) == pytest.approx(hand)
+
+
+@pytest.mark.parametrize("balance", ["attitude", "pitch", "vertical"])
+def test_shafts_that_hold_back_while_the_brakes_are_on_pitch_as_in_driving(balance: str) -> None:
+    """Brakes that are on and do nothing: all of the force is the shafts', by their torque, and its links are those of driving."""
+    known = before_the_log(vehicle_file(Car(), None))
+    p = known.at(np.random.default_rng(8).uniform(0.2, 0.6, len(known.names))) | {"pitch_center_drive": 0.3}
+    body = body_of(p, None)
+    terms, head = {
+        "attitude": lambda: (attitude_terms(None)(p), "quick_"),
+        "pitch": lambda: (pitch_moments("deflection", p, body), ""),
+        "vertical": lambda: (vertical_forces("deflection", p, body), ""),
+    }[balance]()
+    braked, driven = terms[f"{head}fx_brake"], terms[f"{head}fx_drive"]
+    assert abs(braked - driven) > 0.01 * abs(driven)
+    by_torque = terms[f"{head}drive_on"] / even_factor(p["drive_scale"]) * p["radius"] * body.mass
+    assert braked + by_torque == pytest.approx(driven, rel=1e-9)
+    # nobody's torque: as much as an engine holds back
+    assert -terms[f"{head}held_on"] / p["engine_drag"] == pytest.approx(by_torque, rel=1e-9)
 
 
 def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArray]:

@@ -24,6 +24,9 @@ QUICK = (
 )  # fmt: skip
 """Columns of `data` that the balance holds high-passed."""
 
+BY_SHAFTS = ("drive_on", "held_on")
+"""And the one of these that is there: what shafts do while the brakes are on, by their torque or by what is usual."""
+
 SLOWEST_HZ = 0.1
 """What changes slower is grade, offset and drift."""
 
@@ -86,7 +89,7 @@ def nodding_columns(
     made = {"tip": quick(smooth(tip)), "dtip": quick(smooth(tip, 1))}
     for name, limit in (("tip_stick", STICK_RAD), ("tip_yield", YIELD_RAD)):
         made[name] = quick(smooth(friction_state(nodded, prepared, limit)))
-    for name in QUICK:
+    for name in (*QUICK, *(n for n in BY_SHAFTS if n in found)):
         made[f"quick_{name}"] = quick(found[name])
     made["quick_scrub"] = quick(smooth(held_by_tyres(nodded, prepared, speed, SIDE_MEMORY_M)))
     made["quick_held"] = quick(smooth(held_by_tyres(calm.whole(along), prepared, speed, LONG_MEMORY_M)))

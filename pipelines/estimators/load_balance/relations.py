@@ -231,6 +231,9 @@ def vertical_forces(kind: str, p: Values, body: Body) -> Terms:
         lifted = body.sprung * (p[BY_SPRINGS] if kind == "axle" else 1.0)
         add(terms, "fx_brake", lifted * p["jack_brake"])
         add(terms, "fx_drive", lifted * p["jack_drive"])
+        by_shafts = lifted / body.mass * (p["jack_drive"] - p["jack_brake"])
+        add(terms, "drive_on", by_shafts * even_factor(p["drive_scale"]) / p["radius"])
+        add(terms, "held_on", -by_shafts * body.mass * p["engine_drag"])
         add(terms, "fy2", lifted * p["jack_side"])
     add(terms, "v2", air_pressure(p) * (p["lift_front"] + p["lift_rear"]))
     return terms
