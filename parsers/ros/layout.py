@@ -45,7 +45,7 @@ CODES: dict[str, tuple[int, int]] = {
 """Primitive -> (code, bytes). Code 10 cannot be asked for."""
 NO_NUMBER = 10
 
-LISTED_SEQUENCE = 8
+LISTED_SEQUENCE = 64
 LISTED_STRUCTS = 4
 LISTED_ARRAY = 512
 MAX_FIELDS = 20_000

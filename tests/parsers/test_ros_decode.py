@@ -135,6 +135,19 @@ def test_every_value_of_standard_types_equals_the_peers(name: str, encoding: Enc
     assert list(standard.fields) == list(decoder.fields)
 
 
+@pytest.mark.parametrize("encoding", ["ros1", "cdr"])
+def test_an_array_of_forty_numbers_is_reachable_whole(encoding: Encoding) -> None:
+    """A logger that puts all of its values into one array, as mapping files name them."""
+    store, name = (ROS1 if encoding == "ros1" else ROS2), "std_msgs/msg/Float64MultiArray"
+    messages = [message_of(store, name, np.random.default_rng(1)) for _ in range(3)]
+    for i, message in enumerate(messages):
+        message.data = np.arange(40.0) + 100 * i
+    decoder = make_standard_decoder(name, encoding)
+    assert decoder is not None
+    decoded = compare(store, name, decoder, payloads_of(store, name, encoding, messages), messages)
+    assert decoded.columns["data[39]"].tolist() == [39.0, 139.0, 239.0]
+
+
 CUSTOM = """\
 # a type of nobody's package
 Header header
