@@ -75,8 +75,10 @@ _WITH_ZONE = re.compile(
     r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
 )
 _GROUPED = re.compile("\\d[\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}]\\d")
-_STAMP_SECONDS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:secs?|tv_sec)$", re.IGNORECASE)
-_STAMP_NANOS = re.compile(r"^(?P<head>.*(?:stamp|time))[._/](?:n(?:ano)?secs?|tv_nsec)$", re.IGNORECASE)
+_STAMP_SECONDS = re.compile(r"^(?P<head>(?:.*(?:stamp|time)[._/])?)(?:sec(?:ond)?s?|tv_sec)$", re.IGNORECASE)
+_STAMP_NANOS = re.compile(
+    r"^(?P<head>(?:.*(?:stamp|time)[._/])?)(?:n(?:ano)?sec(?:ond)?s?|tv_nsec)$", re.IGNORECASE
+)
 _HEADER_STAMP = re.compile(r"(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
 _UNIT_TAIL = re.compile(r"_(?:n?s|[um]s|n?sec|[um]sec|seconds)$", re.IGNORECASE)
 _NS_NAMES = re.compile(r"^%time$|rosbag_?timestamp|(?:^|[._/])header[._/]stamp$", re.IGNORECASE)

@@ -55,6 +55,11 @@ TIMES = {
         ReadOptions(),
         [1500000000000000007, 1500000000999999999],
     ),
+    "bare pair": (
+        "sec,nanosec,a\n1500000000,7,1\n1500000000,999999999,1\n",
+        ReadOptions(),
+        [1500000000000000007, 1500000000999999999],
+    ),
     "named": (
         "x,weird,a\n5,0.5,1\n5,1.5,1\n",
         ReadOptions(time_channel="weird", time_unit="s"),
