@@ -55,7 +55,9 @@ def level_roads(grid: Grid) -> bool:
     lateral, yaw, speed = grid.get("accel_y"), grid.get("yaw_rate"), vehicle_speed(grid)
     if lateral is None or yaw is None or speed is None:
         return False
-    found = compare(lateral, yaw * speed, np.abs(speed) > MIN_SPEED, centred=False)
+    # noise of an accelerometer on a rough road would make it the larger one
+    turning = smooth(yaw * speed, _CELLS)
+    found = compare(smooth(lateral, _CELLS), turning, np.abs(speed) > MIN_SPEED, centred=False)
     return found is not None and abs(found.correlation) >= _LEAST and found.ratio >= _FLAT
 
 

@@ -9,6 +9,8 @@ import pytest
 from check_drives import G, check, drive, found, scaled
 
 from parsers.checks import unchecked
+from parsers.checks.grid import Grid
+from parsers.checks.leaning import level_roads
 from parsers.drive import Signal
 
 RATE = 50.0
@@ -71,3 +73,16 @@ def test_without_quick_changes_it_is_said_that_it_cannot_be_told(angle: bool) ->
     assert found(check(signals)[1], "sign") == set()
     name = "roll" if angle else "roll_rate"
     assert any(f"sign of {name}: its quick changes" in text for text in unchecked(signals, {}))
+
+
+@pytest.mark.parametrize(("felt", "level"), [(1.05, True), (0.88, False)])
+def test_a_rough_roads_noise_makes_no_road_level(felt: float, level: bool) -> None:
+    """The accelerometer feels so much of yaw rate times speed, and a rough road's noise beside it."""
+    rng = np.random.default_rng(2)
+    cells = 4000
+    curve = np.convolve(rng.standard_normal(cells), np.hanning(80), mode="same")
+    curve *= 1.5 / curve.std()
+    noisy = felt * curve + 0.6 * rng.standard_normal(cells)
+    assert np.std(noisy) > 0.9 * np.std(curve)
+    columns = {"accel_y": noisy, "yaw_rate": curve / 20, "speed": np.full(cells, 20.0)}
+    assert level_roads(Grid(0.1 * np.arange(cells), columns)) is level
