@@ -21,6 +21,7 @@ from pipelines.results import FloatArray, ParameterEstimate, Prior
 from pipelines.verdict.combine import ASIDE
 
 SOURCE = "hierarchy"
+SOURCE_BEFORE = "vehicle file and what is known of vehicles"
 NO_DRAWS: FloatArray = np.zeros(0)
 WITH = "with all {count} drives of the vehicle: ± {std:.{digits}f}, this drive alone {alone}"
 
@@ -70,12 +71,23 @@ def _says_more_alone(drive: DriveTold, own: ParameterEstimate | None, std: float
     return curved and told and own is not None and own.std is not None and own.std <= std
 
 
+def _before(part: DrivePart) -> dict[str, Prior]:
+    """What a drive's parameters were known to before any log: of those, too, that no drive's verdict has."""
+    values, gradients = outputs_at(part.names, part.mean, part.std, part.given)
+    return {
+        name: Prior(value, float(np.linalg.norm(gradients[name] * part.std)), SOURCE_BEFORE)
+        for name, value in values.items()
+    }
+
+
 def _answer(
-    name: str, value: float, std: float, drive: DriveTold, seen: Seen, count: int
+    name: str, value: float, std: float, drive: DriveTold, before: Prior, seen: Seen, count: int
 ) -> ParameterEstimate | None:
     """One parameter of one drive with all drives joined; None where it is not to be shown."""
     own = drive.verdict.get(name)
-    prior = own.prior if own is not None and own.prior is not None else seen.priors.get(name)
+    prior: Prior | None = own.prior if own is not None and own.prior is not None else seen.priors.get(name)
+    if own is None and prior is None and before.std > 0:
+        prior = before
     spread = None if prior is None else Spread(prior.value, prior.std, NO_DRAWS)
     kinds: frozenset[str] = seen.kinds
     if name == "cg_lateral_offset_m" and drive.kept is not None and not _lateral(drive.kept):
@@ -102,13 +114,14 @@ def _answer(
     )  # fmt: skip
 
 
-def contradiction(drive: DriveTold) -> dict[str, float]:
-    """Variance by parameter that the drive's own verdict added because its relations contradict each other, SI.
+def doubted(drive: DriveTold) -> dict[str, float]:
+    """Variance by parameter that the drive's own verdict has beyond its linear relations', SI.
 
-    It lives on: other drives do not say which of the drive's relations is wrong.
+    It added that because relations contradict each other, or as a sensor or a figure of the file may be wrong. Both live on: other drives
+    do not say which of the drive's relations is wrong, and joining it with none must not make it surer.
     """
     kept = drive.kept
-    if kept is None or not kept.widened or not kept.normal:
+    if kept is None:
         return {}
     slope = kept.rows * kept.std
     covariance = inverse(np.eye(len(kept.std)) + slope.T @ slope)
@@ -135,10 +148,10 @@ def drive_answers(joined: Joined) -> dict[str, dict[str, ParameterEstimate]]:
         values, gradients = posterior.outputs(i)
         names = list(values)
         _, covariance = posterior.functional({i: np.stack([gradients[n] for n in names])})
-        more = contradiction(drive)
+        more, before = doubted(drive), _before(posterior.parts[i])
         for name, variance in zip(names, np.diag(covariance).tolist(), strict=True):
             std = math.sqrt(posterior.inflation**2 * variance + more.get(name, 0.0))
-            entry = _answer(name, values[name], std, drive, seen, len(posterior.parts))
+            entry = _answer(name, values[name], std, drive, before[name], seen, len(posterior.parts))
             if entry is not None:
                 found[drive_id][name] = entry
     for drive_id in joined.left_out:
@@ -214,7 +227,7 @@ def _vehicle_answer(
             if single
             else f"from {words}"
         )
-    prior = Prior(start, before, "vehicle file and what is known of vehicles")
+    prior = Prior(start, before, SOURCE_BEFORE)
     estimate = ParameterEstimate(
         figure.name, value, std, value - 1.96 * std, value + 1.96 * std, status,  # type: ignore[arg-type]
         reason, prior, None, (SOURCE,),

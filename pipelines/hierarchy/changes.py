@@ -41,6 +41,11 @@ NOT_SEEN = (
 )
 
 
+OR_SPRINGS = (
+    "or springs, or the sensors of their travel, changed: these drives do not tell one from the other"
+)
+
+
 @dataclass(frozen=True)
 class _Change:
     """A comparison with its sizes. load: (4,) and covariance of the change of the load's moments, all that is known in."""
@@ -161,11 +166,35 @@ def _text(change: _Change, detected: bool) -> str:
     return ", ".join([first, *_moved(change)])
 
 
+def _may_be_springs(posterior: VehiclePosterior, a: int, b: int) -> bool:
+    """Whether no change of the load is left where one of the two drives may have had other springs or deflection sensors."""
+    precision, right = _shared(posterior)
+    usual, other = (
+        [share_of(posterior.parts[i], posterior.mean(i), replaced=replaced) for i in (a, b)]
+        for replaced in (False, True)
+    )
+    pairs = ((usual[0], other[1]), (other[0], usual[1]))
+    return any(
+        before is not None and after is not None
+        and compared(before, after, precision, right).probability >= CHANCE
+        for before, after in pairs
+    )  # fmt: skip
+
+
+def _shared(posterior: VehiclePosterior) -> tuple[FloatArray, FloatArray]:
+    """Precision (K, K) and right hand side (K,) of the shared unknowns, by all drives."""
+    precision = np.linalg.inv(posterior.s_covariance)
+    precision = 0.5 * (precision + precision.T)
+    return precision, precision @ posterior.s
+
+
 def _record(posterior: VehiclePosterior, a: int, b: int, contrast: Contrast, between: int) -> LoadChange:
     """between: drives that lie between the two and do not see the load."""
     change = _changed(posterior, a, b, contrast)
     detected = contrast.figures > 0 and contrast.probability < CHANCE
     names, text = posterior.drives, _text(change, detected)
+    if detected and _may_be_springs(posterior, a, b):
+        text = f"{text}; {OR_SPRINGS}"
     if between:
         drives = "the drive between does" if between == 1 else f"the {between} drives between do"
         text = f"{text} (against {names[a]}: {drives} not see the load)"
@@ -180,9 +209,7 @@ def load_changes(posterior: VehiclePosterior, drives: Sequence[DriveTold]) -> tu
     in the posterior, or has no load among its unknowns, is passed over.
     """
     told = {drive.drive_id for drive in drives if drive.kept is not None}
-    precision = np.linalg.inv(posterior.s_covariance)
-    precision = 0.5 * (precision + precision.T)
-    right = precision @ posterior.s
+    precision, right = _shared(posterior)
     before: deque[tuple[int, Share]] = deque(maxlen=BACK)
     found = []
     for row, part in enumerate(posterior.parts):

@@ -16,6 +16,8 @@ from functools import cache
 import numpy as np
 
 from pipelines.hierarchy.posterior import DrivePart
+from pipelines.joint.body import empty_corner
+from pipelines.joint.unknowns import AXLES
 from pipelines.results import FloatArray
 
 LOADS = ("load", "load_x", "load_y", "load_h")
@@ -32,6 +34,11 @@ SCALED_BY = {"load": "empty_mass", "load_x": "wheelbase", "load_y": "track_front
 DRIFTS = 0.1
 """Share of the variance of a sensor's scale that is at least each drive's own: what is taken as fixed would cancel, and every
 drift of a torque's or a force's scale would be a change of the load."""
+
+BROKEN = 0.25
+"""Share of its rate by which a spring may have changed: one that broke, or another kind."""
+
+EMPTY = frozenset(("empty_mass", "empty_x", "wheelbase", "unsprung_front", "unsprung_rear"))
 
 LIGHT_KG = 15.0
 """A load lighter than this at the mode is taken as this: the slopes by its place vanish with it."""
@@ -112,8 +119,36 @@ def _drifts(part: DrivePart) -> FloatArray:
     return by_unknowns(part, rows) * np.sqrt(more)
 
 
-def share_of(part: DrivePart, place: FloatArray) -> Share | None:
-    """None where the drive has no load of its own. place: (k,) unknowns about which its relations are linear, SI."""
+def _other_springs(part: DrivePart) -> FloatArray:
+    """(m, r) of each axle's springs with another rate and the same length: what they carry of the empty vehicle goes along, and with it
+    where its body stands, which deflections show as a zero."""
+    values = dict(zip(part.names, part.mean.tolist(), strict=True))
+    found = [np.zeros((len(part.residual), 0))]
+    for axle in AXLES:
+        moves = {f"spring_{axle}": values.get(f"spring_{axle}", 0.0)}
+        if values.keys() >= EMPTY:
+            moves |= dict.fromkeys((f"zero_{axle[0]}l", f"zero_{axle[0]}r"), empty_corner(values, axle))
+        rows = [part.names.index(name) for name in moves if name in part.names]
+        sizes = np.array([moves[part.names[i]] for i in rows]) / part.std[rows]
+        found.append((by_unknowns(part, rows) @ sizes)[:, None])
+    return np.hstack(found)
+
+
+def _other_sensors(part: DrivePart) -> FloatArray:
+    """(m, r) of deflection sensors that are not those of the vehicle's other drives."""
+    rows = [
+        i
+        for i, name in enumerate(part.names)
+        if name.rsplit("_", 1)[0] in ("zero", "scale") and part.own[i] < 1
+    ]
+    return np.asarray(by_unknowns(part, rows) * np.sqrt(1 - part.own[rows] ** 2))
+
+
+def share_of(part: DrivePart, place: FloatArray, *, replaced: bool = False) -> Share | None:
+    """None where the drive has no load of its own. place: (k,) unknowns about which its relations are linear, SI.
+
+    replaced: with springs and deflection sensors that may be others than the vehicle's.
+    """
     if not set(LOADS) <= set(part.names):
         return None
     rows = [part.names.index(name) for name in LOADS]
@@ -124,6 +159,8 @@ def share_of(part: DrivePart, place: FloatArray) -> Share | None:
     by_moments = by_u / part.std[rows] @ np.linalg.inv(_slopes(load))
     nuisance = np.column_stack([part.f, _drifts(part)])
     nuisance[:, rows] = 0.0
+    if replaced:
+        nuisance = np.column_stack([nuisance, BROKEN * _other_springs(part), _other_sensors(part)])
     # the relations' residual is of the unknowns before the log; with the loads free it is taken at the mode
     away = by_u @ ((load - part.mean[rows]) / part.std[rows])
     # nor does the load that the vehicle usually has say anything of these two

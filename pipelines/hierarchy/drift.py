@@ -17,6 +17,7 @@ import numpy as np
 
 from pipelines.hierarchy.contrast import by_unknowns, eliminated
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior
+from pipelines.joint.outputs import lacked_by_springs
 from pipelines.results import FloatArray
 
 AXLES = ("front", "rear")
@@ -87,20 +88,34 @@ def _present(parts: Sequence[DrivePart], names: Sequence[str]) -> tuple[str, ...
     return tuple(name for name in names if all(name in part.names for part in parts))
 
 
+def _narrow(part: DrivePart, names: Sequence[str]) -> FloatArray:
+    """(p, p) what one more of each part, SI, takes off each unknown: springs that stand closer together than the wheels stiffen roll by
+    where they stand, and what they lack is in the bar's unknown."""
+    found = np.zeros((len(names), len(names)))
+    values = dict(zip(part.names, part.mean.tolist(), strict=True))
+    for axle in AXLES:
+        bar, spring = f"bar_{axle}", f"spring_{axle}"
+        if bar in names and spring in names:
+            track = np.array(values[f"track_{axle}"] ** 2)
+            lacked = lacked_by_springs(track, np.array(values.get(f"spring_base_{axle}", 1.0)))
+            found[names.index(bar), names.index(spring)] = float(lacked)
+    return found
+
+
 def _base(posterior: VehiclePosterior, rows: Sequence[int], names: Sequence[str]) -> FloatArray:
     """(p,) the parts' values, mean over the drives; at least a fifth of what was known before."""
-    found = []
-    for name in names:
-        values = [posterior.mean(i)[posterior.parts[i].names.index(name)] for i in rows]
-        before = posterior.parts[rows[0]].mean[posterior.parts[rows[0]].names.index(name)]
-        found.append(max(float(np.mean(values)), 0.2 * float(before)))
-    return np.array(found)
+    first = posterior.parts[rows[0]]
+    whole = np.eye(len(names)) + _narrow(first, names)
+    at = [[posterior.parts[i].names.index(name) for name in names] for i in rows]
+    mean = np.mean([posterior.mean(i)[places] for i, places in zip(rows, at, strict=True)], axis=0)
+    return np.asarray(np.maximum(whole @ mean, 0.2 * (whole @ first.mean[at[0]])))
 
 
 def _columns(part: DrivePart, names: Sequence[str], base: FloatArray) -> FloatArray:
     """(m, p) by the parts' relative deviations: both what is shared of an unknown and what is the drive's own."""
     rows = [part.names.index(name) for name in names]
-    return by_unknowns(part, rows) * (base / part.std[rows])
+    moved = np.eye(len(names)) - _narrow(part, names)
+    return np.asarray((by_unknowns(part, rows) / part.std[rows]) @ (moved * base))
 
 
 def _collected(

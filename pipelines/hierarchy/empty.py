@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.joint.outputs import roll_damping_of, roll_stiffness_of
+from pipelines.joint.outputs import lacked_by_springs, roll_damping_of, roll_stiffness_of
 from pipelines.joint.unknowns import AXLES
 from pipelines.results import FloatArray
 
@@ -37,6 +37,17 @@ def _damper(axle: str) -> Figure:
     )  # fmt: skip
 
 
+def _bar(axle: str) -> Figure:
+    """The bar itself: its unknown is less what springs that stand closer together than the wheels lack."""
+
+    def of(values: Values) -> FloatArray:
+        at_wheels = np.asarray(values[f"spring_{axle}"]) * values[f"track_{axle}"] ** 2
+        return np.asarray(values[f"bar_{axle}"] + lacked_by_springs(at_wheels, values[f"spring_base_{axle}"]))
+
+    needs = tuple(f"{part}_{axle}" for part in ("bar", "spring", "track", "spring_base"))
+    return Figure(f"anti_roll_stiffness_{axle}_nmprad", f"{axle} anti-roll bar", "N·m/rad", of, needs)
+
+
 def _stiffness(values: Values) -> FloatArray:
     return roll_stiffness_of(values, empty=True)
 
@@ -54,7 +65,7 @@ FIGURES: tuple[Figure, ...] = (
     _plain("empty_cg_lateral_offset_m", "CG left of the middle, empty", "m", "empty_y"),
     Figure("roll_stiffness_nmprad", "roll stiffness, empty", "N·m/rad", _stiffness, ROLL),
     *(_plain(f"spring_rate_{a}_npm", f"{a} spring rate", "N/m", f"spring_{a}") for a in AXLES),
-    *(_plain(f"anti_roll_stiffness_{a}_nmprad", f"{a} anti-roll bar", "N·m/rad", f"bar_{a}") for a in AXLES),
+    *(_bar(a) for a in AXLES),
     Figure("roll_damping_nmsprad", "roll damping", "N·m·s/rad", _damping,
            tuple(f"{part}_{a}" for part in ("bump", "rebound", "track", "spring_base") for a in AXLES)),
     *(_damper(a) for a in AXLES),

@@ -179,8 +179,10 @@ def _sheet_words(finding: _Finding | None) -> str:
     if finding is None or finding.chance >= CHANCE:
         return ""
     f = finding.figure
+    # few files say how the recorder sits: what is known before is then what is usual
+    says = "What is known of its recorder's place" if f.parameter.startswith(FITTED) else "Its data sheet"
     return (
-        f"Its data sheet contradicts its drives: {_inside(f.title)} {_number(f, finding.centre)} ± "
+        f"{says} contradicts its drives: {_inside(f.title)} {_number(f, finding.centre)} ± "
         f"{_number(f, finding.spread)} there, {_number(f, f.shown)} from the drives "
         f"({abs(finding.score):.1f} standard deviations)."
     )

@@ -52,7 +52,9 @@ def _damper(axle: str) -> Callable[[Mapping[str, float]], dict[str, float]]:
 
 
 def _stiffness(values: Mapping[str, float]) -> dict[str, float]:
-    found = {f"spring_{a}": 0.5 * values[f"track_{a}"] ** 2 for a in AXLES}
+    found = {
+        f"spring_{a}": 0.5 * (values.get(f"spring_base_{a}", 1.0) * values[f"track_{a}"]) ** 2 for a in AXLES
+    }
     return found | {f"bar_{a}": 1.0 for a in AXLES}
 
 
@@ -138,7 +140,11 @@ def _text(part: _Part, line: Line, whole: float, detected: bool, scatter: float)
     slope = f"{whole * line.slope:+.0f} {part.unit} a year ({low:+.0f} to {high:+.0f})"
     share = f"about {100 * line.slope:+.0f} % of the {whole:.0f} that it seems to have"
     way = ("falls" if line.slope < 0 else "rises") if detected else "no trend is seen"
-    return f"{way}: {slope}, {share}; a drive scatters by {100 * scatter:.1f} %"
+    # springs are known by what their deflections read: the two are one thing to most relations
+    sensors = "; deflection sensors that drift or were replaced look the same" * (
+        detected and part.kind == "springs"
+    )
+    return f"{way}: {slope}, {share}; a drive scatters by {100 * scatter:.1f} %{sensors}"
 
 
 def _blind(line: Line | None) -> str:

@@ -78,6 +78,13 @@ def pitch_centres(p: Values, body: Body) -> tuple[float, float]:
     return p["pitch_center_brake"] - back * p["jack_brake"], p["pitch_center_drive"] - back * p["jack_drive"]
 
 
+def empty_corner(p: Values, axle: str) -> float:
+    """The suspension's force at a wheel of the empty vehicle at rest, N."""
+    share = p["empty_x"] / p["wheelbase"]
+    part = 1 - share if axle == "front" else share
+    return 0.5 * GRAVITY * (p["empty_mass"] * part - p[f"unsprung_{axle}"])
+
+
 BRAKED_FRONT = 0.65
 """Share of the front axle in braking: about its share of the load meanwhile."""
 

@@ -46,6 +46,14 @@ def roll_stiffness_of(values: Values, *, empty: bool = False) -> FloatArray:
     return np.asarray(parts[0] + parts[1])
 
 
+def lacked_by_springs(at_wheels: FloatArray, base: FloatArray) -> FloatArray:
+    """Roll stiffness that an axle's springs lack where they stand, and that its bar's unknown has less of, N·m/rad.
+
+    at_wheels: the rate of one times the track squared; base: their distance over the track.
+    """
+    return np.asarray(0.5 * (1 - np.asarray(base) ** 2) * at_wheels)
+
+
 def roll_damping_of(values: Values) -> FloatArray:
     """Of the dampers at the drive's own speeds, the mean of bump and rebound, N·m·s/rad."""
     parts = [

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from pipelines.joint.body import held_rate
+from pipelines.joint.body import empty_corner, held_rate
 from pipelines.joint.laden import side_moment
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Values
 from pipelines.models.braking import AIR_DENSITY
@@ -25,13 +25,6 @@ def air_pressure(p: Values) -> float:
 
 def _axle(wheel: str) -> str:
     return "front" if wheel[0] == "f" else "rear"
-
-
-def _empty_corner(p: Values, axle: str) -> float:
-    """The suspension's force at a wheel of the empty vehicle at rest, N."""
-    share = p["empty_x"] / p["wheelbase"]
-    part = 1 - share if axle == "front" else share
-    return 0.5 * GRAVITY * (p["empty_mass"] * part - p[f"unsprung_{axle}"])
 
 
 def _zero(p: Values, axle: str, wheel: str, other: str) -> float:
@@ -67,7 +60,7 @@ def _by_deflection(p: Values, lever: Sequence[float], terms: Terms) -> None:
         add(terms, f"stick_{wheel}", inside * p[f"friction_{axle}"] * (1 - p["yielding"]))
         add(terms, f"yield_{wheel}", inside * p[f"friction_{axle}"] * p["yielding"])
         cross = side * GRAVITY * p["empty_mass"] * p["empty_y"] / (p["track_front"] + p["track_rear"])
-        add(terms, "one", arm * (_empty_corner(p, axle) + cross + _zero(p, axle, wheel, other)))
+        add(terms, "one", arm * (empty_corner(p, axle) + cross + _zero(p, axle, wheel, other)))
         add(terms, "rest", inside * p[f"stuck_{wheel}"])
         add(terms, f"scrub_{axle}", arm * held_rate(p, axle))
 

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from pipelines.hierarchy.changes import CHANCE, load_changes
+from pipelines.hierarchy.changes import CHANCE, OR_SPRINGS, load_changes
 from pipelines.hierarchy.join import joined
 from pipelines.hierarchy.records import DriveTold, LoadChange
 from pipelines.results import FloatArray
-from tests.pipelines.hierarchy.toy_fleet import BEFORE, SCALES, Drive, kept, told, weighed, whole
+from tests.pipelines.hierarchy.toy_fleet import BEFORE, SCALES, Drive, kept, of_moments, told, weighed, whole
 
 SEEN = weighed(SCALES, (10.0, 20.0, 5.0, 15.0))
 TRUTH = {name: mean for name, (mean, _) in BEFORE.items()}
@@ -132,3 +132,22 @@ def test_a_scale_that_drifts_is_no_load() -> None:
     assert found[0].probability == pytest.approx(1.0, abs=1e-6)
     # one standard deviation of the drift of one drive: far from detected
     assert found[1].probability > 0.3
+
+
+@pytest.mark.parametrize("weighed_too", [False, True])
+def test_a_spring_that_may_have_changed_is_said(weighed_too: bool) -> None:
+    """What the rear springs carry is told by their travel: 150 kg over the rear axle, or springs that lost a fifth. Scales tell which."""
+    before = BEFORE | {"zero_rl": (0.0, 60.0), "zero_rr": (0.0, 60.0)}
+    travel = [of_moments({"zero_rl": 1 / 20, "zero_rr": 1 / 20}, (0.0, 9.81 / 2.8 / 20, 0.0, 0.0))]
+    scales = SEEN if weighed_too else []
+    rng, found = np.random.default_rng(2), []
+    for number, kilos in enumerate((80.0, 80.0, 230.0)):
+        load = np.array([kilos, 2.8, 0.0, 0.9])
+        truth = TRUTH | {"zero_rl": 0.0, "zero_rr": 0.0}
+        relations = [*travel, *scales]
+        noise = rng.standard_normal(len(relations))
+        drive = kept(Drive(load, {}), truth, relations, noise, before=before)
+        found.append(told(number, whole(drive), days=float(number)))
+    _, change = changes(found)
+    assert change.detected
+    assert (OR_SPRINGS in change.text) is not weighed_too

@@ -135,7 +135,7 @@ def test_where_the_recorder_sits_is_no_matter_of_the_vehicle() -> None:
     )
     found = {o.vehicle_id: o for o in rank([*vehicles[1:], moved], None)}
     assert found["moved"].parameter != "imu_left_m"
-    assert "Its data sheet contradicts its drives: imu_left_m" in found["moved"].text
+    assert "What is known of its recorder's place contradicts its drives: imu_left_m" in found["moved"].text
 
 
 def test_many_vehicles_are_ranked_alike() -> None:

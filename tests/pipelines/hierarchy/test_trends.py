@@ -76,6 +76,34 @@ def test_worn_dampers_are_recovered() -> None:
     assert abs(np.mean(scores)) < 0.7
 
 
+def test_springs_of_a_live_axle_roll_by_where_they_stand() -> None:
+    """At 0.7 of the track: roll falls by half of what as soft springs at the wheels make of it, and the bar stays."""
+    before = BEFORE | {"spring_base_rear": (0.7, 0.003)}
+    at_wheels = 0.5 * 1.6**2
+    roll = {"spring_rear": at_wheels / 300, "bar_rear": 1 / 300, "track_rear": 38e3 * 1.6 / 300}
+    rng, found, truth = np.random.default_rng(4), [], drawn(np.random.default_rng(3))
+    truth |= {"spring_base_rear": 0.7, "track_rear": 1.6}
+    for number, day in enumerate(np.linspace(0, 800, 12).tolist()):
+        spring = truth["spring_rear"] * (1 - 0.08 * day / 365.25)
+        bar = truth["bar_rear"] - (1 - 0.7**2) * at_wheels * spring
+        drive = Drive(np.array([150.0, 1.4, 0.0, 0.9]), {"spring_rear": spring, "bar_rear": bar})
+        seen = [{"spring_rear": 1 / 300}, roll, SPRINGS_SEEN[0], SPRINGS_SEEN[2]]
+        wide = before | {"bar_rear": (8e3 - (1 - 0.7**2) * at_wheels * 38e3, 12e3)}
+        found.append(told(number, kept(drive, truth, seen, rng.standard_normal(4), before=wide), day))
+    trend = by_name(found)
+    fallen = -0.08 * truth["spring_rear"]
+    rate, stiffness = trend["spring_rate_rear_npm"], trend["roll_stiffness_nmprad"]
+    assert rate.detected
+    assert abs(rate.per_year - fallen) < 2.5 * rate.std
+    assert rate.std < 0.2 * abs(fallen)
+    assert abs(stiffness.per_year - 0.7**2 * at_wheels * fallen) < 2.5 * stiffness.std
+    assert stiffness.std < 0.25 * abs(at_wheels * fallen)
+    # what changes by a share is the bar, and not its unknown, which is less than none here
+    days = np.linspace(-400, 400, 12) / 365.25
+    slopes = slopes_of(posterior(found), range(12), days)["springs"]
+    assert slopes.base[slopes.parts.index("bar_rear")] == pytest.approx(truth["bar_rear"], rel=0.25)
+
+
 def test_chance_is_as_stated() -> None:
     """Without a trend, with scatter and a yearly wave: 1 % are detected, 5 % lie outside their intervals."""
     rng = np.random.default_rng(4)

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pipelines.hierarchy.common import RHO
+from pipelines.hierarchy.empty import FIGURES, figure_at
 from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.vehicle import join_vehicle
@@ -189,17 +190,40 @@ def test_order_of_the_drives_changes_nothing() -> None:
     assert one.load_changes == other.load_changes
 
 
-def test_what_a_contradiction_within_a_drive_widened_stays_wide() -> None:
+@pytest.mark.parametrize(("widened", "normal"), [({"side": 1.5}, True), ({}, True), ({}, False)])
+def test_what_a_drive_doubts_stays_wide(widened: dict[str, float], normal: bool) -> None:
+    """A contradiction, a sensor that may be wrong, a posterior that is not normal: nothing of it is in the linear relations."""
     drives, _ = fleet(6)
-    before = join_vehicle("v", drives).drives["d02"]["cg_height_m"]
     relations = drives[2].kept
     assert relations is not None
+    drives[2] = replace(drives[2], kept=replace(relations, normal=normal))
+    before = join_vehicle("v", drives).drives["d02"]["cg_height_m"]
     entry = drives[2].verdict["cg_height_m"]
     wide = replace(entry, std=float(np.hypot(std_of(entry), 0.05)))
     drives[2] = replace(
         drives[2],
-        kept=replace(relations, widened={"side": 1.5}),
+        kept=replace(relations, widened=widened, normal=normal),
         verdict={**drives[2].verdict, "cg_height_m": wide},
     )
     after = join_vehicle("v", drives).drives["d02"]["cg_height_m"]
     assert std_of(after) == pytest.approx(float(np.hypot(std_of(before), 0.05)), rel=0.05)
+
+
+def test_what_no_drive_saw_is_not_identified() -> None:
+    """No verdict has them, and no relation: they stand as before the logs."""
+    drives, _ = fleet(6)
+    found = join_vehicle("v", drives)
+    for name in ("drag_area_m2", "pitch_inertia_kgm2"):
+        assert name not in drives[2].verdict
+        answer = found.drives["d02"].get(name)
+        assert answer is None or answer.status == "not_identifiable", name
+
+
+def test_the_vehicles_bar_is_the_bar_itself() -> None:
+    """Of a live axle whose springs stand at 0.7 of the track, as the file states it."""
+    file = vehicle(spring_base_rear_m=(0.7 * 1.6, 0.003))
+    known = before_the_log(file)
+    figure = next(f for f in FIGURES if f.name == "anti_roll_stiffness_rear_nmprad")
+    value, _ = figure_at(figure, known.names, known.mean, known.std)
+    assert known.mean[known.index("bar_rear")] < 0
+    assert value == pytest.approx(8e3)
