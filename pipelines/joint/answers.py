@@ -270,8 +270,10 @@ def estimate_of(
             if name.endswith(NEVER_NEGATIVE)
             else (answer.low, answer.high)
         )
+        # whole, as all that is shown of what a drive does not tell
         return ParameterEstimate(
-            name, answer.value, answer.std, low, high, status, f"{reason}; {words}", prior_record(prior), reference, ("prior",),
+            name, answer.value, answer.std, low, high, status, f"{words}; {lacks}", prior_record(prior, whole=True), reference,
+            ("prior",),
         )  # fmt: skip
     if prior is not None and status == "not_identifiable":
         # what the drive adds to it is no result of its own
@@ -305,21 +307,30 @@ def _smooth(draws: FloatArray, grid: FloatArray) -> FloatArray:
     return np.asarray(np.exp(-0.5 * z * z).mean(axis=1) / (width * math.sqrt(2 * math.pi)))
 
 
+def helping(
+    following: Sequence[NextMeasurement], answer: Told, prior: Spread | None
+) -> tuple[NextMeasurement, ...]:
+    """Measurements that beat the answer, and what was known before where nothing was learned."""
+    known = answer.std if prior is None else min(prior.std, answer.std)
+    return tuple(step for step in following if step.std_after < NARROWER * known)
+
+
 def learned_of(
     name: str,
     answer: Told,
     prior: Spread,
     shares: tuple[Share, ...],
     following: tuple[NextMeasurement, ...],
+    *,
+    whole: bool = False,
 ) -> Learned:
-    """Bits, shares, what next, and both densities on one grid.
+    """Bits, shares, what next, and both densities on one grid. Where nothing was learned no relation brought anything.
 
-    Where nothing was learned no relation brought anything, and a measurement helps that beats what was known before as well.
+    whole: whether the answer was not told, so that its prior is shown with its tails (`prior_record`).
     """
     gained = bits(prior.std, answer.std)
     shares = shares if gained > 0 else ()
-    known = min(prior.std, answer.std)
-    following = tuple(step for step in following if step.std_after < NARROWER * known)
+    following = helping(following, answer, prior)
     few = prior.draws[:1500]
     low, high = np.quantile(few, (0.005, 0.995))
     low, high = min(low, answer.value - 4 * answer.std), max(high, answer.value + 4 * answer.std)
@@ -329,4 +340,4 @@ def learned_of(
         after = density((grid - answer.value) / max(answer.std, 1e-12)) / max(answer.std, 1e-12)
     else:
         after = _smooth(answer.draws, grid)
-    return Learned(name, prior_record(prior), gained, shares, following, grid, _smooth(few, grid), after)  # fmt: skip
+    return Learned(name, prior_record(prior, whole=whole), gained, shares, following, grid, _smooth(few, grid), after)  # fmt: skip

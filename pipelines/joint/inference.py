@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import SAMPLED, Told, estimate_of, learned_of, listed, told
+from pipelines.joint.answers import SAMPLED, Told, estimate_of, helping, learned_of, listed, told
 from pipelines.joint.bends import bent
 from pipelines.joint.channels import CHANNELS
 from pipelines.joint.conflict import Check, check
@@ -33,6 +33,9 @@ from pipelines.vehicles.vehicle import Vehicle
 CURVED = 0.5
 """Departure of a parameter's profile from a normal one, in nats at two standard deviations (where that has fallen by 2),
 from which on the posterior is sampled."""
+
+USUALLY = 10.0
+"""Figures' worth that is known beforehand of how well relations keep their spreads."""
 
 DRAWS = 2000
 FAR = 2.5
@@ -57,10 +60,13 @@ class Inference:
 
 
 def _inflation(joint: Joint) -> float:
-    """Factor for relations that contradict each other or the vehicle file beyond their spreads."""
+    """Factor for relations that contradict each other or the vehicle file beyond their spreads.
+
+    Relations' spreads are right as a rule: a few figures do not show that they are not, and count beside `USUALLY` that fit.
+    """
     count = sum(len(p.residual) for p in joint.parts)
     misfit = sum(float(p.residual @ p.residual) for p in joint.parts) + float(joint.u @ joint.u)
-    return math.sqrt(max(1.0, misfit / max(count, 1)))
+    return math.sqrt(max(1.0, (USUALLY + misfit) / (USUALLY + count)))
 
 
 def _draws(
@@ -161,7 +167,10 @@ def _entries(
     joint, reference = reached.joint, reached.vehicle.reference
     wider = {name: answers[name].std / _laplace(joint, g) for name, g in gradients.items()}
     brought = shares(joint, gradients, wider)
-    following = next_measurements(joint, gradients, wider)
+    following = {
+        name: helping(steps, answers[name], priors.get(name))
+        for name, steps in next_measurements(joint, gradients, wider).items()
+    }
     parameters = {
         name: estimate_of(
             name, answer, priors.get(name), brought[name], reference.get(name), reached.kept, following[name]
@@ -169,7 +178,14 @@ def _entries(
         for name, answer in answers.items()
     }
     learned = {
-        name: learned_of(name, answers[name], prior, brought[name], following[name])
+        name: learned_of(
+            name,
+            answers[name],
+            prior,
+            brought[name],
+            following[name],
+            whole=parameters[name].status == "not_identifiable",
+        )
         for name, prior in priors.items()
     }
     return parameters, learned

@@ -290,14 +290,21 @@ def test_scattered_holes_in_every_channel(slalom: tuple[plant.Car, plant.Drive],
     assert abs(gradient.value - car.gradient(road=True)) < 3 * gradient.std
 
 
-def test_a_late_roll_channel_is_said() -> None:
+@pytest.mark.parametrize("late_s", [0.08, 0.45])
+def test_a_late_roll_channel_is_said_and_allowed_for(late_s: float) -> None:
+    """By a filter's lag, and by the way through another unit."""
     rng = np.random.default_rng(4)
     car = plant.Car()
     motion = plant.simulate(car, plant.sine_with_dwell(5.0, 3))
-    drive = plant.without(plant.record(motion, car, plant.Sensors(roll_delay=0.08), rng), "suspension")
+    drive = plant.without(plant.record(motion, car, plant.Sensors(roll_delay=late_s), rng), "suspension")
     found = analyse(drive, plant.vehicle_of(car, plant.Knowledge(), rng))
     assert "ms after the lateral acceleration" in found.reason
     assert "ms before the angle's rate" in found.reason
+    gradient = found.parameters["roll_gradient_degpg"]
+    assert "ms before the angle's rate" in gradient.reason
+    assert gradient.value is not None
+    assert gradient.std is not None
+    assert abs(gradient.value - car.gradient(road=True)) < 3 * gradient.std
 
 
 def test_tracks_narrow_and_end_at_the_estimate(slalom: tuple[plant.Car, plant.Drive]) -> None:

@@ -161,9 +161,21 @@ def _capped(keep: BoolArray, accel: FloatArray, rate_hz: float, most: int) -> Bo
     return chosen
 
 
+LAGS_S = (0.3, 1.0)
+"""Within which the roll rate and the angle's rate are looked for in step: filters' lags, and those of channels by way of another unit."""
+
+
 def _coarse_lag(roll: FloatArray, rate: FloatArray, segments: list[tuple[int, int]], rate_hz: float) -> float:
     """Seconds by which the roll rate comes after the rate of the angle, by cross-correlation; 0 in doubt."""
-    most = max(2, round(0.3 * rate_hz))
+    found = (_lag_within(reach, roll, rate, segments, rate_hz) for reach in LAGS_S)
+    return next((lag for lag in found if lag is not None), 0.0)
+
+
+def _lag_within(
+    reach_s: float, roll: FloatArray, rate: FloatArray, segments: list[tuple[int, int]], rate_hz: float
+) -> float | None:
+    """None where they go together nowhere within it, or best at its end."""
+    most = max(2, round(reach_s * rate_hz))
     lags = np.arange(-most, most + 1)
     score = np.zeros(len(lags))
     power = np.zeros(2)
@@ -180,7 +192,7 @@ def _coarse_lag(roll: FloatArray, rate: FloatArray, segments: list[tuple[int, in
         score += [float(slope[core] @ other[most + lag : len(other) - most + lag]) for lag in lags]
     best = int(np.argmax(score))
     if power.min() <= 0 or score[best] < 0.6 * np.sqrt(power[0] * power[1]) or best in (0, len(lags) - 1):
-        return 0.0
+        return None
     left, mid, right = score[best - 1 : best + 2]
     return float((lags[best] + 0.5 * (left - right) / (left - 2 * mid + right)) / rate_hz)
 

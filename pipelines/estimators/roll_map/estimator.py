@@ -32,6 +32,7 @@ from pipelines.estimators.roll_map.words import (
     model_parts,
     not_following,
     said_of_drive,
+    with_what_looks_wrong,
 )
 from pipelines.estimators.roll_map.yaw import yaw_lever
 from pipelines.models.roll import DEGREES
@@ -75,7 +76,14 @@ SETTINGS: tuple[Setting, ...] = (
         0.0,
         5.0,
     ),
-    Setting("max_delay_s", 0.2, "s", "largest delay of the roll channel", 0.0, 1.0),
+    Setting(
+        "max_delay_s",
+        0.2,
+        "s",
+        "largest delay of the roll channel, beyond what a roll rate shows of it",
+        0.0,
+        1.0,
+    ),
     Setting("delay_std_s", 0.05, "s", "how large a delay of the roll channel is usual", 0.001, 1.0),
     Setting(
         "max_rows",
@@ -237,7 +245,9 @@ class RollMap:
             **parameters,
         }
         seen_s = prepared.time_s[data.rows[fit.edges - 1]]
+        odd = conflicts(data, fit)
         gradient = with_stops(parameters["roll_gradient_degpg"], stops_touched(prepared, data.rows, vehicle))
+        gradient = with_what_looks_wrong(gradient, odd)
         parameters["roll_gradient_degpg"] = gradient
         tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles, gradient.value)]
         if before.draws is not None and "cg_height_m" in parameters:
@@ -246,7 +256,7 @@ class RollMap:
         relative = math.sqrt(coefficients.covariance[0, 0]) / coefficients.mean[0]
         scatter = self._scatter(data, fit, ranked, relative, gradient.status != "not_identifiable")
         figures |= self._figures(data, fit)
-        sentences = (*conflicts(data, fit), *sentences, *filter(None, [model_parts(fit)]))
+        sentences = (*odd, *sentences, *filter(None, [model_parts(fit)]))
         reason = (
             " ".join(("the roll motion was fitted.", *sentences))
             if sentences

@@ -132,13 +132,12 @@ def known_parameters(
     # what the coarse search found holds the tyres' part; a lag of exactly zero was not found
     lead = TYRE_LEAD_S if tyres and data.against_axles and data.rate_shift_s != 0.0 else 0.0
     rate_lag = data.rate_shift_s + lead
+    delay, unsure = _usual_delay(data, delay_std_s, rate_lag, tyres=tyres)
     found = [
         Known("a", *WEAK_PRIOR["a"], 0.05, 10.0, 1000.0),
         Known("b", *WEAK_PRIOR["b"], 0.02, 0.3, 200.0),
         Known("c", *WEAK_PRIOR["c"], 0.003, 0.1, 8.0),
-        Known(
-            "delay", *_usual_delay(data, delay_std_s, rate_lag, tyres=tyres), 2e-4, -max_delay_s, max_delay_s
-        ),
+        Known("delay", delay, unsure, 2e-4, delay - max_delay_s, delay + max_delay_s),
     ]
     found += [OPTIONS[name] for name in ("stiffening", "friction", "knee") if name in options]
     if "series" in options:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +20,7 @@ from pipelines.estimators.roll_map.model import BANK_TIME_S, STANDARD
 from pipelines.models.roll import DEGREES, GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource
-from pipelines.results import Assumption
+from pipelines.results import Assumption, ParameterEstimate
 
 
 def said_of_drive(prepared: Prepared, data: RollData | None, spread: float) -> str:
@@ -156,6 +158,12 @@ def conflicts(data: RollData, fit: RollFit) -> tuple[str, ...]:
     if fit.values["a"] > 900 or fit.values["a"] < 10.5:
         found.append("The fit ran into its bounds: the roll channel may have the wrong sign or unit.")
     return tuple(found)
+
+
+def with_what_looks_wrong(entry: ParameterEstimate, odd: Sequence[str]) -> ParameterEstimate:
+    """A parameter's entry with what looks wrong in the data behind its reason. odd: whole sentences."""
+    words = "".join(f"; {text[:1].lower()}{text[1:].rstrip('.')}" for text in odd)
+    return replace(entry, reason=entry.reason + words)
 
 
 def assumptions_of_fit(
