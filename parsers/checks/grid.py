@@ -7,7 +7,7 @@ Only seconds in which some signal has samples are on the clock, so that its leng
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,8 @@ BRIDGE_S = 0.5
 _SLOWEST_BRIDGE_S = 2.2
 _MAX_LAG = 3
 MIN_CELLS = 20
+EITHER_WAY = 0.8
+"""Share of the best correlation from which on the best of the other sign, at another lag, leaves the sign open."""
 
 BoolArray = NDArray[np.bool_]
 
@@ -166,9 +168,11 @@ def compare(
     """Compare two columns where both have values. None where there is too little or one stands still.
 
     centred: take the means away first (for angles with a mounting offset); not for turn rates, where a steady circle
-    has no variation but a clear sign.
+    has no variation but a clear sign. What swings so quickly that a lag turns it round has no sign: its correlation is what the
+    one is better by than the other.
     """
     best: Together | None = None
+    ends = [0.0, 0.0]
     if len(first) <= 2 * _MAX_LAG:
         return None
     mask = np.isfinite(first) if where is None else np.isfinite(first) & where
@@ -183,8 +187,13 @@ def compare(
         if last is None or not np.array_equal(both, last):
             last, clipped = both, clip(a[both])
         found = _go_together(clipped, clip(b[both]), centred)
+        if found is not None:
+            ends = [min(ends[0], found.correlation), max(ends[1], found.correlation)]
         if found is not None and (best is None or abs(found.correlation) > abs(best.correlation) + 0.01):
             best = found
+    against, along = sorted(abs(end) for end in ends)
+    if best is not None and against > EITHER_WAY * along:
+        return replace(best, correlation=best.sign * (along - against))
     return best
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together, compare
 from parsers.checks.leaning import CANNOT_TELL, swift_tells, told_by
+from parsers.checks.motion import smooth
 from parsers.checks.signs import SignResult, varied
 from parsers.checks.springs import springs_tilt
 from parsers.drive import Decision
@@ -96,7 +97,7 @@ def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, To
     turning = grid.columns[rate]
     unclear: list[str] = []
     for each in witnesses:
-        found = compare(turning, each.says)
+        found = _pitched(turning, each) if rate == "pitch_rate" else compare(turning, each.says)
         unclear += [each.name] if found is not None else []
         if found is None or abs(found.correlation) < each.least:
             if each.pushes and (swiftly := swift_tells(turning, each.says)) is not None:
@@ -111,6 +112,17 @@ def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, To
         f"it goes clearly with nothing that would tell it ({', '.join(unclear)}): other things turn it, as roads do",
         None,
     )
+
+
+def _pitched(turning: FloatArray, witness: _Witness) -> Together | None:
+    """How a pitch rate goes with a witness: as they are, where what is slower than half a second does not say otherwise, else by that.
+
+    A stiff vehicle pitches at several Hz, where a tenth of a second turns signs round, and an accelerometer above the pitch axis feels it.
+    """
+    whole, slow = compare(turning, witness.says), compare(smooth(turning), smooth(witness.says))
+    if whole is None or slow is None or abs(slow.correlation) < witness.least:
+        return whole if slow is None or whole is None or slow.sign == whole.sign else slow
+    return whole if whole.sign == slow.sign and abs(whole.correlation) >= witness.least else slow
 
 
 def _witnesses(grid: Grid, angle: str, push: str, sense: int, untold: bool) -> Iterator[_Witness]:

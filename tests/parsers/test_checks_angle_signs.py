@@ -88,3 +88,29 @@ def test_a_rate_that_goes_with_nothing_is_said_to_be_turned_by_other_things() ->
     signals["roll_rate"] = replace(signals["roll_rate"], values=lively)
     (said,) = (text for text in unchecked(signals, {}) if text.startswith("sign of roll_rate"))
     assert "it goes clearly with nothing that would tell it (the change of accel_y)" in said
+
+
+@pytest.mark.parametrize("names", [(), ("pitch_rate",)])
+def test_a_stiff_lorry_that_pitches_at_several_hertz(names: tuple[str, ...]) -> None:
+    """Its springs show braking as well, and that tells; the accelerometer, high above the pitch axis, feels the quick pitching instead."""
+    rng = np.random.default_rng(6)
+    t = STEP * np.arange(round(300 / STEP))
+    braking = np.convolve(rng.standard_normal(len(t)), np.hanning(round(3 / STEP)), mode="same")
+    braking *= 1.2 / braking.std()
+    quick = np.sin(2 * np.pi * 3.6 * t + 0.15 * np.cumsum(rng.standard_normal(len(t))) * np.sqrt(STEP / 0.02))
+    pitch = -0.008 * braking + 0.008 * quick
+    plain = drive("straight", seconds=300.0)
+    made = {
+        "pitch_rate": np.gradient(pitch, STEP) + 0.002 * rng.standard_normal(len(t)),
+        "accel_x": braking - 1.0 * quick,
+    } | {
+        f"suspension_deflection_{wheel}": (1 if wheel[0] == "f" else -1) * 1.5 * np.roll(pitch, round(0.06 / STEP))
+        + 3e-4 * rng.standard_normal(len(t))
+        for wheel in ("fl", "fr", "rl", "rr")
+    }  # fmt: skip
+    signals = {
+        name: replace(plain["accel_x"], name=name, time_ns=(t * 1e9).astype(np.int64), values=values)
+        for name, values in made.items()
+    }
+    _, decisions = check(scaled(signals, **dict.fromkeys(names, -1.0)))
+    assert found(decisions, "sign") == set(names)

@@ -84,3 +84,14 @@ def test_columns_of_the_same_signals_are_taken_over():
     fresh, after = make_grid(later), make_grid(later, first)
     assert np.array_equal(after.time_s, fresh.time_s)
     assert np.array_equal(after.columns["roll"], fresh.columns["roll"], equal_nan=True)
+
+
+@pytest.mark.parametrize(("hertz", "least"), [(0.4, 0.95), (2.5, 0.0)])
+def test_what_a_lag_turns_round_has_no_sign(hertz: float, least: float) -> None:
+    """At 2.5 Hz two tenths of a second turn a swing round: it goes with another as well either way."""
+    rng = np.random.default_rng(0)
+    time_s = 0.1 * np.arange(3000)
+    swing = np.sin(2 * np.pi * hertz * time_s + 0.2 * np.cumsum(rng.standard_normal(3000)) / np.sqrt(10))
+    found = compare(swing, np.roll(swing, 1) + 0.1 * rng.standard_normal(3000))
+    assert found is not None
+    assert (abs(found.correlation) < 0.3) if least == 0 else found.correlation > least
