@@ -24,7 +24,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.channels import WRONG, channels_of
-from pipelines.joint.file_check import LOAD, stated_unknowns
+from pipelines.joint.file_check import LOAD, of_any, stated_unknowns
 from pipelines.joint.suspension import levelled_n
 from pipelines.joint.unknowns import AXLES, BY_SPRINGS, CORNERS, SPRINGS_CARRY, Known
 from pipelines.results import FloatArray
@@ -147,7 +147,10 @@ def _file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
         if title == LOAD:
             kilos = float(joint.known.mean[joint.known.index("empty_mass")])
             usual = usual_load(vehicle, kilos)
-            found.append(_physics(text, joint.known, {"load": (usual.mean, usual.std)}, chance))
+            anywhere = {
+                n: (float(joint.known.mean[joint.known.index(n)]), of_any(joint.known, n)) for n in names[1:]
+            }
+            found.append(_physics(text, joint.known, {"load": (usual.mean, usual.std), **anywhere}, chance))
         else:
             found += _wider(text, names, chance)
     return found

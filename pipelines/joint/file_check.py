@@ -18,6 +18,7 @@ import numpy as np
 
 from pipelines.joint.conflict import LIKELY, UNLIKELY, Check
 from pipelines.joint.posterior import Joint
+from pipelines.joint.unknowns import Known
 from pipelines.results import FloatArray, RelationCheck
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -45,7 +46,25 @@ STATED: Mapping[str, Mapping[str, str]] = {
 """Figures of the vehicle file that go wrong together, and the unknowns that hold them."""
 
 LOAD = "stated load"
-"""The group of the load's mass: a driver who is not counted, a pallet that was left."""
+"""The group of the load: a driver who is not counted, a pallet that was left. What is aboard otherwise lies elsewhere, too."""
+ANYWHERE: Mapping[str, tuple[float, str]] = {
+    "load_x": (0.35, "wheelbase"), "load_y": (0.16, "track_front"), "load_h": (0.35, "empty_h")
+}  # fmt: skip
+"""Spread of a load's place where nobody says it, over what it is measured by."""
+
+LOAD_PLACES: Mapping[str, str] = {"behind_front_axle_m": "load_x", "left_m": "load_y", "height_m": "load_h"}
+
+
+def of_any(known: Known, name: str) -> float:
+    """Spread of a load's place along one axis where nobody says it, m. name: its unknown."""
+    share, of = ANYWHERE[name]
+    return share * float(known.mean[known.index(of)])
+
+
+def _unsure(vehicle: Vehicle, key: str) -> bool:
+    """Whether the file states this of the load, and not as exact."""
+    stated = vehicle.load.get(key)
+    return stated is not None and stated.std > 0
 
 
 def stated_unknowns(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
@@ -54,8 +73,9 @@ def stated_unknowns(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
         title: tuple(unknown for key, unknown in figures.items() if vehicle.get(key) is not None)
         for title, figures in STATED.items()
     }
-    load = vehicle.load.get("mass_kg")
-    found[LOAD] = ("load",) if load is not None and load.std > 0 else ()
+    if _unsure(vehicle, "mass_kg"):
+        places = (unknown for key, unknown in LOAD_PLACES.items() if _unsure(vehicle, key))
+        found[LOAD] = ("load", *places)
     return {title: names for title, names in found.items() if names}
 
 

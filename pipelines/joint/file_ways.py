@@ -15,7 +15,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.doubts import chance_wrong
-from pipelines.joint.file_check import LOAD, stated_unknowns
+from pipelines.joint.file_check import ANYWHERE, LOAD, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.rigid_tyres import log_odds
 from pipelines.joint.unknowns import Known
@@ -60,6 +60,8 @@ def opened(known: Known, names: Sequence[str], spread: tuple[float, float]) -> K
             least = BAR * 0.5 * rate * track**2
         elif name == "load":
             least = max(least, CARRIED * float(known.mean[known.index("empty_mass")]))
+        elif name in ANYWHERE:
+            least = of_any(known, name)
         std[row] = max(std[row], spread[0] * abs(known.mean[row]), least)
     return replace(known, std=std)
 
