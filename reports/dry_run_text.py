@@ -26,6 +26,11 @@ WOULD: dict[str, str] = {
 _NAMED = 4
 """So many files that were left out for one reason are named."""
 
+NO_DATE = (
+    "no date in the log: the drive comes last among its vehicle's, and counts for no trend; "
+    "a drive.toml's start_utc says when it was"
+)
+
 
 def size_text(size: int) -> str:
     """Bytes as people say them."""
@@ -49,14 +54,14 @@ def text(
     """
     width = width or terminal_width()
     vehicles = by_vehicle(found.drives)
-    lines = wrapped(_total(found, len(vehicles), state), width, indent=0)
+    lacks = {drive.drive_id: _lacks(drive, (outlooks or {}).get(drive.drive_id)) for drive in found.drives}
+    lines = wrapped(_total(found, len(vehicles), state, lacks), width, indent=0)
     alone = [drives[0] for vehicle, drives in vehicles.items() if _is_alone(vehicle, drives)]
     for vehicle, drives in vehicles.items():
         if not _is_alone(vehicle, drives):
             lines += ["", printable(f"Vehicle {_whose(vehicle, drives)}"), *_table(drives, state, width)]
     if alone:
         lines += ["", "Without a vehicle file or a folder of its vehicle", *_table(alone, state, width)]
-    lacks = {drive.drive_id: drive.lacks for drive in found.drives}
     notes = {drive.drive_id: drive.notes for drive in found.drives}
     told = {name: _outlook_texts(outlook) for name, outlook in (outlooks or {}).items()}
     for title, texts in (("Lacks", lacks), ("Notes", notes), ("Channels", told)):
@@ -68,11 +73,19 @@ def _many(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def _total(found: FoundFleet, vehicles: int, state: Mapping[str, str]) -> str:
+def _lacks(drive: FoundDrive, outlook: Outlook | None) -> tuple[str, ...]:
+    """What a user should know before the work, by the folder and by the logs."""
+    undated = outlook is not None and not outlook.dated and drive.start_utc is None
+    return (*drive.lacks, NO_DATE) if undated else drive.lacks
+
+
+def _total(
+    found: FoundFleet, vehicles: int, state: Mapping[str, str], lacks: Mapping[str, Sequence[str]]
+) -> str:
     counts = Counter(state.get(drive.drive_id, "new") for drive in found.drives)
     said = ", ".join(f"{counts[word]} {word}" for word in WOULD if counts[word])
     size = size_text(sum(drive.size for drive in found.drives))
-    lacking = sum(bool(drive.lacks) for drive in found.drives)
+    lacking = sum(map(bool, lacks.values()))
     tail = f" {_many(lacking, 'drive')} {'lacks' if lacking == 1 else 'lack'} something." if lacking else ""
     return f"{masked(found.folder)}: {_many(len(found.drives), 'drive')} of {_many(vehicles, 'vehicle')}, {size}: {said}.{tail}"
 
@@ -167,8 +180,13 @@ def plan_dict(
     outlooks = outlooks or {}
     drives: list[dict[str, Any]] = []
     for drive in found.drives:
-        entry = {**asdict(drive), "would": state.get(drive.drive_id, "new")}
-        if (told := outlooks.get(drive.drive_id)) is not None:
+        told = outlooks.get(drive.drive_id)
+        entry = {
+            **asdict(drive),
+            "would": state.get(drive.drive_id, "new"),
+            "lacks": list(_lacks(drive, told)),
+        }
+        if told is not None:
             entry["outlook"] = asdict(told)
         drives.append(entry)
     left_out = [{"place": place, "why": why} for place, why in found.left_out]

@@ -30,6 +30,7 @@ from pipelines.hierarchy.rows import (
     trend_rows,
     vehicle_rows,
 )
+from pipelines.starts import best_start
 
 Rank = Callable[[Sequence[VehicleKnowledge], Mapping[str, str]], Sequence[Outlier]]
 
@@ -47,9 +48,8 @@ class _Drive:
 
     @property
     def start_utc(self) -> str | None:
-        """As the log says it, else as the user does (drive.toml)."""
-        own = self.rows.start_utc if self.rows is not None else None
-        return own or self.found.start_utc
+        """As the log says it, else as the user does (drive.toml); without an offset where neither knows the time zone."""
+        return best_start(self.rows.start_utc if self.rows is not None else None, self.found.start_utc)
 
     @property
     def order(self) -> tuple[bool, str, str, str]:

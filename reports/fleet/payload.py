@@ -108,6 +108,7 @@ def _drives(view: FleetView) -> Json:
         "name": [d.name for d in drives],
         "vehicle": [d.vehicle for d in drives],
         "start": [d.start for d in drives],
+        "local": "".join("1" if d.local else "0" for d in drives),
         "duration": column(lambda d: d.duration_s, 1),
         "factor": column(lambda d: d.factor, 3),
         "threshold": column(lambda d: d.threshold_g, 3),

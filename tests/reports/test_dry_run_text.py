@@ -131,3 +131,24 @@ def test_the_same_as_json(samples):
 )
 def test_sizes(size, said):
     assert size_text(int(size)) == said
+
+
+def test_drives_without_any_date_are_told():
+    found = FoundFleet(
+        "/f",
+        (
+            drive("van/a.csv"),
+            drive("van/b.csv", start_utc="2024-05-01T10:00:00.000+00:00"),
+            drive("van/c.asc"),
+        ),
+    )
+    outlooks = {
+        "id-van/a.csv": Outlook(dated=False),
+        "id-van/b.csv": Outlook(dated=False),
+        "id-van/c.asc": Outlook(),
+    }
+    told = text(found, {}, outlooks, width=200)
+    assert "van/a.csv: no date in the log" in told
+    assert "1 drive lacks something" in told
+    plan = plan_dict(found, {}, outlooks)["drives"]
+    assert [len(entry["lacks"]) for entry in plan] == [1, 0, 0]
