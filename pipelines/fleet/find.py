@@ -106,6 +106,9 @@ def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
     vehicle = belongings.vehicle(inside)
     dbc = belongings.databases(inside)
     said = vehicle is not None and vehicle.id is not None
+    settings = belongings.nearest(SETTINGS, inside)
+    problem = belongings.settings_problem(settings) if settings is not None else ""
+    unusable = (f"the settings file cannot be used, and the drive will fail: {problem}",) if problem else ()
     found = FoundDrive(
         drive_id=own,
         name=name,
@@ -114,12 +117,12 @@ def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
         vehicle_id=_vehicle_id(drive, vehicle, inside, belongings, name),
         vehicle_name=vehicle.name if vehicle else None,
         map=belongings.nearest(MAP, inside),
-        settings=belongings.nearest(SETTINGS, inside),
+        settings=settings,
         dbc=dbc,
         formats=tuple(dict.fromkeys(log.title for log in drive.logs)),
         size=sum(log.size for log in drive.logs),
         notes=drive.notes,
-        lacks=(*_lacks(drive, vehicle, dbc), *drive.lacks),
+        lacks=(*_lacks(drive, vehicle, dbc), *unusable, *drive.lacks),
         start_utc=drive.start_utc,
     )
     return found, said
