@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from parsers.places import masked
+from pipelines.fleet.batch import Absent
 from pipelines.fleet.find import by_vehicle
 from pipelines.fleet.outlook import ASKED, Outlook
 from pipelines.fleet.records import FoundDrive, FoundFleet
@@ -47,10 +48,12 @@ def text(
     state: Mapping[str, str],
     outlooks: Mapping[str, Outlook] | None = None,
     width: int | None = None,
+    absent: Sequence[Absent] = (),
 ) -> str:
     """The whole answer for a terminal of so many columns; those of the terminal itself unless given.
 
     state: by drive_id, as in `WOULD`; a drive that is not in it is new. outlooks: by drive_id, where they were looked for.
+    absent: drives of the store that are no longer where they were.
     """
     width = width or terminal_width()
     vehicles = by_vehicle(found.drives)
@@ -66,7 +69,7 @@ def text(
     told = {name: _outlook_texts(outlook) for name, outlook in (outlooks or {}).items()}
     for title, texts in (("Lacks", lacks), ("Notes", notes), ("Channels", told)):
         lines += _by_sentence(title, texts, vehicles, width)
-    return "\n".join([*lines, *_left_out_lines(found, width)])
+    return "\n".join([*lines, *_absent_lines(absent, width), *_left_out_lines(found, width)])
 
 
 def _many(count: int, what: str) -> str:
@@ -160,6 +163,21 @@ def _outlook_texts(outlook: Outlook | None) -> list[str]:
     return [*texts, *(f"cannot tell: {spec_of(name).title}; {lack}" for name, lack in outlook.cannot)]
 
 
+def _absent_lines(absent: Sequence[Absent], width: int) -> list[str]:
+    """Drives of the store that are no longer where they were."""
+    if not absent:
+        return []
+    lines = ["", f"In the store and no longer at their place: {_many(len(absent), 'drive')}"]
+    for drive in absent:
+        if drive.moved_to is not None:
+            lines += wrapped(f"{drive.name}: moved to {drive.moved_to}, and counts there alone", width)
+    gone = [drive.name or drive.drive_id for drive in absent if drive.moved_to is None]
+    if gone:
+        kept = "the logs are gone; what they told of their vehicle still counts, and --prune takes it out"
+        lines += wrapped(f"{_some(gone)}: {kept}", width)
+    return lines
+
+
 def _left_out_lines(found: FoundFleet, width: int) -> list[str]:
     """What was left out, by reason."""
     if not found.left_out:
@@ -174,9 +192,13 @@ def _left_out_lines(found: FoundFleet, width: int) -> list[str]:
 
 
 def plan_dict(
-    found: FoundFleet, state: Mapping[str, str], outlooks: Mapping[str, Outlook] | None = None
+    found: FoundFleet,
+    state: Mapping[str, str],
+    outlooks: Mapping[str, Outlook] | None = None,
+    absent: Sequence[Absent] = (),
 ) -> dict[str, Any]:
-    """The same as plain values, for JSON: folder, drives (with `would`, and `outlook` where it was looked for), left_out."""
+    """The same as plain values, for JSON: folder, drives (with `would`, and `outlook` where it was looked for), left_out,
+    absent (drives of the store that are no longer where they were)."""
     outlooks = outlooks or {}
     drives: list[dict[str, Any]] = []
     for drive in found.drives:
@@ -190,4 +212,9 @@ def plan_dict(
             entry["outlook"] = asdict(told)
         drives.append(entry)
     left_out = [{"place": place, "why": why} for place, why in found.left_out]
-    return {"folder": found.folder, "drives": drives, "left_out": left_out}
+    return {
+        "folder": found.folder,
+        "drives": drives,
+        "left_out": left_out,
+        "absent": [asdict(drive) for drive in absent],
+    }

@@ -1,7 +1,8 @@
 """From the drives in a store to the fleet's tables: vehicle by vehicle, in one order, so that the same drives give the same bytes.
 
 A drive whose logs are no longer in the folder stays in the tables and counts for its vehicle: what it told stays true when
-a log is moved away. Its column `gone` says so, and `prune` takes it out.
+a log is moved away. Its column `gone` says so, and `prune` takes it out. A log that was moved within the folder counts as
+the drive that it is now, and its old place is in no table: that drive's notes say where it was.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ import polars as pl
 from parsers.errors import StoreError
 from parsers.places import masked
 from pipelines.fleet.joined import DamagedDriveError, Finished, Join, joined, tidy
+from pipelines.fleet.moved import Lost, away, lost
 from pipelines.fleet.records import FoundDrive, FoundFleet
 from pipelines.fleet.rows import DriveRows
 from pipelines.fleet.store import Catalogue, Store, StoredDrive
@@ -58,18 +60,12 @@ class _Drive:
         return start is None, start or "", self.found.name, self.found.drive_id
 
 
-def gone(catalogue: Catalogue, found: FoundFleet) -> tuple[str, ...]:
-    """The stored drives (damaged ones too) whose logs are no longer in the folder, by drive_id."""
-    there = {drive.drive_id for drive in found.drives}
-    return tuple(sorted((catalogue.drives.keys() | catalogue.damaged.keys()) - there))
-
-
 def prune(store: Store, found: FoundFleet) -> tuple[str, ...]:
-    """Take the drives out of the store whose logs are no longer in the folder; their drive_ids."""
-    lost = gone(store.all(), found)
-    for drive_id in lost:
+    """Take the drives out of the store whose logs are no longer in the folder, or at another place of it; their drive_ids."""
+    absent = away(store.all(), found)
+    for drive_id in absent:
         store.forget(drive_id)
-    return lost
+    return absent
 
 
 def gather(
@@ -86,7 +82,7 @@ def gather(
     the tables themselves.
     """
     catalogue = store.all()
-    vehicles = _by_vehicle(catalogue, found)
+    vehicles = _by_vehicle(catalogue, found, lost(catalogue, found))
     frames: dict[str, list[pl.DataFrame]] = {name: [] for name in TABLES}
     known: list[VehicleKnowledge] = []
     bodies: dict[str, str | None] = {}
@@ -124,11 +120,18 @@ def kinds(names: Mapping[str, str | None], bodies: Mapping[str, str | None]) -> 
     return made
 
 
-def _by_vehicle(catalogue: Catalogue, found: FoundFleet) -> dict[str, list[_Drive]]:
-    """All drives by vehicle; what is told of a drive is what was found now, else what was found when it was stored."""
+def _by_vehicle(catalogue: Catalogue, found: FoundFleet, absent: Lost) -> dict[str, list[_Drive]]:
+    """All drives by vehicle but for the old places of those that were moved; what is told of a drive is what was found now,
+    else what was found when it was stored."""
     now = {drive.drive_id: drive for drive in found.drives}
+    for drive_id, drive in absent.moved.items():
+        old, known = catalogue.drives[drive_id].drive, now[drive.drive_id]
+        whose = f" of vehicle {old.vehicle_id}" if old.vehicle_id != known.vehicle_id else ""
+        now[drive.drive_id] = replace(known, notes=(*known.notes, f"moved here from {old.name}{whose}"))
     vehicles: dict[str, list[_Drive]] = {}
     for drive_id, stored in catalogue.drives.items():
+        if drive_id in absent.moved:
+            continue
         drive = now.get(drive_id, stored.drive)
         made = _Drive(drive, stored.status, stored.reason, drive_id not in now, stored, None)
         vehicles.setdefault(drive.vehicle_id, []).append(made)

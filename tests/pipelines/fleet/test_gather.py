@@ -10,7 +10,8 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from pipelines.fleet.gather import gather, gone, kinds
+from pipelines.fleet.gather import gather, kinds
+from pipelines.fleet.moved import away
 from pipelines.fleet.records import FoundFleet
 from pipelines.fleet.store import Store, folder_of, open_store
 from pipelines.fleet.tables import TABLES
@@ -182,7 +183,7 @@ def test_drives_whose_logs_are_gone_stay_and_are_marked(
     store: Store, tables: dict[str, pl.DataFrame]
 ) -> None:
     fewer = fleet_of(*(DRIVES[n] for n in (1, 3, 4)))
-    assert gone(store.all(), fewer) == tuple(sorted(DRIVES[n].drive_id for n in (2, 5, 6)))
+    assert away(store.all(), fewer) == tuple(sorted(DRIVES[n].drive_id for n in (2, 5, 6)))
     found = tables_of(store, fewer)
     assert found["drives"]["gone"].to_list() == [False, True, False, False, True, True]
     assert found["drives"].drop("gone").equals(tables["drives"].drop("gone"))
