@@ -15,7 +15,8 @@ import polars as pl
 
 from parsers.errors import StoreError
 from parsers.places import masked
-from pipelines.fleet.joined import DamagedDriveError, Finished, Join, joined, tidy
+from pipelines.fleet.copies import Finished
+from pipelines.fleet.joined import DamagedDriveError, Join, joined, tidy
 from pipelines.fleet.moved import Lost, away, lost
 from pipelines.fleet.records import FoundDrive, FoundFleet
 from pipelines.fleet.rows import DriveRows

@@ -272,17 +272,6 @@ def test_vehicles_are_compared_with_their_kind() -> None:
     assert "d" not in found
 
 
-def test_the_same_recording_twice_counts_once(tmp_path: Path) -> None:
-    from pipelines.fleet.joined import Finished, copies_of
-    from pipelines.fleet.rows import rows_of
-    from pipelines.fleet.stored import StoredDrive
-
-    one, other = rows_of(results_of_drive(1)), rows_of(results_of_drive(2))
-    given = [(DRIVES[1], one), (DRIVES[2], one), (DRIVES[3], other)]
-    drives = [Finished(StoredDrive(drive, "k", "done"), rows, None) for drive, rows in given]
-    assert copies_of(drives) == {DRIVES[2].drive_id: DRIVES[1].drive_id}
-
-
 def test_drives_of_unknown_time_zone_stand_where_their_clock_says(tmp_path: Path) -> None:
     store = open_store(str(tmp_path / "store"), create=True)
     starts = {1: "2024-05-03T10:00:00.000", 2: "2024-05-02T10:00:00.000+00:00", 3: None}
