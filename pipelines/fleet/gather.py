@@ -171,7 +171,7 @@ def _doubted(store: Store, drive: _Drive, problem: str) -> _Drive:
 def _joined(
     store: Store, vehicle_id: str, read: Sequence[_Drive], join: Join
 ) -> tuple[list[_Drive], VehicleKnowledge | None, tuple[str, ...]]:
-    """The vehicle's drives in order, what they say together, and notes for them. A damaged drive costs itself alone."""
+    """The vehicle's drives in order, what they say together, and why they could not be joined. A damaged drive costs itself alone."""
     drives = sorted(read, key=lambda drive: drive.order)
     done = [drive for drive in drives if drive.rows is not None]
     told = [
@@ -189,7 +189,7 @@ def _joined(
         # whatever goes wrong in one vehicle's figures must not cost the others their tables
         why = str(error).partition("\n")[0] or type(error).__name__
         return drives, None, (f"the drives of its vehicle could not be joined: {why}",)
-    return drives, knowledge, knowledge.notes
+    return drives, knowledge, ()
 
 
 def _slim(knowledge: VehicleKnowledge) -> VehicleKnowledge:
@@ -216,7 +216,7 @@ def _vehicle_tables(
         if drive.rows is not None:
             found, verdict = drive.found, drive.rows.verdict
             parameters += parameter_rows(found.vehicle_id, found.drive_id, drive.start_utc, "drive", verdict)
-    made: dict[str, list[Row]] = {"drives": [_drive_row(store, fleet, d, notes) for d in drives]}
+    made: dict[str, list[Row]] = {"drives": [_drive_row(store, fleet, d, knowledge, notes) for d in drives]}
     if knowledge is not None:
         parameters += drive_rows(knowledge, starts)
         made["vehicles"] = vehicle_rows(knowledge, vehicle_name)
@@ -227,8 +227,13 @@ def _vehicle_tables(
     return {**made, "parameters": parameters}
 
 
-def _drive_row(store: Store, fleet: FoundFleet, drive: _Drive, notes: tuple[str, ...]) -> Row:
+def _drive_row(
+    store: Store, fleet: FoundFleet, drive: _Drive, knowledge: VehicleKnowledge | None, notes: tuple[str, ...]
+) -> Row:
+    """notes: why the vehicle's drives could not be joined."""
     found, rows, stored = drive.found, drive.rows, drive.stored
+    if knowledge is not None:
+        notes = (*notes, *knowledge.notes_for(found.drive_id))
     row: Row = {
         "drive_id": found.drive_id,
         "drive": found.name,
@@ -244,6 +249,7 @@ def _drive_row(store: Store, fleet: FoundFleet, drive: _Drive, notes: tuple[str,
         "notes": [*found.notes, *found.lacks, *(notes if rows is not None else ())],
         "report": None if stored is None else store.report(stored),
         "gone": drive.gone,
+        "apart": None if knowledge is None else knowledge.apart.get(found.drive_id),
     }
     if rows is None:
         return row

@@ -14,11 +14,13 @@ from pipelines.fleet.plain import from_plain, json_bytes, read_json
 from pipelines.fleet.relations_file import FILE_NAME as RELATIONS
 from pipelines.fleet.rows import FILE_NAME as ROWS
 from pipelines.fleet.store import Store
-from pipelines.hierarchy.records import DriveTold, VehicleKnowledge
+from pipelines.hierarchy.records import Apart, DriveTold, VehicleKnowledge
 
 VEHICLES = "vehicles"
 FORMAT = 3
 """To be raised when the same drives would be joined to something else, or records change."""
+
+_COPY: Apart = "copy"
 
 Join = Callable[[str, Sequence[DriveTold]], VehicleKnowledge]
 """(vehicle_id, its drives in the order of time) -> what they say together; the same for the same drives."""
@@ -96,8 +98,11 @@ def joined(store: Store, vehicle_id: str, drives: Sequence[Finished], join: Join
     ]
     knowledge = join(vehicle_id, told)
     if copies:
-        said = [copy.sentence(drive_id) for drive_id, copy in copies.items()]
-        knowledge = replace(knowledge, notes=(*knowledge.notes, *said))
+        said = {**knowledge.drive_notes}
+        for drive_id, copy in copies.items():
+            said[drive_id] = (*said.get(drive_id, ()), copy.sentence(drive_id))
+        apart: dict[str, Apart] = {**knowledge.apart, **dict.fromkeys(copies, _COPY)}
+        knowledge = replace(knowledge, drive_notes=said, apart=apart)
     made = _Joined(key, knowledge)
     store.storage.write(name, json_bytes(replace(made, sum=_sum(read_json(json_bytes(made))))))
     return knowledge

@@ -183,6 +183,8 @@ def _drives(view: FleetView) -> tuple[Block, ...]:
         marks = (
             "near rollover" if d.near else "",
             "load changed" if d.changed else "",
+            "does not fit" if d.apart == "misfit" else "",
+            "copy" if d.apart == "copy" else "",
             "log gone" if d.gone else "",
         )
         done = d.status == "done"

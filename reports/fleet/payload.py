@@ -118,6 +118,8 @@ def _drives(view: FleetView) -> Json:
         "near": "".join("1" if d.near else "0" for d in drives),
         "changed": "".join("1" if d.changed else "0" for d in drives),
         "gone": "".join("1" if d.gone else "0" for d in drives),
+        "misfit": "".join("1" if d.apart == "misfit" else "0" for d in drives),
+        "copy": "".join("1" if d.apart == "copy" else "0" for d in drives),
         "href": [d.href for d in drives],
         "words": words,
         "notes": notes,

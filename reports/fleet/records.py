@@ -52,7 +52,7 @@ class DriveView:
     known, and it was taken as UTC. href: relative, encoded.
 
     change: probability where its load was compared with the drive before's. status "done" or how it failed.
-    gone: its logs are no longer in the folder.
+    gone: its logs are no longer in the folder. apart: why its vehicle's joined answers do not have it ("misfit", "copy"), or "".
     """
 
     drive_id: str
@@ -72,6 +72,7 @@ class DriveView:
     near: bool
     changed: bool
     gone: bool
+    apart: str
     href: str | None
     notes: tuple[str, ...]
 

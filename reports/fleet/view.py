@@ -131,6 +131,7 @@ def _drive(row: Row, vehicle: int, changed: bool) -> DriveView:
         near=_near(row),
         changed=changed,
         gone=bool(row["gone"]),
+        apart=_text(row["apart"], 20),
         href=href(row["report"]),
         notes=tuple(_text(n, 300) for n in notes[:NOTES_A_DRIVE]),
     )

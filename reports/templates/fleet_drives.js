@@ -37,6 +37,8 @@ function chipsOf(drive) {
     chip("CG " + (status ? STATUS[status] : "not told"), TONES[status]),
     DRIVES.near[drive] === "1" ? chip("near rollover", "bad") : null,
     DRIVES.changed[drive] === "1" ? chip("load changed", "warn") : null,
+    DRIVES.misfit[drive] === "1" ? chip("does not fit", "warn") : null,
+    DRIVES.copy[drive] === "1" ? chip("copy", "quiet") : null,
     DRIVES.gone[drive] === "1" ? chip("log gone", "quiet") : null,
     DRIVES.lifts[drive] > 0 ? chip(plural(DRIVES.lifts[drive], "wheel lift"), "bad") : null,
   ].flatMap((badge) => (badge ? [badge, " "] : []));

@@ -89,6 +89,11 @@ def test_a_part_is_told_of_and_tells_nothing_twice(tmp_path: Path) -> None:
 
     tables = gather(store, fleet_of(*drives.values()), join, lambda *_: ())
     assert told == [[False, True]]
-    assert any(
-        "lies within it" in note and note.endswith("it counts once") for note in tables["drives"]["notes"][0]
-    )
+    said = [[note for note in notes if note.endswith("counts once")] for notes in tables["drives"]["notes"]]
+    assert [len(notes) for notes in said] == [1, 0]
+    assert "lies within it" in said[0][0]
+    assert tables["drives"]["apart"].to_list() == ["copy", None]
+    # kept, and read again
+    again = gather(store, fleet_of(*drives.values()), join, lambda *_: ())
+    assert again["drives"].equals(tables["drives"])
+    assert len(told) == 1
