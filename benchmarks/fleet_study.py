@@ -70,7 +70,7 @@ def pairs_of(drives: Sequence[FleetDrive]) -> tuple[list[Pair], tuple[str, ...]]
                 found.append(
                     Pair(name, drive.sensors, alone[0], alone[1], joined[0], joined[1], alone[2], joined[2])
                 )
-    return found, known.notes
+    return found, (*known.notes, *(note for said in known.drive_notes.values() for note in said))
 
 
 def _rms(values: FloatArray) -> float:

@@ -122,16 +122,16 @@ def _tell_plan(batch: Batch, found: FoundFleet, as_json: bool) -> None:
     from pipelines.fleet.outlook import outlook
     from reports.dry_run_text import plan_dict, text
 
-    state = plan_of(batch, found)
+    plan = plan_of(batch, found)
     outlooks = {}
     with ProgressLine() as progress:
         for number, drive in enumerate(found.drives):
             progress(f"looking into {drive.name}", number / len(found.drives))
             outlooks[drive.drive_id] = outlook(drive)
     if as_json:
-        print(json.dumps(plan_dict(found, state, outlooks), indent=1))
+        print(json.dumps(plan_dict(found, plan.states, outlooks, plan.absent), indent=1))
     else:
-        show(text(found, state, outlooks))
+        show(text(found, plan.states, outlooks, absent=plan.absent))
 
 
 def _run(batch: Batch, found: FoundFleet, as_json: bool) -> BatchSummary:
@@ -161,6 +161,8 @@ def _tell(summary: BatchSummary, written: list[str]) -> None:
     parts = [f"{summary.done} done", f"{summary.kept} kept", f"{len(summary.failed)} failed"]
     if summary.gone:
         parts.append(f"{summary.gone} in the store whose logs are gone")
+    if summary.moved:
+        parts.append(f"{summary.moved} moved since (the old place no longer counts)")
     show_line(f"{summary.found} drives: {', '.join(parts)}")
     for ended in summary.failed:
         show_line(f"  {ended.drive.name}: {ended.status}: {ended.reason}")

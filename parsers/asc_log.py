@@ -12,7 +12,7 @@ from parsers.can.reader import CanReader
 from parsers.can.tally import AS_WRITTEN, SUMMED
 from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
 from parsers.channels import ByteArray, IntArray
-from parsers.importer import HEAD_BYTES, ImportLog, ReadOptions
+from parsers.importer import HEAD_BYTES, TAKEN_AS_UTC, ImportLog, ReadOptions
 
 _DATE = re.compile(r"^\s*date\s+(\S.*)", re.IGNORECASE)
 _TRIGGER = re.compile(r"^\s*begin\s+triggerblock\s+(\S.*)", re.IGNORECASE)
@@ -114,7 +114,7 @@ def read_header(lines: list[str]) -> AscHeader:
         )
     if start is not None:
         text = start.isoformat(sep=" ", timespec="milliseconds")
-        notes.append(f"recorded from {text} (local time of the recorder, time zone unknown)")
+        notes.append(f"recorded from {text} (local time of the recorder, time zone unknown: {TAKEN_AS_UTC})")
     return AscHeader(base, relative, start, tuple(notes))
 
 

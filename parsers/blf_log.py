@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from parsers.importer import ImportLog, LogReader, ReadOptions
+from parsers.importer import TAKEN_AS_UTC, ImportLog, LogReader, ReadOptions
 
 
 class BlfImporter:
@@ -29,5 +29,7 @@ class BlfImporter:
         if header.start_ns is None:
             log.note("the BLF file has no start time: its clock counts from the start of the recording")
         else:
-            log.note("a BLF file does not say whether its start time is local or UTC: it is taken as UTC")
+            log.without_zone(
+                f"a BLF file does not say whether its start time is local or UTC: it is {TAKEN_AS_UTC}"
+            )
         return CanReader(BlfFrames(path, header, log, options.progress), options, log, path)

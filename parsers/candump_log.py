@@ -16,7 +16,7 @@ from parsers.can.tally import AS_WRITTEN, SINCE_FIRST, SUMMED
 from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
 from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
-from parsers.importer import ImportLog, ReadOptions
+from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
 
 _STAMP = r"\(\s*(?P<stamp>\d+\.\d+|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+)\s*\)"
 _NAME = r"[A-Za-z_][\w.:-]{0,15}"
@@ -101,7 +101,7 @@ def _time_of(lines: list[str], path: Path, log: ImportLog) -> tuple[int, bool, s
             # a date that there is not has lost a bit or two
             log.began(datetime.fromisoformat(stamps[0]))
         log.note(
-            f"recorded from {stamps[0]} (local time of the recorder, time zone unknown); time counts from there"
+            f"recorded from {stamps[0]} (local time of the recorder, time zone unknown: {TAKEN_AS_UTC}); time counts from there"
         )
         return DATED, False, "local time of the recorder since its first frame"
     seconds = np.array([float(stamp) for stamp in stamps if "-" not in stamp])

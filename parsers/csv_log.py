@@ -82,6 +82,8 @@ class CsvImporter:
         rasters, said = find_rasters(columns, plan, options, path)
         for note in (*table.notes, *plan.notes, *filter(None, [said])):
             log.note(note)
+        if plan.no_zone:
+            log.without_zone(plan.no_zone)
         return CsvReader(path, encoding, table, rasters, options, log, size)
 
 

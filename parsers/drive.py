@@ -80,7 +80,10 @@ class MappedChannel:
 
 @dataclass(frozen=True)
 class ImportRecord:
-    """What happened when a log was read. Nothing is dropped without a line in here."""
+    """What happened when a log was read. Nothing is dropped without a line in here.
+
+    start_utc: ISO 8601 in UTC; without an offset where nothing says of which time zone the recorder's clock is.
+    """
 
     format: str
     paths: tuple[Path, ...]

@@ -43,6 +43,10 @@ class ReadOptions:
     progress: Callable[[int, int], None] = no_progress
 
 
+TAKEN_AS_UTC = "taken as UTC, up to 14 hours off"
+"""What is assumed of a wall clock of no stated time zone: zones are up to 14 hours from UTC."""
+
+
 @dataclass
 class ImportLog:
     """The log book of one import: what was read, what was not and why. Importers write, `load` freezes it.
@@ -51,8 +55,9 @@ class ImportLog:
         e.g. "row with too few columns"). notes: sentences for the user. status only ever gets worse.
     lost_spans_ns: (start, end) of time that a damaged block took with it, where it can be told.
     can_frames: whether the log holds CAN frames, for which databases are of use.
+    zone_known: False where the wall clock is the recorder's own and nothing says of which time zone.
     local_start_ns: the moment of stamp 0 on the recorder's own clock, of which the zone is unknown, as nanoseconds since
-        1970-01-01 on that clock: good for laying logs of one recorder beside each other, and for nothing else.
+        1970-01-01 on that clock: good for laying logs of one recorder beside each other, and for the order of drives.
     """
 
     messages: int = 0
@@ -61,12 +66,19 @@ class ImportLog:
     status: Status = "complete"
     lost_spans_ns: list[tuple[int, int]] = field(default_factory=list)
     can_frames: bool = False
+    zone_known: bool = True
     local_start_ns: int | None = None
+
+    def without_zone(self, sentence: str) -> None:
+        """Write down that nothing says of which time zone the wall clock is. sentence: what was found."""
+        self.zone_known = False
+        self.note(sentence)
 
     def began(self, moment: datetime) -> None:
         """Write down the moment of stamp 0 on the recorder's clock. moment: without a zone."""
         since = moment.replace(tzinfo=None) - datetime(1970, 1, 1)
         self.local_start_ns = since // timedelta(microseconds=1) * 1000
+        self.zone_known = False
 
     def note(self, sentence: str) -> None:
         """Write a sentence down, once."""

@@ -85,15 +85,20 @@ def nothing_left(path: Path, decisions: Sequence[Decision]) -> LogError:
 
 
 def _start_utc(parts: Sequence[PartFacts], start_ns: int, shift_ns: int) -> str | None:
-    """shift_ns: what was added to the first log's stamps."""
-    reader = parts[0].opened.reader
+    """The wall clock at the drive's start, without an offset where nobody says of which time zone it is.
+
+    shift_ns: what was added to the first log's stamps.
+    """
+    reader, log = parts[0].opened.reader, parts[0].opened.log
     origin = 0 if reader.absolute else reader.start_utc_ns
+    zone = UTC if log.zone_known else None
+    if origin is None:
+        origin = log.local_start_ns
     if origin is None:
         return None
     try:
-        return datetime.fromtimestamp((origin - shift_ns + start_ns) / NS, tz=UTC).isoformat(
-            timespec="milliseconds"
-        )
+        moment = datetime.fromtimestamp((origin - shift_ns + start_ns) / NS, tz=UTC)
+        return moment.replace(tzinfo=zone).isoformat(timespec="milliseconds")
     except (OverflowError, ValueError, OSError):
         return None
 

@@ -14,7 +14,7 @@ import polars as pl
 
 from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
-from parsers.importer import ImportLog, ReadOptions
+from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
 from parsers.native_stderr import quiet_panics
 from parsers.parquet_chain import chained
 from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
@@ -68,6 +68,8 @@ class ParquetImporter:
         groups = chained(opened, path, log)
         for note in dict.fromkeys(note for group in groups for note in group.time.notes):
             log.note(note)
+        for note in dict.fromkeys(group.time.no_zone for group in groups if group.time.no_zone):
+            log.without_zone(note)
         return ParquetReader(path, groups, options, log)
 
 
@@ -230,10 +232,11 @@ def _calendar_time(
             continue
         if options.time_channel is None and any(other.name == "time_ns" for other in names):
             return None
-        notes: tuple[str, ...] = ()
+        clock, no_zone = f'column "{column.name}", UTC', ""
         if kind.time_zone is None:
-            notes = (f'the time stamps in column "{column.name}" state no time zone: taken as UTC',)
-        return TimePlan("calendar", (place,), f'column "{column.name}", UTC', True, notes=notes)
+            clock = f'column "{column.name}", taken as UTC'
+            no_zone = f'the time stamps in column "{column.name}" state no time zone: {TAKEN_AS_UTC}'
+        return TimePlan("calendar", (place,), clock, True, no_zone=no_zone)
     return None
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from parsers.errors import LogError
-from parsers.importer import ReadOptions
+from parsers.importer import TAKEN_AS_UTC, ReadOptions
 from parsers.table_cells import (
     CALENDAR_CELL,
     CLOCK_CELL,
@@ -44,7 +44,7 @@ class TimePlan:
     kind: "decimal", one column of numbers in `unit_ns`; "seconds_nanos", two columns; "calendar", one column, or a
     date's and a time of day's; "hhmmss", one column of numbers that spell a time of day; "elapsed", one of minutes and seconds, or of
     days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
-    calendar, a time of day that runs on over midnight. clock: in words. origin_ns: added to each stamp. zero: taken off each
+    calendar, a time of day that runs on over midnight. no_zone: what says that nothing names their time zone, or "". clock: in words. origin_ns: added to each stamp. zero: taken off each
     number before its unit counts. whole_ms: a time of day has milliseconds without zeros before them behind its seconds. guessed: the unit is stated nowhere.
     """
 
@@ -59,6 +59,7 @@ class TimePlan:
     guessed: bool = False
     zero: int = 0
     whole_ms: bool = False
+    no_zone: str = ""
 
 
 _TIME_WORDS = """
@@ -330,11 +331,11 @@ def _calendar_plan(
         if _SHORT_YEAR.match(dates[0]):
             parts = "month, day" if order == MONTH_FIRST else "day, month"
             notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
-    if not any(_WITH_ZONE.search(cell) for cell in cells):
-        notes.append(f"the times in {clock} state no time zone: taken as UTC")
+    zoned = any(_WITH_ZONE.search(cell) for cell in cells)
     return TimePlan(
-        "calendar", columns, f"{clock}, UTC", True, order=order, notes=tuple(notes), whole_ms=whole_ms
-    )
+        "calendar", columns, f"{clock}, {'UTC' if zoned else 'taken as UTC'}", True, order=order, notes=tuple(notes),
+        whole_ms=whole_ms, no_zone="" if zoned else f"the times in {clock} state no time zone: {TAKEN_AS_UTC}",
+    )  # fmt: skip
 
 
 def _is_absolute(cells: Sequence[str], style: NumberStyle, unit_ns: int) -> bool:

@@ -16,7 +16,7 @@ from parsers.can.textlines import TextSource, Work, first_lines, head_lines, loo
 from parsers.can.trc_kernel import parse_trc, walk_trc
 from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
-from parsers.importer import ImportLog, ReadOptions
+from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
 
 COLUMNS_OF_VERSION = {
     "1.0": "NOILD",
@@ -61,7 +61,7 @@ class TrcImporter:
         if header.start is not None:
             text = header.start.isoformat(sep=" ", timespec="milliseconds")
             log.began(header.start)
-            log.note(f"recorded from {text} (clock of the recorder, time zone unknown)")
+            log.note(f"recorded from {text} (clock of the recorder, time zone unknown: {TAKEN_AS_UTC})")
 
         clock = "receive time since the start of the trace"
         parser = _Parser(header.columns)

@@ -78,6 +78,8 @@ def _moment(stamp: str) -> str:
     except ValueError:
         return clean(stamp, 60)
     shown = moment.strftime("%Y-%m-%d %H:%M:%S")
+    if moment.tzinfo is None:
+        return f"{shown}, time zone unknown"
     return (
         f"{shown} UTC" if moment.utcoffset() == timedelta(0) else f"{shown} {moment.strftime('%z')}".strip()
     )

@@ -8,6 +8,7 @@ from dataclasses import asdict
 from typing import Any
 
 from parsers.places import masked
+from pipelines.fleet.batch import Absent
 from pipelines.fleet.find import by_vehicle
 from pipelines.fleet.outlook import ASKED, Outlook
 from pipelines.fleet.records import FoundDrive, FoundFleet
@@ -26,6 +27,11 @@ WOULD: dict[str, str] = {
 _NAMED = 4
 """So many files that were left out for one reason are named."""
 
+NO_DATE = (
+    "no date in the log: the drive comes last among its vehicle's, and counts for no trend; "
+    "a drive.toml's start_utc says when it was"
+)
+
 
 def size_text(size: int) -> str:
     """Bytes as people say them."""
@@ -42,37 +48,47 @@ def text(
     state: Mapping[str, str],
     outlooks: Mapping[str, Outlook] | None = None,
     width: int | None = None,
+    absent: Sequence[Absent] = (),
 ) -> str:
     """The whole answer for a terminal of so many columns; those of the terminal itself unless given.
 
     state: by drive_id, as in `WOULD`; a drive that is not in it is new. outlooks: by drive_id, where they were looked for.
+    absent: drives of the store that are no longer where they were.
     """
     width = width or terminal_width()
     vehicles = by_vehicle(found.drives)
-    lines = wrapped(_total(found, len(vehicles), state), width, indent=0)
+    lacks = {drive.drive_id: _lacks(drive, (outlooks or {}).get(drive.drive_id)) for drive in found.drives}
+    lines = wrapped(_total(found, len(vehicles), state, lacks), width, indent=0)
     alone = [drives[0] for vehicle, drives in vehicles.items() if _is_alone(vehicle, drives)]
     for vehicle, drives in vehicles.items():
         if not _is_alone(vehicle, drives):
             lines += ["", printable(f"Vehicle {_whose(vehicle, drives)}"), *_table(drives, state, width)]
     if alone:
         lines += ["", "Without a vehicle file or a folder of its vehicle", *_table(alone, state, width)]
-    lacks = {drive.drive_id: drive.lacks for drive in found.drives}
     notes = {drive.drive_id: drive.notes for drive in found.drives}
     told = {name: _outlook_texts(outlook) for name, outlook in (outlooks or {}).items()}
     for title, texts in (("Lacks", lacks), ("Notes", notes), ("Channels", told)):
         lines += _by_sentence(title, texts, vehicles, width)
-    return "\n".join([*lines, *_left_out_lines(found, width)])
+    return "\n".join([*lines, *_absent_lines(absent, width), *_left_out_lines(found, width)])
 
 
 def _many(count: int, what: str) -> str:
     return f"{count} {what}{'' if count == 1 else 's'}"
 
 
-def _total(found: FoundFleet, vehicles: int, state: Mapping[str, str]) -> str:
+def _lacks(drive: FoundDrive, outlook: Outlook | None) -> tuple[str, ...]:
+    """What a user should know before the work, by the folder and by the logs."""
+    undated = outlook is not None and not outlook.dated and drive.start_utc is None
+    return (*drive.lacks, NO_DATE) if undated else drive.lacks
+
+
+def _total(
+    found: FoundFleet, vehicles: int, state: Mapping[str, str], lacks: Mapping[str, Sequence[str]]
+) -> str:
     counts = Counter(state.get(drive.drive_id, "new") for drive in found.drives)
     said = ", ".join(f"{counts[word]} {word}" for word in WOULD if counts[word])
     size = size_text(sum(drive.size for drive in found.drives))
-    lacking = sum(bool(drive.lacks) for drive in found.drives)
+    lacking = sum(map(bool, lacks.values()))
     tail = f" {_many(lacking, 'drive')} {'lacks' if lacking == 1 else 'lack'} something." if lacking else ""
     return f"{masked(found.folder)}: {_many(len(found.drives), 'drive')} of {_many(vehicles, 'vehicle')}, {size}: {said}.{tail}"
 
@@ -147,6 +163,21 @@ def _outlook_texts(outlook: Outlook | None) -> list[str]:
     return [*texts, *(f"cannot tell: {spec_of(name).title}; {lack}" for name, lack in outlook.cannot)]
 
 
+def _absent_lines(absent: Sequence[Absent], width: int) -> list[str]:
+    """Drives of the store that are no longer where they were."""
+    if not absent:
+        return []
+    lines = ["", f"In the store and no longer at their place: {_many(len(absent), 'drive')}"]
+    for drive in absent:
+        if drive.moved_to is not None:
+            lines += wrapped(f"{drive.name}: moved to {drive.moved_to}, and counts there alone", width)
+    gone = [drive.name or drive.drive_id for drive in absent if drive.moved_to is None]
+    if gone:
+        kept = "the logs are gone; what they told of their vehicle still counts, and --prune takes it out"
+        lines += wrapped(f"{_some(gone)}: {kept}", width)
+    return lines
+
+
 def _left_out_lines(found: FoundFleet, width: int) -> list[str]:
     """What was left out, by reason."""
     if not found.left_out:
@@ -161,15 +192,29 @@ def _left_out_lines(found: FoundFleet, width: int) -> list[str]:
 
 
 def plan_dict(
-    found: FoundFleet, state: Mapping[str, str], outlooks: Mapping[str, Outlook] | None = None
+    found: FoundFleet,
+    state: Mapping[str, str],
+    outlooks: Mapping[str, Outlook] | None = None,
+    absent: Sequence[Absent] = (),
 ) -> dict[str, Any]:
-    """The same as plain values, for JSON: folder, drives (with `would`, and `outlook` where it was looked for), left_out."""
+    """The same as plain values, for JSON: folder, drives (with `would`, and `outlook` where it was looked for), left_out,
+    absent (drives of the store that are no longer where they were)."""
     outlooks = outlooks or {}
     drives: list[dict[str, Any]] = []
     for drive in found.drives:
-        entry = {**asdict(drive), "would": state.get(drive.drive_id, "new")}
-        if (told := outlooks.get(drive.drive_id)) is not None:
+        told = outlooks.get(drive.drive_id)
+        entry = {
+            **asdict(drive),
+            "would": state.get(drive.drive_id, "new"),
+            "lacks": list(_lacks(drive, told)),
+        }
+        if told is not None:
             entry["outlook"] = asdict(told)
         drives.append(entry)
     left_out = [{"place": place, "why": why} for place, why in found.left_out]
-    return {"folder": found.folder, "drives": drives, "left_out": left_out}
+    return {
+        "folder": found.folder,
+        "drives": drives,
+        "left_out": left_out,
+        "absent": [asdict(drive) for drive in absent],
+    }

@@ -11,6 +11,7 @@ from typing import Any
 from parsers.drive import Decision, ImportRecord
 from parsers.store_folder import record_dict
 from pipelines.inspection import ChannelReport, Inspection
+from pipelines.starts import is_local
 from reports.layout import printable, table, terminal_width, wrapped
 from reports.text import MINUS, NARROW, significant
 
@@ -143,6 +144,7 @@ def inspection_text(inspection: Inspection, width: int | None = None) -> str:
     """The whole answer for a terminal of so many columns; those of the terminal itself unless given."""
     width = width or terminal_width()
     start = f"; start {inspection.start_utc}" if inspection.start_utc else ""
+    start += " (time zone unknown)" if is_local(inspection.start_utc) else ""
     lines = [printable(f"{inspection.path}: {inspection.format}, {inspection.status}")]
     facts = (
         f"{inspection.messages} messages over {inspection.duration_s:.1f} s; clock: {inspection.clock}{start}"

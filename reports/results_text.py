@@ -8,6 +8,7 @@ from typing import Any
 import polars as pl
 
 from pipelines.results import Identification, ParameterEstimate
+from pipelines.starts import is_local
 from reports.layout import table, terminal_width
 from reports.sections.values import STATUS_WORDS, has_result, interval_text, spread_value_text
 from reports.text import DASH, NARROW, NO_BREAK, clean, count, percent, spec_of, with_unit
@@ -47,8 +48,8 @@ def _chance(share: float | None) -> str:
 
 
 def _start(text: str | None) -> str:
-    """To the minute."""
-    return DASH if not text else text[:16].replace("T", " ")
+    """To the minute; "local" where the log does not say of which time zone."""
+    return DASH if not text else text[:16].replace("T", " ") + (" local" if is_local(text) else "")
 
 
 def _ending(row: Row) -> str:

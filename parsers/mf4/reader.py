@@ -8,7 +8,7 @@ from pathlib import Path
 from parsers.can.reader import CanReader
 from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
-from parsers.importer import ImportLog, LogReader, ReadOptions
+from parsers.importer import TAKEN_AS_UTC, ImportLog, LogReader, ReadOptions
 from parsers.mf4.blocks import BlockFile
 from parsers.mf4.bus import Mf4Frames
 from parsers.mf4.bus_layout import BusLayout, find_layout
@@ -75,7 +75,7 @@ def _say_what_it_is(measurement: Measurement, log: ImportLog) -> None:
     if not measurement.start_ns:
         log.note("the MF4 file has no start time: its clock counts from the start of the recording")
     elif measurement.local:
-        log.note("the MF4 file's start time is local time without a zone: it is taken as UTC")
+        log.without_zone(f"the MF4 file's start time is local time without a zone: it is {TAKEN_AS_UTC}")
     databases = [
         name for name in measurement.attachments if name.lower().endswith((".dbc", ".arxml", ".xml"))
     ]

@@ -15,9 +15,10 @@ from pipelines.engines.base import Done, Limits, Task
 from pipelines.engines.registry import engine_named
 from pipelines.fleet.claims import Claim, Claims
 from pipelines.fleet.events import DriveEnded, Found, Joining, Kept, Started, Watcher, no_watcher
-from pipelines.fleet.gather import gather, gone, prune
+from pipelines.fleet.gather import gather, prune
 from pipelines.fleet.job_text import job_text
 from pipelines.fleet.keys import Keys
+from pipelines.fleet.moved import Lost, lost
 from pipelines.fleet.records import BatchSummary, Choices, Ended, Facts, FoundDrive, FoundFleet, Job
 from pipelines.fleet.storage import storage_at
 from pipelines.fleet.store import STORE_FILE, Catalogue, Store, StoredDrive, open_store
@@ -104,11 +105,42 @@ def existing_store(place: str) -> Store | None:
     return Store(storage) if storage.read(STORE_FILE) is not None or storage.names("") else None
 
 
-def plan_of(batch: Batch, found: FoundFleet) -> dict[str, State]:
-    """What a batch would do about each drive, by drive_id. A store that is not there yet is not made. Raises StoreError."""
+@dataclass(frozen=True)
+class Absent:
+    """A stored drive that is no longer where it was. name, vehicle_id: as it was stored; "" of one that is damaged.
+
+    moved_to: the drive of the folder that has its logs now, None where none has.
+    """
+
+    drive_id: str
+    name: str = ""
+    vehicle_id: str = ""
+    moved_to: str | None = None
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a batch would do. states: by drive_id. absent: stored drives that are no longer where they were."""
+
+    states: Mapping[str, State]
+    absent: tuple[Absent, ...] = ()
+
+
+def plan_of(batch: Batch, found: FoundFleet) -> Plan:
+    """What a batch would do about each drive. A store that is not there yet is not made. Raises StoreError."""
     store = existing_store(batch.store)
     catalogue = store.all() if store is not None else Catalogue({}, {})
-    return {drive_id: look.state for drive_id, look in _looks(batch, found, catalogue).items()}
+    states = {drive_id: look.state for drive_id, look in _looks(batch, found, catalogue).items()}
+    return Plan(states, _absent(catalogue, lost(catalogue, found)))
+
+
+def _absent(catalogue: Catalogue, known: Lost) -> tuple[Absent, ...]:
+    made = []
+    for drive_id in sorted({*known.gone, *known.moved}):
+        stored, now = catalogue.drives.get(drive_id), known.moved.get(drive_id)
+        name, vehicle = (stored.drive.name, stored.drive.vehicle_id) if stored is not None else ("", "")
+        made.append(Absent(drive_id, name, vehicle, None if now is None else now.name))
+    return tuple(made)
 
 
 def _absolute(place: str) -> str:
@@ -240,12 +272,14 @@ def run_batch(batch: Batch, found: FoundFleet, function: str, watch: Watcher = n
     tables = gather(store, found, join_vehicle)
     store.write_tables(tables)
     failed = [e for e in doing.ended if e.status not in ("done", "kept")]
+    absent = lost(catalogue, found)
     summary = BatchSummary(
         found=len(found.drives),
         kept=len(kept) + sum(e.status == "kept" for e in doing.ended),
         done=sum(e.status == "done" for e in doing.ended),
         failed=(*before, *failed),
-        gone=len(gone(catalogue, found)),
+        gone=len(absent.gone),
+        moved=len(absent.moved),
         seconds=time.perf_counter() - started,
     )
     return Ran(summary, tables)

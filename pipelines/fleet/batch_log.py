@@ -195,4 +195,5 @@ def _began(found: Found) -> str:
 def _finished(event: Finished) -> str:
     s = event.summary
     gone = f", {s.gone} in the store without logs" if s.gone else ""
+    gone += f", {s.moved} moved" if s.moved else ""
     return f"finished: {s.done} done, {len(s.failed)} failed, {s.kept} kept{gone}, in {s.seconds:.1f} s"

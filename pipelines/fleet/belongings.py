@@ -48,6 +48,17 @@ def read_vehicle_facts(place: str) -> VehicleFacts:
     return VehicleFacts(place, id=vehicle.id, name=vehicle.name, table=table)
 
 
+def _settings_problem(place: str) -> str:
+    from pipelines.estimators.registry import estimators
+    from pipelines.settings import read_settings
+
+    try:
+        read_settings(path_of(place), estimators())
+    except CogestError as error:
+        return str(error)
+    return ""
+
+
 def folders_up(folder: str) -> list[str]:
     """A folder below the fleet's and those above it, the nearest first, the fleet's own ("") last."""
     found = [folder]
@@ -65,6 +76,7 @@ class Belongings:
     _vehicles: dict[str, VehicleFacts] = field(default_factory=dict)
     _outside: dict[str, str | None] = field(default_factory=dict)
     _options: dict[str, ReadOptions] = field(default_factory=dict)
+    _settings: dict[str, str] = field(default_factory=dict)
 
     @classmethod
     def of(cls, listing: Listing) -> Belongings:
@@ -121,6 +133,12 @@ class Belongings:
                 # the drive's own run says what is wrong with it
                 self._options[place] = ReadOptions()
         return self._options[place]
+
+    def settings_problem(self, place: str) -> str:
+        """Why a settings file cannot be used, as the drive's own run would say it; "" where it can."""
+        if place not in self._settings:
+            self._settings[place] = _settings_problem(place)
+        return self._settings[place]
 
     def vehicle(self, folder: str) -> VehicleFacts | None:
         """The nearest vehicle file, None where there is none."""

@@ -138,6 +138,7 @@ def _summary(summary: BatchSummary) -> dict[str, object]:
         "done": summary.done,
         "failed": len(summary.failed),
         "gone": summary.gone,
+        "moved": summary.moved,
         "seconds": _number(summary.seconds),
         "failures": [
             {"drive_id": e.drive.drive_id, "name": e.drive.name, "status": e.status, "reason": e.reason}

@@ -55,7 +55,7 @@ def find_drives(folder: str, store: str | None = None, lister: Lister = list_any
         left_out += grouped.left_out
     if not drives:
         raise BatchError("no log in this folder", path=masked(folder), hint=_instead(listing, left_out))
-    made = _with_vehicles(_marked_twins(drives), belongings)
+    made = _marked_twins(_with_vehicles(drives, belongings), drives)
     return FoundFleet(
         listing.root, tuple(sorted(made, key=lambda d: (d.name, d.drive_id))), tuple(sorted(left_out))
     )
@@ -68,21 +68,31 @@ def _instead(listing: Listing, left_out: Sequence[tuple[str, str]]) -> str:
     return "it is empty" if not listing.entries else "give the folder with the logs"
 
 
-def _marked_twins(drives: Sequence[Together]) -> list[Together]:
-    """Say of drives that hold the same bytes that they do: a drive that counts twice makes intervals too narrow."""
-    rows: dict[tuple[int, bytes], list[Log]] = defaultdict(list)
-    for drive in drives:
-        if len(drive.logs) == 1 and drive.logs[0].size and drive.logs[0].digest:
-            rows[(drive.logs[0].size, drive.logs[0].digest)].append(drive.logs[0])
-    twin_of: dict[str, str] = {}
-    for row in rows.values():
-        twin_of.update({log.place: row[0].below for log in row[1:] if same_bytes(row[0], log)})
-    return [
-        drive.saying(lack=f"the same bytes as {twin_of[place]}: as two drives they count twice; remove one")
-        if (place := drive.logs[0].place) in twin_of
-        else drive
-        for drive in drives
-    ]
+def _marked_twins(found: Sequence[FoundDrive], drives: Sequence[Together]) -> list[FoundDrive]:
+    """Say of drives that hold the same bytes that they do. drives: those that `found` was made of, in the same order.
+
+    Of one vehicle they count once; for several vehicles they count, and can be of one of them only.
+    """
+    rows: dict[tuple[int, bytes], list[tuple[Log, FoundDrive]]] = defaultdict(list)
+    for drive, each in zip(found, drives, strict=True):
+        log = each.logs[0]
+        if len(each.logs) == 1 and log.size and log.digest:
+            rows[(log.size, log.digest)].append((log, drive))
+    said: dict[str, FoundDrive] = {}
+    for (first, original), *others in rows.values():
+        for log, drive in others:
+            if same_bytes(first, log):
+                said[drive.drive_id] = _twin(drive, original)
+    return [said.get(drive.drive_id, drive) for drive in found]
+
+
+def _twin(drive: FoundDrive, original: FoundDrive) -> FoundDrive:
+    """A drive that says that its log holds the same bytes as another's."""
+    same = f"the same bytes as {original.name}"
+    if drive.vehicle_id == original.vehicle_id:
+        return replace(drive, notes=(*drive.notes, f"{same}: for their vehicle they count once"))
+    wrong = f"{same}, which is of vehicle {original.vehicle_id}: it counts for both vehicles; remove one"
+    return replace(drive, lacks=(*drive.lacks, wrong))
 
 
 def _with_vehicles(drives: Sequence[Together], belongings: Belongings) -> list[FoundDrive]:
@@ -106,6 +116,9 @@ def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
     vehicle = belongings.vehicle(inside)
     dbc = belongings.databases(inside)
     said = vehicle is not None and vehicle.id is not None
+    settings = belongings.nearest(SETTINGS, inside)
+    problem = belongings.settings_problem(settings) if settings is not None else ""
+    unusable = (f"the settings file cannot be used, and the drive will fail: {problem}",) if problem else ()
     found = FoundDrive(
         drive_id=own,
         name=name,
@@ -114,12 +127,12 @@ def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
         vehicle_id=_vehicle_id(drive, vehicle, inside, belongings, name),
         vehicle_name=vehicle.name if vehicle else None,
         map=belongings.nearest(MAP, inside),
-        settings=belongings.nearest(SETTINGS, inside),
+        settings=settings,
         dbc=dbc,
         formats=tuple(dict.fromkeys(log.title for log in drive.logs)),
         size=sum(log.size for log in drive.logs),
         notes=drive.notes,
-        lacks=(*_lacks(drive, vehicle, dbc), *drive.lacks),
+        lacks=(*_lacks(drive, vehicle, dbc), *unusable, *drive.lacks),
         start_utc=drive.start_utc,
     )
     return found, said

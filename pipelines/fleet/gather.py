@@ -1,7 +1,8 @@
 """From the drives in a store to the fleet's tables: vehicle by vehicle, in one order, so that the same drives give the same bytes.
 
 A drive whose logs are no longer in the folder stays in the tables and counts for its vehicle: what it told stays true when
-a log is moved away. Its column `gone` says so, and `prune` takes it out.
+a log is moved away. Its column `gone` says so, and `prune` takes it out. A log that was moved within the folder counts as
+the drive that it is now, and its old place is in no table: that drive's notes say where it was.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ import polars as pl
 
 from parsers.errors import StoreError
 from parsers.places import masked
-from pipelines.fleet.joined import DamagedDriveError, Finished, Join, joined, tidy
+from pipelines.fleet.copies import Finished
+from pipelines.fleet.joined import DamagedDriveError, Join, joined, tidy
+from pipelines.fleet.moved import Lost, away, lost
 from pipelines.fleet.records import FoundDrive, FoundFleet
 from pipelines.fleet.rows import DriveRows
 from pipelines.fleet.store import Catalogue, Store, StoredDrive
@@ -30,6 +33,7 @@ from pipelines.hierarchy.rows import (
     trend_rows,
     vehicle_rows,
 )
+from pipelines.starts import best_start
 
 Rank = Callable[[Sequence[VehicleKnowledge], Mapping[str, str]], Sequence[Outlier]]
 
@@ -47,9 +51,8 @@ class _Drive:
 
     @property
     def start_utc(self) -> str | None:
-        """As the log says it, else as the user does (drive.toml)."""
-        own = self.rows.start_utc if self.rows is not None else None
-        return own or self.found.start_utc
+        """As the log says it, else as the user does (drive.toml); without an offset where neither knows the time zone."""
+        return best_start(self.rows.start_utc if self.rows is not None else None, self.found.start_utc)
 
     @property
     def order(self) -> tuple[bool, str, str, str]:
@@ -58,18 +61,12 @@ class _Drive:
         return start is None, start or "", self.found.name, self.found.drive_id
 
 
-def gone(catalogue: Catalogue, found: FoundFleet) -> tuple[str, ...]:
-    """The stored drives (damaged ones too) whose logs are no longer in the folder, by drive_id."""
-    there = {drive.drive_id for drive in found.drives}
-    return tuple(sorted((catalogue.drives.keys() | catalogue.damaged.keys()) - there))
-
-
 def prune(store: Store, found: FoundFleet) -> tuple[str, ...]:
-    """Take the drives out of the store whose logs are no longer in the folder; their drive_ids."""
-    lost = gone(store.all(), found)
-    for drive_id in lost:
+    """Take the drives out of the store whose logs are no longer in the folder, or at another place of it; their drive_ids."""
+    absent = away(store.all(), found)
+    for drive_id in absent:
         store.forget(drive_id)
-    return lost
+    return absent
 
 
 def gather(
@@ -86,7 +83,7 @@ def gather(
     the tables themselves.
     """
     catalogue = store.all()
-    vehicles = _by_vehicle(catalogue, found)
+    vehicles = _by_vehicle(catalogue, found, lost(catalogue, found))
     frames: dict[str, list[pl.DataFrame]] = {name: [] for name in TABLES}
     known: list[VehicleKnowledge] = []
     bodies: dict[str, str | None] = {}
@@ -124,11 +121,18 @@ def kinds(names: Mapping[str, str | None], bodies: Mapping[str, str | None]) -> 
     return made
 
 
-def _by_vehicle(catalogue: Catalogue, found: FoundFleet) -> dict[str, list[_Drive]]:
-    """All drives by vehicle; what is told of a drive is what was found now, else what was found when it was stored."""
+def _by_vehicle(catalogue: Catalogue, found: FoundFleet, absent: Lost) -> dict[str, list[_Drive]]:
+    """All drives by vehicle but for the old places of those that were moved; what is told of a drive is what was found now,
+    else what was found when it was stored."""
     now = {drive.drive_id: drive for drive in found.drives}
+    for drive_id, drive in absent.moved.items():
+        old, known = catalogue.drives[drive_id].drive, now[drive.drive_id]
+        whose = f" of vehicle {old.vehicle_id}" if old.vehicle_id != known.vehicle_id else ""
+        now[drive.drive_id] = replace(known, notes=(*known.notes, f"moved here from {old.name}{whose}"))
     vehicles: dict[str, list[_Drive]] = {}
     for drive_id, stored in catalogue.drives.items():
+        if drive_id in absent.moved:
+            continue
         drive = now.get(drive_id, stored.drive)
         made = _Drive(drive, stored.status, stored.reason, drive_id not in now, stored, None)
         vehicles.setdefault(drive.vehicle_id, []).append(made)
@@ -167,7 +171,7 @@ def _doubted(store: Store, drive: _Drive, problem: str) -> _Drive:
 def _joined(
     store: Store, vehicle_id: str, read: Sequence[_Drive], join: Join
 ) -> tuple[list[_Drive], VehicleKnowledge | None, tuple[str, ...]]:
-    """The vehicle's drives in order, what they say together, and notes for them. A damaged drive costs itself alone."""
+    """The vehicle's drives in order, what they say together, and why they could not be joined. A damaged drive costs itself alone."""
     drives = sorted(read, key=lambda drive: drive.order)
     done = [drive for drive in drives if drive.rows is not None]
     told = [
@@ -185,7 +189,7 @@ def _joined(
         # whatever goes wrong in one vehicle's figures must not cost the others their tables
         why = str(error).partition("\n")[0] or type(error).__name__
         return drives, None, (f"the drives of its vehicle could not be joined: {why}",)
-    return drives, knowledge, knowledge.notes
+    return drives, knowledge, ()
 
 
 def _slim(knowledge: VehicleKnowledge) -> VehicleKnowledge:
@@ -212,7 +216,7 @@ def _vehicle_tables(
         if drive.rows is not None:
             found, verdict = drive.found, drive.rows.verdict
             parameters += parameter_rows(found.vehicle_id, found.drive_id, drive.start_utc, "drive", verdict)
-    made: dict[str, list[Row]] = {"drives": [_drive_row(store, fleet, d, notes) for d in drives]}
+    made: dict[str, list[Row]] = {"drives": [_drive_row(store, fleet, d, knowledge, notes) for d in drives]}
     if knowledge is not None:
         parameters += drive_rows(knowledge, starts)
         made["vehicles"] = vehicle_rows(knowledge, vehicle_name)
@@ -223,8 +227,13 @@ def _vehicle_tables(
     return {**made, "parameters": parameters}
 
 
-def _drive_row(store: Store, fleet: FoundFleet, drive: _Drive, notes: tuple[str, ...]) -> Row:
+def _drive_row(
+    store: Store, fleet: FoundFleet, drive: _Drive, knowledge: VehicleKnowledge | None, notes: tuple[str, ...]
+) -> Row:
+    """notes: why the vehicle's drives could not be joined."""
     found, rows, stored = drive.found, drive.rows, drive.stored
+    if knowledge is not None:
+        notes = (*notes, *knowledge.notes_for(found.drive_id))
     row: Row = {
         "drive_id": found.drive_id,
         "drive": found.name,
@@ -240,6 +249,7 @@ def _drive_row(store: Store, fleet: FoundFleet, drive: _Drive, notes: tuple[str,
         "notes": [*found.notes, *found.lacks, *(notes if rows is not None else ())],
         "report": None if stored is None else store.report(stored),
         "gone": drive.gone,
+        "apart": None if knowledge is None else knowledge.apart.get(found.drive_id),
     }
     if rows is None:
         return row

@@ -9,16 +9,18 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from parsers.errors import StoreError
+from pipelines.fleet.copies import Finished, copies_of
 from pipelines.fleet.plain import from_plain, json_bytes, read_json
 from pipelines.fleet.relations_file import FILE_NAME as RELATIONS
 from pipelines.fleet.rows import FILE_NAME as ROWS
-from pipelines.fleet.rows import DriveRows
-from pipelines.fleet.store import Store, StoredDrive
-from pipelines.hierarchy.records import DriveTold, VehicleKnowledge
+from pipelines.fleet.store import Store
+from pipelines.hierarchy.records import Apart, DriveTold, VehicleKnowledge
 
 VEHICLES = "vehicles"
-FORMAT = 2
+FORMAT = 3
 """To be raised when the same drives would be joined to something else, or records change."""
+
+_COPY: Apart = "copy"
 
 Join = Callable[[str, Sequence[DriveTold]], VehicleKnowledge]
 """(vehicle_id, its drives in the order of time) -> what they say together; the same for the same drives."""
@@ -31,15 +33,6 @@ class _Joined:
     key: str
     knowledge: VehicleKnowledge
     sum: str = ""
-
-
-@dataclass(frozen=True)
-class Finished:
-    """A drive that goes into joining. start_utc: as the log says it, else as a drive.toml does."""
-
-    stored: StoredDrive
-    rows: DriveRows
-    start_utc: str | None
 
 
 class DamagedDriveError(Exception):
@@ -60,7 +53,7 @@ def _key(vehicle_id: str, drives: Sequence[Finished]) -> str:
     """A hash over all that goes into joining: rows.json (which names cogest's version) and relations.parquet of each drive."""
     told = [
         (
-            drive.stored.drive.drive_id,
+            drive.drive_id,
             drive.start_utc,
             *(drive.stored.files[n].sha256 if n in drive.stored.files else "" for n in (ROWS, RELATIONS)),
         )
@@ -100,33 +93,24 @@ def joined(store: Store, vehicle_id: str, drives: Sequence[Finished], join: Join
         return known
     copies = copies_of(drives)
     told = [
-        _silent(drive) if drive.stored.drive.drive_id in copies else _told(store, number, drive)
+        _silent(drive) if drive.drive_id in copies else _told(store, number, drive)
         for number, drive in enumerate(drives)
     ]
     knowledge = join(vehicle_id, told)
     if copies:
-        said = [f"{copy} is the same recording as {first}: it counts once" for copy, first in copies.items()]
-        knowledge = replace(knowledge, notes=(*knowledge.notes, *said))
+        said = {**knowledge.drive_notes}
+        for drive_id, copy in copies.items():
+            said[drive_id] = (*said.get(drive_id, ()), copy.sentence(drive_id))
+        apart: dict[str, Apart] = {**knowledge.apart, **dict.fromkeys(copies, _COPY)}
+        knowledge = replace(knowledge, drive_notes=said, apart=apart)
     made = _Joined(key, knowledge)
     store.storage.write(name, json_bytes(replace(made, sum=_sum(read_json(json_bytes(made))))))
     return knowledge
 
 
-def copies_of(drives: Sequence[Finished]) -> dict[str, str]:
-    """Drives whose recording another one is already: drive_id -> that of the first. What it told must not count twice."""
-    first: dict[str, str] = {}
-    copies: dict[str, str] = {}
-    for drive in drives:
-        drive_id = drive.stored.drive.drive_id
-        same = first.setdefault(drive.rows.log_sha256 or drive_id, drive_id)
-        if same != drive_id:
-            copies[drive_id] = same
-    return copies
-
-
 def _silent(drive: Finished) -> DriveTold:
     """A drive that keeps its own verdict and tells the others nothing."""
-    return DriveTold(drive.stored.drive.drive_id, drive.start_utc, drive.rows.verdict, None)
+    return DriveTold(drive.drive_id, drive.start_utc, drive.rows.verdict, None)
 
 
 def _told(store: Store, number: int, drive: Finished) -> DriveTold:
@@ -134,7 +118,7 @@ def _told(store: Store, number: int, drive: Finished) -> DriveTold:
         kept = store.kept(drive.stored)
     except StoreError as error:
         raise DamagedDriveError(number, error.problem) from error
-    return DriveTold(drive.stored.drive.drive_id, drive.start_utc, drive.rows.verdict, kept)
+    return DriveTold(drive.drive_id, drive.start_utc, drive.rows.verdict, kept)
 
 
 def tidy(store: Store, vehicle_ids: Sequence[str]) -> None:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from pathlib import Path
+from dataclasses import dataclass, replace
 
 from parsers.errors import CogestError, LogError
 from parsers.importer import Importer
-from parsers.load import LoadOptions, open_log
+from parsers.load import LoadOptions, OpenedLog, open_log
 from parsers.mapping import propose, read_map
 from parsers.registry import find_importer
 from pipelines.estimators.registry import estimators
@@ -32,7 +31,8 @@ class Outlook:
     signals: canonical names that its channels map to, sorted; a channel that turns out to be empty counts still.
     ready: names of the estimators that have all they need. missing: (estimator, what it lacks, in words).
     cannot: (parameter, what the estimator that comes nearest to telling it lacks), of `ASKED`, those that none can tell.
-    problem: why the drive will fail, or why this was not looked at; "" where neither.
+    problem: why the drive will fail, or why this was not looked at; "" where neither. dated: whether a log says when it
+    was recorded, in whatever time zone.
     """
 
     signals: tuple[str, ...] = ()
@@ -40,12 +40,13 @@ class Outlook:
     missing: tuple[tuple[str, str], ...] = ()
     cannot: tuple[tuple[str, str], ...] = ()
     problem: str = ""
+    dated: bool = True
 
 
-def signals_in(path: Path, options: LoadOptions) -> frozenset[str]:
-    """The signals that a log's channels could become. Raises LogError, MappingError, DatabaseError."""
-    opened = open_log(path, options)
-    return frozenset(propose(opened.reader.channels, options.map))
+def _has_date(opened: OpenedLog) -> bool:
+    """Whether a log says when it was recorded."""
+    reader = opened.reader
+    return reader.absolute or reader.start_utc_ns is not None or opened.log.local_start_ns is not None
 
 
 def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
@@ -58,15 +59,18 @@ def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
         mapping = read_map(path_of(drive.map), strict=False) if drive.map else None
         options = LoadOptions(map=mapping, dbc=tuple(path_of(place) for place in drive.dbc), dbc_given=False)
         signals: set[str] = set()
+        dated = False
         for place in drive.logs:
             path = path_of(place)
             importer = find_importer(path)
             if drive.size > most_bytes and _is_scanned(importer):
                 return Outlook(problem=f"not looked at: {drive.size / 1e9:.1f} GB of CAN frames")
-            signals |= signals_in(path, options)
+            opened = open_log(path, options)
+            dated |= _has_date(opened)
+            signals |= propose(opened.reader.channels, options.map).keys()
         if not signals:
             return Outlook(problem="no channel maps to a signal: name the channels in a map.toml")
-        return _compared(signals, vehicle)
+        return replace(_compared(signals, vehicle), dated=dated)
     except CogestError as error:
         return Outlook(problem=error.problem)
     except OSError as error:

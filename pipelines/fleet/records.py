@@ -106,7 +106,8 @@ class Ended:
 
 @dataclass(frozen=True)
 class BatchSummary:
-    """How a batch ended. found, kept (done before), done (now), failed; gone: drives in the store whose logs are no more."""
+    """How a batch ended. found, kept (done before), done (now), failed; gone: drives in the store whose logs are no more;
+    moved: those whose logs are another drive of the folder now."""
 
     found: int
     kept: int
@@ -114,6 +115,7 @@ class BatchSummary:
     failed: tuple[Ended, ...] = field(default=())
     gone: int = 0
     seconds: float = 0.0
+    moved: int = 0
 
 
 class BatchError(CogestError):

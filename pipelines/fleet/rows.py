@@ -28,8 +28,8 @@ class RolloverFigures:
 
 @dataclass(frozen=True)
 class DriveRows:
-    """What the tables take from one drive's results. verdict: by parameter. body: the vehicle's, where known. Nothing in here depends on when, where or how
-    long the drive was worked on."""
+    """What the tables take from one drive's results. verdict: by parameter. body: the vehicle's, where known. signals: that the logs hold, sorted.
+    Nothing in here depends on when, where or how long the drive was worked on."""
 
     start_utc: str | None
     duration_s: float | None
@@ -41,6 +41,7 @@ class DriveRows:
     verdict: Mapping[str, ParameterEstimate]
     body: str | None = None
     notes: tuple[str, ...] = field(default=())
+    signals: tuple[str, ...] = ()
 
 
 def figure(value: float | None) -> float | None:
@@ -88,6 +89,7 @@ def rows_of(results: DriveResults) -> DriveRows:
         verdict=dict(results.verdict),
         body=None if results.standing is None else results.standing.body,
         notes=(*record.notes, *results.notes),
+        signals=tuple(sorted({channel.signal for channel in record.mapped})),
     )
 
 

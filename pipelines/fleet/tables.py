@@ -35,9 +35,11 @@ DRIVES: dict[str, pl.DataType] = {
     "notes": pl.List(pl.String()),
     "report": pl.String(),
     "gone": pl.Boolean(),
+    "apart": pl.String(),
 }
 """drives.parquet: one row a drive, failed ones too. status: "done" or as TaskStatus; reason: why not, in words. report: the
-drive's HTML report below the store, null where none was asked for. gone: its logs are no longer in the folder. Ordered by vehicle_id, start_utc, drive."""
+drive's HTML report below the store, null where none was asked for. gone: its logs are no longer in the folder. apart: why its vehicle's joined answers do not have it, as
+`pipelines.hierarchy.records.Apart`; null where they do. Ordered by vehicle_id, start_utc, drive."""
 
 PARAMETERS: dict[str, pl.DataType] = {
     "drive_id": pl.String(),

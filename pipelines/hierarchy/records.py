@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Literal
 
 from pipelines.joint.kept import KeptRelations
 from pipelines.results import ParameterEstimate
+
+Apart = Literal["misfit", "copy"]
+"""Why a drive tells its vehicle nothing: it does not go with the others, or another drive is the same recording."""
 
 
 @dataclass(frozen=True)
@@ -66,7 +70,11 @@ class Trend:
 
 @dataclass(frozen=True)
 class VehicleKnowledge:
-    """What all drives of one vehicle say. drives: drive_id -> answers with all drives joined, as in a verdict."""
+    """What all drives of one vehicle say. drives: drive_id -> answers with all drives joined, as in a verdict.
+
+    notes: of the vehicle. drive_notes: drive_id -> what was done with that drive alone. apart: drive_id -> why the joined
+    answers do not have it, see `Apart`.
+    """
 
     vehicle_id: str
     vehicle: Mapping[str, VehicleParameter]
@@ -74,6 +82,12 @@ class VehicleKnowledge:
     load_changes: tuple[LoadChange, ...]
     trends: tuple[Trend, ...]
     notes: tuple[str, ...] = ()
+    drive_notes: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
+    apart: Mapping[str, Apart] = field(default_factory=dict)
+
+    def notes_for(self, drive_id: str) -> tuple[str, ...]:
+        """What is said of the vehicle's drives to one of them."""
+        return (*self.notes, *self.drive_notes.get(drive_id, ()))
 
 
 @dataclass(frozen=True)

@@ -231,6 +231,34 @@ def _left_out(view: FleetView) -> list[Finding]:
     return [Finding(f"{total} left out", sentence(text, 1200), "quiet")]
 
 
+def _misfits(view: FleetView) -> list[Finding]:
+    """Drives that contradict the others of their vehicle, such as one in a wrong folder."""
+    found = [d for d in view.drives if d.apart == "misfit"]
+    if not found:
+        return []
+    named = "; ".join(f"{d.name} ({view.vehicles[d.vehicle].label})" for d in found[:NAMED])
+    one = len(found) == 1
+    text = (
+        f"{count(len(found), 'drive')} {'does' if one else 'do'} not go with the others of {'its' if one else 'their'} vehicle and"
+        f" {'is' if one else 'are'} left out of its joined answers: {named}{_more(len(found))}. Is it another vehicle's, in a wrong"
+        " folder? Else the vehicle file is another one, parts were changed, or a sensor was moved."
+    )
+    return [Finding(f"{len(found)} {'does' if one else 'do'} not fit", text, "warn")]
+
+
+def _copies(view: FleetView) -> list[Finding]:
+    """Drives that are in the folder twice."""
+    found = [d for d in view.drives if d.apart == "copy"]
+    if not found:
+        return []
+    named = "; ".join(d.name for d in found[:NAMED])
+    text = (
+        f"{count(len(found), 'drive')} {'is a copy' if len(found) == 1 else 'are copies'} of another drive of the same vehicle, or a"
+        f" part of one; each recording counts once: {named}{_more(len(found))}."
+    )
+    return [Finding(count(len(found), "copy", "copies"), text, "quiet")]
+
+
 def _not_joined(view: FleetView) -> list[Finding]:
     """Vehicles with several drives of which no answer is a joint one."""
     joined = {k for a in view.joined.values() for k, code in enumerate(a.status) if code}
@@ -274,7 +302,7 @@ def _untold(view: FleetView) -> list[Finding]:
 def findings_of(view: FleetView) -> tuple[Finding, ...]:
     """All findings, what asks for attention first where there is any."""
     found = [
-        *_drives(view), *_near(view), *_loads(view), *_drifts(view), *_outliers(view), *_heights(view), *_not_joined(view), *_untold(view), *_gone(view), *_left_out(view)
+        *_drives(view), *_near(view), *_loads(view), *_drifts(view), *_outliers(view), *_misfits(view), *_heights(view), *_not_joined(view), *_untold(view), *_gone(view), *_copies(view), *_left_out(view)
     ]  # fmt: skip
     found += [Finding("note", sentence(note), "quiet") for note in view.facts.notes]
     return tuple(found)

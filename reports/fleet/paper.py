@@ -183,6 +183,8 @@ def _drives(view: FleetView) -> tuple[Block, ...]:
         marks = (
             "near rollover" if d.near else "",
             "load changed" if d.changed else "",
+            "does not fit" if d.apart == "misfit" else "",
+            "copy" if d.apart == "copy" else "",
             "log gone" if d.gone else "",
         )
         done = d.status == "done"
@@ -190,7 +192,7 @@ def _drives(view: FleetView) -> tuple[Block, ...]:
             (
                 Cell(view.vehicles[d.vehicle].label),
                 Cell(d.name),
-                Cell(date_text(d.start, time=True)),
+                Cell(date_text(d.start, time=True, local=d.local)),
                 Cell(seconds(d.duration_s)),
                 _figure((view.joined.get("cg_height_m"), view.own.get("cg_height_m")), k, 3),
                 _figure((view.joined.get("mass_kg"), view.own.get("mass_kg")), k, 0),

@@ -48,10 +48,11 @@ class Answers:
 
 @dataclass(frozen=True)
 class DriveView:
-    """One drive. vehicle: its place in `FleetView.vehicles`. start: seconds since 1970 UTC. href: relative, encoded.
+    """One drive. vehicle: its place in `FleetView.vehicles`. start: seconds since 1970 UTC; local: its time zone is not
+    known, and it was taken as UTC. href: relative, encoded.
 
     change: probability where its load was compared with the drive before's. status "done" or how it failed.
-    gone: its logs are no longer in the folder.
+    gone: its logs are no longer in the folder. apart: why its vehicle's joined answers do not have it ("misfit", "copy"), or "".
     """
 
     drive_id: str
@@ -60,6 +61,7 @@ class DriveView:
     status: str
     reason: str
     start: int | None
+    local: bool
     duration_s: float | None
     format: str
     factor: float | None
@@ -70,6 +72,7 @@ class DriveView:
     near: bool
     changed: bool
     gone: bool
+    apart: str
     href: str | None
     notes: tuple[str, ...]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from pipelines.results import FloatArray
 from reports.blocks import Plot
 from reports.figures.style import BLUE, GREY, ORANGE, PALE, SOFT, STATUS_COLOURS, new_figure, styled, to_svg
 from reports.fleet.records import LOAD, NEAR_G, Answers, FleetView, VehicleView
+from reports.text import count
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,16 +23,41 @@ WILD = 3.0
 """Intervals reach beyond the usual by so many usual widths before the axis cuts them."""
 
 STATUS_BY_CODE = {1: STATUS_COLOURS["identified"], 2: STATUS_COLOURS["weak"]}
+STRIP_FROM, STRIP_TO = 0.08, 0.22
+"""Where the strip of drives without a date begins and ends behind the last one with a date, as shares of the time between the dated ones."""
+
 Places = dict[int, float]
 
 
-def _places(view: FleetView, drives: list[int]) -> tuple[Places, bool]:
-    """Drive -> place on the axis, and whether that is a day (since 1970); else it is the drive's number."""
+@dataclass(frozen=True)
+class _Days:
+    """An axis of days since 1970: first and last drive, and how many drives without a date stand in a strip behind them."""
+
+    first: float
+    last: float
+    undated: int
+
+    @property
+    def strip(self) -> tuple[float, float]:
+        """Where the strip begins and ends."""
+        width = self.last - self.first
+        return self.last + STRIP_FROM * width, self.last + STRIP_TO * width
+
+    def behind(self, number: int) -> float:
+        """The place of one of the drives without a date, counted from 0."""
+        begin, end = self.strip
+        return begin + (end - begin) * (number + 0.5) / self.undated
+
+
+def _places(view: FleetView, drives: list[int]) -> tuple[Places, _Days | None]:
+    """Drive -> place on the axis of days, those without a date behind the last; without days it is the drive's number."""
     starts = {d: view.drives[d].start for d in drives}
     known = {d: s / DAY for d, s in starts.items() if s is not None}
     if len(known) < 2 or len(known) < len(drives) / 2 or len(set(known.values())) < 2:
-        return {d: float(k + 1) for k, d in enumerate(drives)}, False
-    return known, True
+        return {d: float(k + 1) for k, d in enumerate(drives)}, None
+    undated = [d for d in drives if d not in known]
+    days = _Days(min(known.values()), max(known.values()), len(undated))
+    return {**known, **{d: days.behind(k) for k, d in enumerate(undated)}}, days
 
 
 def _picked(values: FloatArray, drives: list[int]) -> FloatArray:
@@ -102,8 +129,8 @@ def _margin(axes: Axes, view: FleetView, places: Places) -> bool:
     return True
 
 
-def _dated(figure: Figure) -> None:
-    """Days on the axes, in UTC."""
+def _dated(figure: Figure, days: _Days) -> None:
+    """Days on the axes, in UTC, and the strip of drives without a date."""
     import matplotlib.dates
 
     dates: Any = matplotlib.dates
@@ -112,7 +139,22 @@ def _dated(figure: Figure) -> None:
         if not axes.texts:
             locator = dates.AutoDateLocator(maxticks=5)
             axes.xaxis.set_major_locator(locator)
-            axes.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator, tz="UTC"))
+            words = dates.ConciseDateFormatter(locator, tz="UTC")
+            axes.xaxis.set_major_formatter(words)
+            if days.undated:
+                _strip(axes, days, locator, words)
+
+
+def _strip(axes: Axes, days: _Days, locator: Any, words: Any) -> None:
+    """Set the strip of drives without a date apart; ticks of days end before it. words: how days are written."""
+    begin, end = days.strip
+    width = days.last - days.first
+    # room for the strip's own word
+    ticks = [t for t in locator() if days.first <= t <= days.last - STRIP_FROM * width]
+    axes.set_xticks([*ticks, (begin + end) / 2], [*words.format_ticks(ticks), "no date"])
+    axes.xaxis.get_major_formatter().set_offset_string(words.get_offset())  # type: ignore[attr-defined]
+    axes.axvline(begin, color=GREY, linewidth=0.5, zorder=0.5)
+    axes.set_xlim(days.first - 0.03 * width, end)
 
 
 def vehicle_plot(view: FleetView, vehicle: VehicleView, name: str, title: str = "") -> Plot:
@@ -122,7 +164,7 @@ def vehicle_plot(view: FleetView, vehicle: VehicleView, name: str, title: str = 
         return Plot(
             name, title, (), missing="None of its drives could be analysed: nothing is known of this vehicle."
         )
-    places, dated = _places(view, drives)
+    places, days = _places(view, drives)
     with styled():
         figure = new_figure(WIDTH, 2 * ROW_HEIGHT)
         grid = figure.subplots(2, 3).flatten()
@@ -145,16 +187,19 @@ def vehicle_plot(view: FleetView, vehicle: VehicleView, name: str, title: str = 
                 axes.set_yticks([])
                 continue
             axes.locator_params(axis="y", nbins=4)
-            if not dated:
+            if days is None:
                 axes.set_xlim(0.5, len(places) + 0.5)
                 axes.locator_params(axis="x", integer=True)
-        if dated:
-            _dated(figure)
+        if days is not None:
+            _dated(figure, days)
         drawn = to_svg(figure, name, f"Parameters over time of {vehicle.label}")
-    left = len(drives) - len(places)
     caption = (
         "Lines: 95 % intervals. Green: identified, amber: weak, with all drives joined; grey: the drive alone. Orange dashes: the load changed. "
-        + ("By date (UTC)." if dated else "By number of the drive, as few have a date.")
-        + (f" Without a date and not drawn: {left}." if left else "")
+        + ("By date (UTC)." if days is not None else "By number of the drive, as few have a date.")
+        + (
+            f" In the strip at the right: {count(days.undated, 'drive')} without a date."
+            if days and days.undated
+            else ""
+        )
     )
     return Plot(name, title, (drawn,), caption, alt=f"Parameters over time of {vehicle.label}")

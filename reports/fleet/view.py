@@ -14,6 +14,7 @@ import polars as pl
 from pipelines.fleet.tables import TABLES
 from pipelines.hierarchy.empty import FIGURES
 from pipelines.parameters import PARAMETERS
+from pipelines.starts import is_local
 from reports.fleet.facts import FleetFacts
 from reports.fleet.records import (
     LOAD,
@@ -119,6 +120,7 @@ def _drive(row: Row, vehicle: int, changed: bool) -> DriveView:
         status=_text(row["status"], 40) or "unknown",
         reason=_text(row["reason"], 400),
         start=moment(row["start_utc"]),
+        local=is_local(_text(row["start_utc"])),
         duration_s=finite(row["duration_s"]),
         format=_text(row["format"], 40),
         factor=finite(row["static_stability_factor"]),
@@ -129,6 +131,7 @@ def _drive(row: Row, vehicle: int, changed: bool) -> DriveView:
         near=_near(row),
         changed=changed,
         gone=bool(row["gone"]),
+        apart=_text(row["apart"], 20),
         href=href(row["report"]),
         notes=tuple(_text(n, 300) for n in notes[:NOTES_A_DRIVE]),
     )

@@ -8,14 +8,15 @@ from reports.fleet.view import finite
 from reports.text import DASH, NARROW, NO_BREAK, decimals_for, number, significant, with_unit
 
 
-def date_text(start: int | None, *, time: bool = False) -> str:
-    """A moment in UTC, as a date or with hours and minutes; — where it is not known."""
+def date_text(start: int | None, *, time: bool = False, local: bool = False) -> str:
+    """A moment in UTC, as a date or with hours and minutes; — where it is not known. local: nobody says of which time zone."""
     if start is None:
         return DASH
     try:
-        return datetime.fromtimestamp(start, UTC).strftime("%Y-%m-%d %H:%M" if time else "%Y-%m-%d")
+        shown = datetime.fromtimestamp(start, UTC).strftime("%Y-%m-%d %H:%M" if time else "%Y-%m-%d")
     except (OverflowError, ValueError, OSError):
         return DASH
+    return f"{shown} local" if time and local else shown
 
 
 def spread_text(value: object, std: object, unit: str = "", earned: float | object = None) -> str:

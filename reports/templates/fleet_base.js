@@ -95,5 +95,8 @@ function answerOf(parameter, drive) {
 
 const PARAMETER = Object.fromEntries(DATA.parameters.map((parameter) => [parameter.name, parameter]));
 const DRIVES = DATA.drives;
+
+/** A drive's start; "local" where its log does not say of which time zone. */
+const startText = (drive) => dateTime(DRIVES.start[drive]) + (DRIVES.local[drive] === "1" ? " local" : "");
 const OF_VEHICLE = DATA.vehicles.map(() => []);
 DRIVES.vehicle.forEach((vehicle, drive) => OF_VEHICLE[vehicle].push(drive));

@@ -129,7 +129,7 @@ function figure(title, drawing, words) {
 function parameterChart(parameter, drives, changes, axis, width) {
   const rowsFrom = (source, from) => (from ? drives.filter((d) => known(from.value[d])) : []).map((d) => ({
     drive: d, x: axis.at(d), value: from.value[d], low: from.low[d], high: from.high[d], status: Number(from.status[d]),
-    words: `${DRIVES.name[d]}\n${dateTime(DRIVES.start[d])}\n${source}: ${digits(from.value[d], parameter.digits)} ${parameter.unit}, 95 % ${digits(from.low[d], parameter.digits)}–${digits(from.high[d], parameter.digits)} (${STATUS[Number(from.status[d])]})`,
+    words: `${DRIVES.name[d]}\n${startText(d)}\n${source}: ${digits(from.value[d], parameter.digits)} ${parameter.unit}, 95 % ${digits(from.low[d], parameter.digits)}–${digits(from.high[d], parameter.digits)} (${STATUS[Number(from.status[d])]})`,
   }));
   const own = rowsFrom("this drive alone", parameter.own), joined = rowsFrom("with all drives", parameter.joined);
   const title = withUnit(parameter.title, "") + (parameter.unit && parameter.unit !== "–" ? ", " + parameter.unit : "");
@@ -151,7 +151,7 @@ function parameterChart(parameter, drives, changes, axis, width) {
 function marginChart(drives, axis, width) {
   const rows = drives.filter((d) => known(DRIVES.margin[d])).map((d) => ({
     drive: d, x: axis.at(d), value: DRIVES.margin[d], near: DRIVES.near[d] === "1",
-    words: `${DRIVES.name[d]}\n${dateTime(DRIVES.start[d])}\nleast margin ${digits(DRIVES.margin[d], 2)} g, threshold ${digits(DRIVES.threshold[d], 2)} g`,
+    words: `${DRIVES.name[d]}\n${startText(d)}\nleast margin ${digits(DRIVES.margin[d], 2)} g, threshold ${digits(DRIVES.threshold[d], 2)} g`,
   }));
   const title = "Rollover: least margin of each drive, g";
   if (!rows.length) return figure(title, el("p", { class: "missing" }, "No drive of this vehicle tells its margin."));

@@ -37,6 +37,8 @@ function chipsOf(drive) {
     chip("CG " + (status ? STATUS[status] : "not told"), TONES[status]),
     DRIVES.near[drive] === "1" ? chip("near rollover", "bad") : null,
     DRIVES.changed[drive] === "1" ? chip("load changed", "warn") : null,
+    DRIVES.misfit[drive] === "1" ? chip("does not fit", "warn") : null,
+    DRIVES.copy[drive] === "1" ? chip("copy", "quiet") : null,
     DRIVES.gone[drive] === "1" ? chip("log gone", "quiet") : null,
     DRIVES.lifts[drive] > 0 ? chip(plural(DRIVES.lifts[drive], "wheel lift"), "bad") : null,
   ].flatMap((badge) => (badge ? [badge, " "] : []));
@@ -48,7 +50,7 @@ const rank = (drive) => (isDone(drive) ? 10 * (DRIVES.near[drive] !== "1") + 5 *
 const DRIVE_COLUMNS = [
   { title: "Vehicle", value: (d) => DATA.vehicles[DRIVES.vehicle[d]].label, cell: (d) => el("button", { type: "button", class: "link", title: "open this vehicle", onclick: () => showVehicle(DRIVES.vehicle[d]) }, nameOf(DATA.vehicles[DRIVES.vehicle[d]].label, 40)) },
   { title: "Drive", value: (d) => DRIVES.name[d], cell: driveName },
-  { title: "Start (UTC)", align: "tight", value: (d) => DRIVES.start[d], cell: (d) => dateTime(DRIVES.start[d]) },
+  { title: "Start (UTC)", align: "tight", value: (d) => DRIVES.start[d], cell: (d) => startText(d) },
   { title: "Duration", align: "right", value: (d) => DRIVES.duration[d], cell: (d) => duration(DRIVES.duration[d]) },
   { title: "CG height, m", align: "right", value: valueOf("cg_height_m"), cell: (d) => figureCell(PARAMETER.cg_height_m, d) },
   { title: "Mass, kg", align: "right", value: valueOf("mass_kg"), cell: (d) => figureCell(PARAMETER.mass_kg, d) },
@@ -64,7 +66,7 @@ function filtersSay() {
   const vehicle = get("f-vehicle"), status = get("f-status"), only = get("f-only");
   const range = (name) => ["low", "high"].map((end) => (get(`f-${name}-${end}`) === "" ? null : Number(get(`f-${name}-${end}`))));
   const ranges = [[range("height"), valueOf("cg_height_m")], [range("mass"), valueOf("mass_kg")], [range("margin"), (d) => DRIVES.margin[d]]];
-  const text = (d) => `${DATA.vehicles[DRIVES.vehicle[d]].label} ${DRIVES.name[d]} ${dateTime(DRIVES.start[d])} ${DRIVES.reasons[DRIVES.reason[d]]} ${DRIVES.formats[DRIVES.format[d]]}`.toLowerCase();
+  const text = (d) => `${DATA.vehicles[DRIVES.vehicle[d]].label} ${DRIVES.name[d]} ${startText(d)} ${DRIVES.reasons[DRIVES.reason[d]]} ${DRIVES.formats[DRIVES.format[d]]}`.toLowerCase();
   const told = (d) => (PARAMETER.cg_height_m && isDone(d) ? answerOf(PARAMETER.cg_height_m, d).status : 0);
   const tests = {
     done: isDone, failed: (d) => !isDone(d), identified: (d) => told(d) === 1, weak: (d) => told(d) === 2,
@@ -99,7 +101,7 @@ function csvOf(rows) {
   heads.push("static_stability_factor", "rollover_threshold_g", "least_margin_g", "exceedance_probability", "wheel_lifts", "near_rollover", "load_changed", "report");
   const line = (d) => {
     const start = DRIVES.start[d];
-    const out = [DATA.vehicles[DRIVES.vehicle[d]].label, DRIVES.name[d], statusOf(d), DRIVES.reasons[DRIVES.reason[d]], known(start) ? new Date(start * 1000).toISOString() : null, DRIVES.duration[d]];
+    const out = [DATA.vehicles[DRIVES.vehicle[d]].label, DRIVES.name[d], statusOf(d), DRIVES.reasons[DRIVES.reason[d]], known(start) ? new Date(start * 1000).toISOString().slice(0, DRIVES.local[d] === "1" ? -1 : undefined) : null, DRIVES.duration[d]];
     for (const p of DATA.parameters) for (const source of ["joined", "own"]) if (p[source]) out.push(p[source].value[d], p[source].low[d], p[source].high[d], STATUS[Number(p[source].status[d])]);
     out.push(DRIVES.factor[d], DRIVES.threshold[d], DRIVES.margin[d], DRIVES.exceedance[d], DRIVES.lifts[d], Number(DRIVES.near[d]), Number(DRIVES.changed[d]), DRIVES.href[d]);
     return out.map(field).join(",");

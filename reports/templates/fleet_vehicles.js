@@ -160,7 +160,7 @@ function vehicleDetail(v, width) {
     out.append(el("h4", null, title), items(texts.slice(0, FIRST)));
     if (texts.length > FIRST) out.append(el("details", null, el("summary", null, `${texts.length - FIRST} more`), items(texts.slice(FIRST))));
   };
-  list("Changes of load", told.map((change) => [known(change.drive) ? [known(DRIVES.start[change.drive]) ? dateTime(DRIVES.start[change.drive]) + ", " : "", nameOf(DRIVES.name[change.drive], 60), ": "] : null, change.text]).map((parts) => el("span", null, parts.flat())));
+  list("Changes of load", told.map((change) => [known(change.drive) ? [known(DRIVES.start[change.drive]) ? startText(change.drive) + ", " : "", nameOf(DRIVES.name[change.drive], 60), ": "] : null, change.text]).map((parts) => el("span", null, parts.flat())));
   list("Notes", [...vehicle.notes, ...notesOf(all)].slice(0, MOST_NOTES));
   return out;
 }

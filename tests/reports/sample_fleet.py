@@ -74,7 +74,7 @@ def _drive(v: int, k: int, when: datetime | None, rng: np.random.Generator) -> d
         "duration_s": float(rng.uniform(240, 5400)), "format": "MCAP", "import_status": "complete",
         "log_bytes": int(rng.integers(2_000_000, 90_000_000)), "logs": [f"/data/fleet/{name}"], "log_sha256": "ab" * 32, "key": "cd" * 32,
         "cogest": "0.1.0", "notes": ["no anti-roll bar rates in the vehicle file"] if k % 7 == 0 else [],
-        "report": f"drives/{(v * 7) % 256:02x}/{drive_id}/report.html", "gone": False,
+        "report": f"drives/{(v * 7) % 256:02x}/{drive_id}/report.html", "gone": False, "apart": None,
     }  # fmt: skip
 
 

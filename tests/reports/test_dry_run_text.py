@@ -6,6 +6,7 @@ import json
 
 import pytest
 
+from pipelines.fleet.batch import Absent
 from pipelines.fleet.find import find_drives
 from pipelines.fleet.outlook import Outlook
 from pipelines.fleet.records import FoundDrive, FoundFleet
@@ -131,3 +132,38 @@ def test_the_same_as_json(samples):
 )
 def test_sizes(size, said):
     assert size_text(int(size)) == said
+
+
+def test_drives_without_any_date_are_told():
+    found = FoundFleet(
+        "/f",
+        (
+            drive("van/a.csv"),
+            drive("van/b.csv", start_utc="2024-05-01T10:00:00.000+00:00"),
+            drive("van/c.asc"),
+        ),
+    )
+    outlooks = {
+        "id-van/a.csv": Outlook(dated=False),
+        "id-van/b.csv": Outlook(dated=False),
+        "id-van/c.asc": Outlook(),
+    }
+    told = text(found, {}, outlooks, width=200)
+    assert "van/a.csv: no date in the log" in told
+    assert "1 drive lacks something" in told
+    plan = plan_dict(found, {}, outlooks)["drives"]
+    assert [len(entry["lacks"]) for entry in plan] == [1, 0, 0]
+
+
+def test_drives_of_the_store_that_are_no_longer_there_are_named():
+    found = FoundFleet("/f", (drive("w2/c.csv", "w2"),))
+    absent = (Absent("a", "w1/a.csv", "w1"), Absent("b"), Absent("c", "w1/c.csv", "w1", "w2/c.csv"))
+    told = text(found, {}, width=200, absent=absent)
+    assert "In the store and no longer at their place: 3 drives" in told
+    assert "w1/c.csv: moved to w2/c.csv, and counts there alone" in told
+    assert "w1/a.csv, b: the logs are gone" in told
+    assert [entry["moved_to"] for entry in plan_dict(found, {}, absent=absent)["absent"]] == [
+        None,
+        None,
+        "w2/c.csv",
+    ]

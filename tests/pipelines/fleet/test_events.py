@@ -34,7 +34,7 @@ KEYS = {
     DriveEnded: "drive_id name vehicle_id status reason seconds worker number total bytes",
     Joining: "vehicles",
     Reported: "paths",
-    Finished: "found kept done failed gone seconds failures",
+    Finished: "found kept done failed gone moved seconds failures",
 }
 EXAMPLES: list[Event] = [
     Found(3, 2, 1, 0),

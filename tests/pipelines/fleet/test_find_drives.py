@@ -218,7 +218,13 @@ def test_copies_of_a_file_manager_are_left_out_and_other_twins_named(tmp_path):
     found = find_drives(str(tmp_path))
     assert [drive.name for drive in found.drives] == ["v/a - Copy.csv", "v/a.csv", "w/b.csv"]
     assert reasons(found) == {"v/a (1).csv": "a copy of a.csv: the same bytes"}
-    assert any("the same bytes as v/a.csv" in lack for lack in by_name(found)["w/b.csv"].lacks)
+    (lack,) = (lack for lack in by_name(found)["w/b.csv"].lacks if "the same bytes" in lack)
+    assert lack == "the same bytes as v/a.csv, which is of vehicle v: it counts for both vehicles; remove one"
+    put(tmp_path, {"v/later/c.csv": text})
+    again = by_name(find_drives(str(tmp_path)))["v/later/c.csv"]
+    # what joining does with them: nothing is to be done
+    assert "the same bytes as v/a.csv: for their vehicle they count once" in again.notes
+    assert not any("the same bytes" in lack for lack in again.lacks)
 
 
 def test_a_folder_that_cannot_be_used(tmp_path):

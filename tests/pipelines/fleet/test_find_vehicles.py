@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from parsers.errors import VehicleError
+from parsers.errors import SettingsError, VehicleError
+from pipelines.estimators.registry import estimators
 from pipelines.fleet.find import find_drives
+from pipelines.settings import read_settings
 from pipelines.vehicles.vehicle import parse_vehicle
 
 TABLE = "time_s,speed_mps\n0.0,1.5\n0.1,1.6\n0.2,1.7\n"
@@ -126,3 +128,24 @@ def test_the_id_of_a_vehicle_file(tmp_path):
     for wrong in ("3", '" "'):
         with pytest.raises(VehicleError, match="id"):
             parse_vehicle(f"[vehicle]\nid = {wrong}\n", path)
+
+
+def test_settings_that_cannot_be_used_are_told_before_the_work(tmp_path):
+    put(
+        tmp_path,
+        {
+            "van/vehicle.toml": VAN,
+            "van/settings.toml": "[roll_map]\ndrawz = 1000\n",
+            "van/a.csv": TABLE,
+            "suv/vehicle.toml": VAN,
+            "suv/settings.toml": "[roll_map]\ndraws = 1000\n",
+            "suv/b.csv": TABLE,
+        },
+    )
+    found = {drive.name: drive for drive in find_drives(str(tmp_path)).drives}
+    (lack,) = found["van/a.csv"].lacks
+    assert lack.startswith("the settings file cannot be used, and the drive will fail: ")
+    with pytest.raises(SettingsError) as told:
+        read_settings(tmp_path / "van" / "settings.toml", estimators())
+    assert lack.endswith(str(told.value))
+    assert found["suv/b.csv"].lacks == ()

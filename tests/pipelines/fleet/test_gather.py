@@ -10,7 +10,8 @@ from pathlib import Path
 import polars as pl
 import pytest
 
-from pipelines.fleet.gather import gather, gone, kinds
+from pipelines.fleet.gather import gather, kinds
+from pipelines.fleet.moved import away
 from pipelines.fleet.records import FoundFleet
 from pipelines.fleet.store import Store, folder_of, open_store
 from pipelines.fleet.tables import TABLES
@@ -182,7 +183,7 @@ def test_drives_whose_logs_are_gone_stay_and_are_marked(
     store: Store, tables: dict[str, pl.DataFrame]
 ) -> None:
     fewer = fleet_of(*(DRIVES[n] for n in (1, 3, 4)))
-    assert gone(store.all(), fewer) == tuple(sorted(DRIVES[n].drive_id for n in (2, 5, 6)))
+    assert away(store.all(), fewer) == tuple(sorted(DRIVES[n].drive_id for n in (2, 5, 6)))
     found = tables_of(store, fewer)
     assert found["drives"]["gone"].to_list() == [False, True, False, False, True, True]
     assert found["drives"].drop("gone").equals(tables["drives"].drop("gone"))
@@ -271,12 +272,20 @@ def test_vehicles_are_compared_with_their_kind() -> None:
     assert "d" not in found
 
 
-def test_the_same_recording_twice_counts_once(tmp_path: Path) -> None:
-    from pipelines.fleet.joined import Finished, copies_of
-    from pipelines.fleet.rows import rows_of
-    from pipelines.fleet.stored import StoredDrive
-
-    one, other = rows_of(results_of_drive(1)), rows_of(results_of_drive(2))
-    given = [(DRIVES[1], one), (DRIVES[2], one), (DRIVES[3], other)]
-    drives = [Finished(StoredDrive(drive, "k", "done"), rows, None) for drive, rows in given]
-    assert copies_of(drives) == {DRIVES[2].drive_id: DRIVES[1].drive_id}
+def test_drives_of_unknown_time_zone_stand_where_their_clock_says(tmp_path: Path) -> None:
+    store = open_store(str(tmp_path / "store"), create=True)
+    starts = {1: "2024-05-03T10:00:00.000", 2: "2024-05-02T10:00:00.000+00:00", 3: None}
+    whole = {n: results_of_drive(n, None) for n in starts}
+    drives = {n: found_drive(n) for n in starts}
+    for n, start in starts.items():
+        results = replace(whole[n], record=replace(whole[n].record, start_utc=start))
+        store.put(drives[n], "k", {}, results, None, {})
+    assert tables_of(store, fleet_of(*drives.values()))["drives"]["start_utc"].to_list() == [
+        starts[2],
+        starts[1],
+        None,
+    ]
+    # what a user says of the moment is better than a clock of unknown zone, and no better than one of a known zone
+    said = "2024-05-01T08:00:00.000+00:00"
+    fleet = fleet_of(*(replace(drive, start_utc=said) for drive in drives.values()))
+    assert tables_of(store, fleet)["drives"]["start_utc"].to_list() == [said, said, starts[2]]

@@ -60,3 +60,14 @@ def test_problems_are_told_not_raised(samples, tmp_path):
     (tmp_path / "a.csv").unlink()
     assert outlook(found["a.csv"]).problem == "no such file"
     assert outlook(found["a.csv"]) == Outlook(problem="no such file")
+
+
+def test_whether_a_log_says_when_it_was_recorded(samples, tmp_path):
+    rows = "".join(f"{0.02 * k:.2f},{10 + k}\n" for k in range(20))
+    (tmp_path / "a.csv").write_text(f"time_s,speed_mps\n{rows}")
+    (tmp_path / "map.toml").write_bytes((samples / "can" / "map.toml").read_bytes())
+    for name in ("drive.asc", "chassis.dbc"):
+        (tmp_path / name).write_bytes((samples / "can" / name).read_bytes())
+    found = drives(tmp_path)
+    assert not outlook(found["a.csv"]).dated
+    assert outlook(found["drive.asc"]).dated

@@ -11,7 +11,7 @@ from pipelines.hierarchy.join import CURVED, Joined, joined, usable
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.relinear import at_place
 from pipelines.hierarchy.shared import MOST, belongs, own_shares
-from pipelines.hierarchy.vehicle import notes_of
+from pipelines.hierarchy.vehicle import drive_notes_of
 from pipelines.joint.kept import KeptRelations
 from tests.pipelines.hierarchy.linear_fleet import MEAN, NAMES, STD, draw, slopes, told
 
@@ -83,7 +83,7 @@ def test_drive_with_other_sensors_stays_and_says_so() -> None:
     assert not found.left_out
     assert found.posterior is not None
     assert "d04" in found.posterior.drives
-    assert any("other sensors" in note for note in notes_of(found))
+    assert any("other sensors" in note for note in drive_notes_of(found)["d04"])
 
 
 def test_two_that_contradict_each_other_stay_apart() -> None:

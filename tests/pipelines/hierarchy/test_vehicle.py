@@ -102,7 +102,7 @@ def test_single_drive_keeps_its_verdict() -> None:
     drives, _ = fleet(1)
     found = join_vehicle("v", drives)
     assert found.drives == {"d00": drives[0].verdict}
-    assert found.notes == ()
+    assert (found.notes, found.drive_notes, found.apart) == ((), {}, {})
     assert found.vehicle["spring_rate_front_npm"].drives == 1
 
 
@@ -154,7 +154,12 @@ def test_drive_of_another_vehicle_is_left_out_and_said() -> None:
     far = relations.observed + relations.rows[:, column] * 0.5 * KNOWN.mean[column]
     drives[3] = replace(drives[3], kept=replace(relations, observed=far))
     found = join_vehicle("v", drives)
-    assert any("d03 does not go with" in note for note in found.notes)
+    (note,) = found.drive_notes["d03"]
+    assert "d03 does not go with" in note
+    assert found.apart == {"d03": "misfit"}
+    # said to that drive, not to all
+    assert not any("d03" in said for said in found.notes_for("d01"))
+    assert found.notes_for("d03") == (*found.notes, note)
     own = found.drives["d03"]["cg_height_m"]
     assert own.reason.startswith("this drive alone")
     assert own.value == drives[3].verdict["cg_height_m"].value

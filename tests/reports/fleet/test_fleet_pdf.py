@@ -117,3 +117,24 @@ def test_the_text_of_the_pdf(tmp_path: Path) -> None:
 def test_an_unknown_format_is_refused() -> None:
     with pytest.raises(ReportError, match="unknown format 'docx'"):
         fleet_pages(empty_fleet(), facts(), ["html", "docx"])
+
+
+def test_drives_without_a_date_stand_in_a_strip_at_the_right() -> None:
+    from reports.fleet.vehicle_figure import _places, vehicle_plot
+
+    view = view_of(sample_fleet(14, 1, dated=0.7, failed=0.0), facts())
+    (vehicle,) = view.vehicles
+    drives = list(vehicle.drives)
+    undated = [d for d in drives if view.drives[d].start is None]
+    assert undated
+    places, days = _places(view, drives)
+    assert days is not None
+    assert places.keys() == set(drives)
+    begin, end = days.strip
+    assert days.last < begin < min(places[d] for d in undated)
+    assert max(places[d] for d in undated) < end
+    plot = vehicle_plot(view, vehicle, "v")
+    assert f"In the strip at the right: {len(undated)} drive" in plot.caption
+    assert "not drawn" not in plot.caption
+    whole = view_of(sample_fleet(14, 1, dated=1.0, failed=0.0), facts())
+    assert "strip" not in vehicle_plot(whole, whole.vehicles[0], "v").caption

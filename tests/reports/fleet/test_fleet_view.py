@@ -226,3 +226,29 @@ def test_what_was_left_out_is_a_finding_and_a_table() -> None:
     assert [row[0].text for row in block.rows] == ["2", "1", "1"]
     assert block.rows[0][2].text == "a.bin"
     assert left_out(view_of(sample_fleet(), facts())) == ()
+
+
+def test_a_start_of_unknown_time_zone_is_marked(fleet: dict[str, pl.DataFrame]) -> None:
+    from reports.fleet.payload import payload
+
+    starts = ["2024-05-01T10:00:00.000", *fleet["drives"]["start_utc"].to_list()[1:]]
+    view = view_of({**fleet, "drives": fleet["drives"].with_columns(start_utc=pl.Series(starts))}, facts())
+    assert view.drives[0].local
+    assert view.drives[0].start == 1_714_557_600
+    assert not any(d.local for d in view.drives[1:])
+    assert payload(view)["drives"]["local"][:2] == "10"
+
+
+def test_drives_that_do_not_fit_and_copies_are_findings_once(fleet: dict[str, pl.DataFrame]) -> None:
+    ids = fleet["drives"]["drive_id"].to_list()
+    apart = ["misfit" if k in (3, 12) else "copy" if k == 5 else None for k in range(len(ids))]
+    marked = {**fleet, "drives": fleet["drives"].with_columns(apart=pl.Series(apart, dtype=pl.String))}
+    view = view_of(marked, facts())
+    said = [f for f in findings_of(view) if f.badge in ("2 do not fit", "1 copy")]
+    misfit, copy = said
+    assert misfit.tone == "warn"
+    for k in (3, 12):
+        assert f"{view.drives[k].name} ({view.vehicles[view.drives[k].vehicle].label})" in misfit.text
+    assert "in a wrong folder?" in misfit.text
+    assert view.drives[5].name in copy.text
+    assert not any("fit" in f.badge for f in findings_of(view_of(fleet, facts())))

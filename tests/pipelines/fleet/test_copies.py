@@ -1,0 +1,99 @@
+"""Drives that another drive of their vehicle is already."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from pipelines.fleet.copies import Copy, Finished, copies_of
+from pipelines.fleet.gather import gather
+from pipelines.fleet.rows import rows_of
+from pipelines.fleet.store import open_store
+from pipelines.fleet.stored import StoredDrive
+from tests.pipelines.fleet.stored_drives import (
+    fleet_of,
+    found_drive,
+    join_plainly,
+    kept_of_drive,
+    results_of_drive,
+)
+
+START = "2024-05-01T08:00:00.000+00:00"
+SIGNALS = ("accel_y", "speed", "yaw_rate")
+
+
+def drive(
+    number: int,
+    start: str | None = START,
+    seconds: float = 120.0,
+    signals: tuple[str, ...] = SIGNALS,
+    log: int | None = None,
+) -> Finished:
+    rows = replace(
+        rows_of(results_of_drive(log or number)), start_utc=start, duration_s=seconds, signals=signals
+    )
+    return Finished(StoredDrive(found_drive(number), "k", "done"), rows, start)
+
+
+def test_the_same_bytes_count_once() -> None:
+    drives = [drive(1, None), drive(2, None, log=1), drive(3, None)]
+    assert copies_of(drives) == {drives[1].drive_id: Copy(drives[0].drive_id, part=False)}
+
+
+def test_a_copy_that_was_cut_off_is_a_part_of_the_longer_one() -> None:
+    cut, whole = drive(1, seconds=119.9), drive(2, "2024-05-01T08:00:00.400+00:00")
+    assert copies_of([cut, whole]) == {cut.drive_id: Copy(whole.drive_id, part=True)}
+    # saved with a signal less
+    poor = drive(3, seconds=60.0, signals=SIGNALS[:2])
+    assert copies_of([cut, poor, whole]).keys() == {cut.drive_id, poor.drive_id}
+    # the same bytes as the one that is a part
+    again = drive(4, seconds=119.9, log=1)
+    assert copies_of([cut, again, whole]).keys() == {cut.drive_id, again.drive_id}
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        drive(2, "2024-05-01T08:00:02.000+00:00", 60.0),
+        drive(2, seconds=60.0, signals=("heave", "speed")),
+        drive(2, None, 60.0),
+        drive(2, "2024-05-01T08:00:00.000", 60.0),
+        drive(2, seconds=60.0, signals=()),
+    ],
+    ids=["later", "a recorder of its own", "no date", "zone unknown", "stored long ago"],
+)
+def test_what_may_tell_something_of_its_own_is_no_copy(other: Finished) -> None:
+    longer = drive(1, seconds=121.0)
+    assert copies_of([longer, other]) == {}
+
+
+def test_two_clocks_of_unknown_zone_are_one_recorders() -> None:
+    drives = [drive(1, "2024-05-01T08:00:00.000"), drive(2, "2024-05-01T08:00:00.005", 60.0)]
+    assert copies_of(drives) == {drives[1].drive_id: Copy(drives[0].drive_id, part=True)}
+
+
+def test_a_part_is_told_of_and_tells_nothing_twice(tmp_path: Path) -> None:
+    store, told = open_store(str(tmp_path / "store"), create=True), []
+    drives = {n: found_drive(n) for n in (1, 2)}
+    for number, seconds in ((1, 60.0), (2, 61.0)):
+        whole = results_of_drive(number, None)
+        record = replace(whole.record, start_utc=START, duration_s=seconds)
+        results = replace(whole, record=record)
+        store.put(drives[number], "k", {}, results, kept_of_drive(number), {})
+
+    def join(vehicle_id: str, given: list) -> object:
+        told.append([each.kept is not None for each in given])
+        return join_plainly(vehicle_id, given)
+
+    tables = gather(store, fleet_of(*drives.values()), join, lambda *_: ())
+    assert told == [[False, True]]
+    said = [[note for note in notes if note.endswith("counts once")] for notes in tables["drives"]["notes"]]
+    assert [len(notes) for notes in said] == [1, 0]
+    assert "lies within it" in said[0][0]
+    assert tables["drives"]["apart"].to_list() == ["copy", None]
+    # kept, and read again
+    again = gather(store, fleet_of(*drives.values()), join, lambda *_: ())
+    assert again["drives"].equals(tables["drives"])
+    assert len(told) == 1
