@@ -94,14 +94,21 @@ class Tally:
         self.spans += [(a, b) for a, b in book.spans[: int(state[SPANS])].tolist()]
         self.damaged = max(self.damaged, int(state[DAMAGED]))
 
-    def write_down(self, log: ImportLog, *, ended: bool) -> None:
-        """Put the finished tally into the log book. ended: the last line has its line feed."""
+    def write_down(self, log: ImportLog, *, ended: bool, cut: bool = False) -> None:
+        """Put the finished tally into the log book. ended: the last line has its line feed. cut: it is a frame that was
+        left out, since it seems to have been longer."""
         counts = self.counts.copy()
         if not ended and self.lines and self.last_bad_line == self.lines:
             counts[self.last_bad_code] -= 1
             log.worsen(
                 "truncated",
                 f"the last line (line {self.lines}) breaks off: the log is truncated, all before it is whole",
+            )
+        elif cut:
+            log.worsen(
+                "truncated",
+                f"the last line (line {self.lines}) breaks off: it is shorter than all frames of its identifier before it; "
+                "the log is truncated, all before it is whole",
             )
         elif not ended and self.lines:
             log.note("the last line has no line end; if the log was cut there, its last frame may be cut too")
