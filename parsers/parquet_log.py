@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 from itertools import groupby
 from pathlib import Path
@@ -19,6 +19,7 @@ from parsers.native_stderr import quiet_panics
 from parsers.parquet_chain import chained
 from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
+from parsers.parquet_torn import TornPages
 from parsers.places import remote
 from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
@@ -237,6 +238,16 @@ def _calendar_time(
     return None
 
 
+def _torn_pages(
+    group: ParquetGroup, times: Sequence[str], columns: Mapping[str, str], log: ImportLog
+) -> TornPages:
+    """What is known of a file's damaged pages. Raises LogError where it cannot be read."""
+    try:
+        return TornPages(group, times, columns, log)
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror})", path=group.path) from error
+
+
 class ParquetReader:
     """Opened Parquet files."""
 
@@ -310,6 +321,7 @@ class ParquetReader:
         times = [group.headers[k] for k in group.time.columns]
         frame = group.frame([*times, *columns.values()])
         step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
+        torn = _torn_pages(group, times, columns, self._log)
         repeats: RepeatedStamps | None = None
         for start in range(0, group.rows, step):
             try:
@@ -324,8 +336,11 @@ class ParquetReader:
                 self._log.reject("row in a damaged block", group.rows - start)
                 break
             time_ns, valid = time_of(part, times, group.time)
+            values = {name: floats(part[header]) for name, header in columns.items()}
             bad = len(valid) - int(valid.sum())
             self._log.reject("row without a valid time", bad)
+            valid, values = torn.take_out(start, valid, values)
+            bad = len(valid) - int(valid.sum())
             self._log.messages += len(valid) - bad
             if bad == len(valid):
                 continue
@@ -335,7 +350,8 @@ class ParquetReader:
                 # times of day run on over midnight
                 time_ns = unwrap_days(time_ns.copy(), self._of_day.get(group.table))
                 self._of_day[group.table] = int(time_ns[-1])
-            values = {name: floats(part[header])[keep] for name, header in columns.items()}
+            values = {name: each[keep] for name, each in values.items()}
+            torn.write_spans(start, np.flatnonzero(valid), time_ns)
             self._log.reject(
                 "cell with text where a number was expected",
                 sum(map(text_cells, part[list(columns.values())])),
