@@ -16,6 +16,7 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.native_stderr import quiet_panics
+from parsers.parquet_around import collect_around, readable
 from parsers.parquet_chain import chained
 from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
@@ -127,7 +128,7 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             types = tuple(schema.dtypes())
             if far is not None:
                 frame = frame.select(_fetched_sample(far, names, schema, options))
-            head = frame.head(SAMPLE_ROWS).collect()
+            head = _head(frame)
     except FAILURES as error:
         raise damaged(path, error) from error
     if rows == 0:
@@ -145,12 +146,26 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             path=path,
             hint="write it as a timestamp or as nanoseconds in a column time_ns",
         )
+    lost = [names[k].header for k in plan.columns if schema.names()[k] not in head.columns]
+    if lost and far is None:
+        raise damaged(path, ValueError(f"the time in column {lost[0]!r} cannot be decoded"))
     left_out, said = without_other_rasters(columns, plan, options, path)
     spelt -= {*plan.columns}
     for note in filter(None, [said, _nested_note(names, types), _spelt_note(names, spelt)]):
         log.note(note)
     types = tuple(pl.Float64() if k in spelt else kind for k, kind in enumerate(types))
     return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, 0, far, left_out)
+
+
+def _head(frame: pl.LazyFrame) -> pl.DataFrame:
+    """The first rows; without the columns that cannot be decoded there, where there are any. Raises FAILURES."""
+    try:
+        return frame.head(SAMPLE_ROWS).collect()
+    except FAILURES:
+        head = readable(frame, frame.collect_schema().names(), SAMPLE_ROWS)
+        if not head.width:
+            raise
+        return head
 
 
 def _nested_note(names: Sequence[ColumnName], types: Sequence[pl.DataType]) -> str | None:
@@ -248,6 +263,24 @@ def _torn_pages(
         raise LogError(f"cannot be read ({error.strerror})", path=group.path) from error
 
 
+def _slice(
+    frame: pl.LazyFrame,
+    start: int,
+    rows: int,
+    times: Sequence[str],
+    columns: Mapping[str, str],
+    torn: TornPages,
+) -> pl.DataFrame:
+    """Rows from `start` on; what cannot be decoded is empty. Raises FAILURES where the time cannot be."""
+    with quiet_panics():
+        try:
+            return frame.slice(start, rows).collect()
+        except FAILURES:
+            part, lost = collect_around(frame, start, rows, times, [*columns.values()])
+    torn.add(lost)
+    return part
+
+
 class ParquetReader:
     """Opened Parquet files."""
 
@@ -325,8 +358,7 @@ class ParquetReader:
         repeats: RepeatedStamps | None = None
         for start in range(0, group.rows, step):
             try:
-                with quiet_panics():
-                    part = frame.slice(start, step).collect()
+                part = _slice(frame, start, step, times, columns, torn)
             except FAILURES as error:
                 if start == 0:
                     raise damaged(group.path, error) from error

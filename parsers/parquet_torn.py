@@ -22,6 +22,8 @@ class TornPages:
     ) -> None:
         self._log = log
         self._last_ns: int | None = None
+        self._name = group.path.name
+        self._columns = columns
         torn = torn_rows(group.far.path if group.far else group.path, {*times, *columns.values()})
         self._times: Spans = [span for header in times for span in torn.get(header, [])]
         self._cells = {name: torn[header] for name, header in columns.items() if header in torn}
@@ -30,8 +32,18 @@ class TornPages:
             what = "a page is" if pages == 1 else f"{pages} pages are"
             log.worsen(
                 "malformed",
-                f"{group.path.name} is damaged: {what} not what the checksum says; what stands there is left out",
+                f"{self._name} is damaged: {what} not what the checksum says; what stands there is left out",
             )
+
+    def add(self, lost: Mapping[str, Spans]) -> None:
+        """Know of rows where a column cannot be decoded. lost: by the file's own names."""
+        for name, header in self._columns.items():
+            if header in lost:
+                self._cells[name] = _joined([*self._cells.get(name, []), *lost[header]])
+                self._log.worsen(
+                    "malformed",
+                    f'{self._name} is damaged: column "{header}" cannot be decoded in some rows, which have no value there',
+                )
 
     def take_out(
         self, start: int, valid: BoolArray, values: dict[str, FloatArray]
@@ -57,6 +69,17 @@ class TornPages:
             until = int(time_ns[min(after, len(rows) - 1)])
             self._log.lost_spans_ns.append((int(time_ns[0]) if since is None else since, until))
         self._last_ns = int(time_ns[-1])
+
+
+def _joined(spans: Spans) -> Spans:
+    """The same rows, each once."""
+    out: Spans = []
+    for a, b in sorted(spans):
+        if out and a <= out[-1][1]:
+            out[-1] = (out[-1][0], max(b, out[-1][1]))
+        else:
+            out.append((a, b))
+    return out
 
 
 def _inside(spans: Spans, start: int, rows: int) -> list[tuple[int, int]]:

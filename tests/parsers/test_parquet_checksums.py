@@ -76,6 +76,36 @@ def test_rows_whose_time_is_in_a_torn_page_are_left_out(tmp_path: Path) -> None:
     assert log.lost_spans_ns == [(TIME[start - 1], TIME[stop])]
 
 
+@pytest.mark.parametrize("checksums", [False, True])
+@pytest.mark.parametrize("group", [0, 1])
+def test_a_column_that_cannot_be_decoded_costs_no_other(checksums: bool, group: int, tmp_path: Path) -> None:
+    path = tmp_path / "log.parquet"
+    # random doubles are not compressed, and noise among them decodes
+    coarse = np.round(VALUES, 1)
+    table = pa.table({"time_ns": TIME, "accel_y_mps2": coarse, "speed_mps": VALUES})
+    pq.write_table(
+        table,
+        path,
+        write_page_checksum=checksums,
+        use_dictionary=False,
+        row_group_size=8000,
+        compression="zstd",
+    )
+    damage(path, 1, group)
+    _, chunks, log = read(path)
+    assert np.concatenate([chunk.time_ns for chunk in chunks]).tolist() == TIME.tolist()
+    assert np.concatenate([chunk.columns["speed_mps"] for chunk in chunks]).tolist() == VALUES.tolist()
+    values = np.concatenate([chunk.columns["accel_y_mps2"] for chunk in chunks])
+    lost = np.flatnonzero(np.isnan(values))
+    assert 8000 <= len(lost) <= 11000
+    assert set(range(8000 * group, 8000 * (group + 1))) <= set(lost.tolist())
+    assert np.array_equal(np.delete(values, lost), np.delete(coarse, lost))
+    assert log.status == "malformed"
+    assert log.rejected == {"cell in a damaged page": len(lost)}
+    assert log.lost_spans_ns[0][0] == TIME[max(lost[0] - 1, 0)]
+    assert log.lost_spans_ns[-1][1] == TIME[lost[-1] + 1]
+
+
 def test_a_torn_dictionary_costs_its_group_of_rows(tmp_path: Path) -> None:
     path = write(tmp_path / "log.parquet", compression="none", use_dictionary=True)
     about = pq.ParquetFile(path).metadata.row_group(1).column(1)
