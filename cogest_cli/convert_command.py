@@ -25,6 +25,7 @@ def convert(
     check_logs(logs)
     check_out(out)
     from parsers.convert import convert_logs
+    from reports.gap_text import gap_lines
 
     with ProgressLine() as progress:
         converted = convert_logs(logs, load_options(logs, map_file, dbc, not no_fix, progress), out)
@@ -32,6 +33,8 @@ def convert(
     show_line(f"{record.format}, {record.status}: {converted.signals} signals over {record.duration_s:.1f} s")
     for decision in record.decisions:
         show_line(f"  {decision.signal}: {decision.found}; {decision.action} ({decision.evidence})")
+    for line in gap_lines(record):
+        show_line(f"  {line[:1].lower()}{line[1:]}")
     for reason, count in record.rejected.items():
         show_line(f"  rejected: {count} x {reason}")
     if record.disorder:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import timedelta
 from itertools import groupby
 from pathlib import Path
@@ -16,9 +16,11 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
 from parsers.native_stderr import quiet_panics
+from parsers.parquet_around import collect_around, readable
 from parsers.parquet_chain import chained
 from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
+from parsers.parquet_torn import TornPages
 from parsers.places import remote
 from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
@@ -128,7 +130,7 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             types = tuple(schema.dtypes())
             if far is not None:
                 frame = frame.select(_fetched_sample(far, names, schema, options))
-            head = frame.head(SAMPLE_ROWS).collect()
+            head = _head(frame)
     except FAILURES as error:
         raise damaged(path, error) from error
     if rows == 0:
@@ -146,12 +148,26 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             path=path,
             hint="write it as a timestamp or as nanoseconds in a column time_ns",
         )
+    lost = [names[k].header for k in plan.columns if schema.names()[k] not in head.columns]
+    if lost and far is None:
+        raise damaged(path, ValueError(f"the time in column {lost[0]!r} cannot be decoded"))
     left_out, said = without_other_rasters(columns, plan, options, path)
     spelt -= {*plan.columns}
     for note in filter(None, [said, _nested_note(names, types), _spelt_note(names, spelt)]):
         log.note(note)
     types = tuple(pl.Float64() if k in spelt else kind for k, kind in enumerate(types))
     return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, 0, far, left_out)
+
+
+def _head(frame: pl.LazyFrame) -> pl.DataFrame:
+    """The first rows; without the columns that cannot be decoded there, where there are any. Raises FAILURES."""
+    try:
+        return frame.head(SAMPLE_ROWS).collect()
+    except FAILURES:
+        head = readable(frame, frame.collect_schema().names(), SAMPLE_ROWS)
+        if not head.width:
+            raise
+        return head
 
 
 def _nested_note(names: Sequence[ColumnName], types: Sequence[pl.DataType]) -> str | None:
@@ -240,6 +256,34 @@ def _calendar_time(
     return None
 
 
+def _torn_pages(
+    group: ParquetGroup, times: Sequence[str], columns: Mapping[str, str], log: ImportLog
+) -> TornPages:
+    """What is known of a file's damaged pages. Raises LogError where it cannot be read."""
+    try:
+        return TornPages(group, times, columns, log)
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror})", path=group.path) from error
+
+
+def _slice(
+    frame: pl.LazyFrame,
+    start: int,
+    rows: int,
+    times: Sequence[str],
+    columns: Mapping[str, str],
+    torn: TornPages,
+) -> pl.DataFrame:
+    """Rows from `start` on; what cannot be decoded is empty. Raises FAILURES where the time cannot be."""
+    with quiet_panics():
+        try:
+            return frame.slice(start, rows).collect()
+        except FAILURES:
+            part, lost = collect_around(frame, start, rows, times, [*columns.values()])
+    torn.add(lost)
+    return part
+
+
 class ParquetReader:
     """Opened Parquet files."""
 
@@ -313,11 +357,11 @@ class ParquetReader:
         times = [group.headers[k] for k in group.time.columns]
         frame = group.frame([*times, *columns.values()])
         step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
+        torn = _torn_pages(group, times, columns, self._log)
         repeats: RepeatedStamps | None = None
         for start in range(0, group.rows, step):
             try:
-                with quiet_panics():
-                    part = frame.slice(start, step).collect()
+                part = _slice(frame, start, step, times, columns, torn)
             except FAILURES as error:
                 if start == 0:
                     raise damaged(group.path, error) from error
@@ -327,8 +371,11 @@ class ParquetReader:
                 self._log.reject("row in a damaged block", group.rows - start)
                 break
             time_ns, valid = time_of(part, times, group.time)
+            values = {name: floats(part[header]) for name, header in columns.items()}
             bad = len(valid) - int(valid.sum())
             self._log.reject("row without a valid time", bad)
+            valid, values = torn.take_out(start, valid, values)
+            bad = len(valid) - int(valid.sum())
             self._log.messages += len(valid) - bad
             if bad == len(valid):
                 continue
@@ -338,7 +385,8 @@ class ParquetReader:
                 # times of day run on over midnight
                 time_ns = unwrap_days(time_ns.copy(), self._of_day.get(group.table))
                 self._of_day[group.table] = int(time_ns[-1])
-            values = {name: floats(part[header])[keep] for name, header in columns.items()}
+            values = {name: each[keep] for name, each in values.items()}
+            torn.write_spans(start, np.flatnonzero(valid), time_ns)
             self._log.reject(
                 "cell with text where a number was expected",
                 sum(map(text_cells, part[list(columns.values())])),

@@ -6,6 +6,7 @@ and the levels that tell empty cells).
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 from typing import Any
 
@@ -142,7 +143,17 @@ def pack_column(name: str, values: IntArray | FloatArray) -> PackedColumn:
     packed = zstandard.ZstdCompressor(level=_LEVEL, write_content_size=True).compress(page)
     kind, encoding = (INT64, DELTA) if whole else (DOUBLE, PLAIN)
     about = Thrift([(1, I32, len(values)), (2, I32, encoding), (3, I32, RLE), (4, I32, RLE)])
-    head = Thrift([(1, I32, 0), (2, I32, len(page)), (3, I32, len(packed)), (5, Thrift, about)]).pack()
+    checksum = zlib.crc32(packed)
+    head = Thrift(
+        [
+            (1, I32, 0),
+            (2, I32, len(page)),
+            (3, I32, len(packed)),
+            # the format has it as a signed number
+            (4, I32, checksum - (checksum >> 31 << 32)),
+            (5, Thrift, about),
+        ]
+    ).pack()
     extent = (held.min().tobytes(), held.max().tobytes()) if len(held) else (None, None)
     return PackedColumn(
         name,

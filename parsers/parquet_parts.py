@@ -8,7 +8,6 @@ RowGroup, ColumnChunk, ColumnMetaData), written in the compact protocol of Apach
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,17 +15,16 @@ from typing import TYPE_CHECKING, Any
 
 from parsers.errors import LogError
 from parsers.parallel import in_order
+from parsers.parquet_thrift_read import THRIFT_DAMAGE, ThriftReader
 from parsers.ros.bag2_files import Scratch
 
 if TYPE_CHECKING:
     from parsers.places_path import RemotePath
 
 _MOST_FOOTER = 256 << 20
-_DEEPEST = 32
 _NEAR_BYTES = 64 << 10
 """Parts with less between them are fetched as one: a request costs more than so many bytes."""
 _PART_BYTES = 8 << 20
-_DAMAGE = (IndexError, struct.error, KeyError, TypeError, ValueError)
 
 
 @dataclass(frozen=True)
@@ -39,75 +37,11 @@ class ColumnPart:
     stop: int
 
 
-class _Thrift:
-    """Reads structures of the compact protocol as {field number: value}; a list as a list."""
-
-    def __init__(self, data: bytes) -> None:
-        self._data, self._at = data, 0
-
-    def struct(self, depth: int = 0) -> dict[int, Any]:
-        """The structure that begins here. Raises ValueError, IndexError, struct.error where there is none."""
-        if depth > _DEEPEST:
-            raise ValueError("nested too deeply")
-        found: dict[int, Any] = {}
-        field = 0
-        while head := self._byte():
-            field = field + (head >> 4) if head >> 4 else self._signed()
-            found[field] = self._value(head & 15, depth)
-        return found
-
-    def _value(self, kind: int, depth: int) -> Any:
-        if kind in (1, 2):
-            return kind == 1
-        if kind == 3:
-            return self._byte()
-        if kind in (4, 5, 6):
-            return self._signed()
-        if kind == 7:
-            self._at += 8
-            return struct.unpack_from("<d", self._data, self._at - 8)[0]
-        if kind == 8:
-            size = self._varint()
-            self._at += size
-            return self._data[self._at - size : self._at]
-        if kind in (9, 10):
-            return self._list(depth)
-        if kind == 12:
-            return self.struct(depth + 1)
-        raise ValueError(f"a value of the unknown kind {kind}")
-
-    def _list(self, depth: int) -> list[Any]:
-        head = self._byte()
-        size = head >> 4 if head >> 4 < 15 else self._varint()
-        if size > len(self._data) - self._at:
-            raise ValueError("a list longer than the file")
-        kind = head & 15
-        # in a list a truth value has a byte of its own
-        return [self._byte() == 1 if kind in (1, 2) else self._value(kind, depth) for _ in range(size)]
-
-    def _byte(self) -> int:
-        self._at += 1
-        return self._data[self._at - 1]
-
-    def _varint(self) -> int:
-        value = shift = 0
-        while True:
-            byte = self._byte()
-            value |= (byte & 127) << shift
-            shift += 7
-            if byte < 128:
-                return value
-
-    def _signed(self) -> int:
-        value = self._varint()
-        return (value >> 1) ^ -(value & 1)
-
-
 def column_parts(footer: bytes, size: int) -> list[ColumnPart]:
     """Where each column lies, by the table of contents (without its length). Raises ValueError where it is damaged."""
     try:
-        return list(_column_parts(_Thrift(footer).struct(), size))
-    except _DAMAGE as error:
+        return list(_column_parts(ThriftReader(footer).struct(), size))
+    except THRIFT_DAMAGE as error:
         raise ValueError("its table of contents is damaged") from error
 
 

@@ -13,7 +13,7 @@ from parsers.table_time import TimePlan
 from parsers.table_wraps import Counter, StandingDate
 
 LOST_NS = 250_000_000
-"""Left out lines between stamps further apart than this have taken a span of time with them."""
+"""Left out lines between stamps further apart than this have taken a span of time with them; damaged blocks always have."""
 _MOST_SPANS = 1000
 NO_TIME = "row without a valid time"
 """Why a row is left out whose time cannot be read."""
@@ -57,7 +57,7 @@ class TableClock:
         self._time_of_day = time_of_day
         self._midnight = midnight
         self._last: int | None = None
-        self._left_out = False
+        self._left_out = 0
 
     def follow(self, block: RowBlock) -> IntArray:
         """The stamps of a block. shape (rows,); the block's own are changed."""
@@ -69,18 +69,20 @@ class TableClock:
             time_ns += self._midnight
         if self._runs_on is not None:
             time_ns = self._runs_on.follow(time_ns)
-        self._write_gaps(time_ns, block.gaps)
+        self._write_gaps(time_ns, block.gaps, block.torn)
         self._last = int(time_ns[-1])
-        self._left_out = False
+        self._left_out = 0
         return time_ns
 
-    def leave_out(self) -> None:
-        """Say that lines were left out behind the last block."""
-        self._left_out = True
+    def leave_out(self, what: int) -> None:
+        """Say that lines were left out behind the last block: BROKEN_ROWS or BLOCK_LOST of `table_lines`."""
+        self._left_out = max(self._left_out, what)
 
-    def _write_gaps(self, time_ns: IntArray, gaps: IntArray) -> None:
+    def _write_gaps(self, time_ns: IntArray, gaps: IntArray, torn: IntArray) -> None:
         if self._left_out and (len(gaps) == 0 or gaps[0] > 0):
             gaps = np.concatenate([np.zeros(1, dtype=np.int64), gaps])
+        if self._left_out == lines.BLOCK_LOST:
+            torn = np.concatenate([np.zeros(1, dtype=np.int64), torn])
         if self._last is None:
             gaps = gaps[gaps > 0]
         if len(gaps) == 0:
@@ -88,7 +90,8 @@ class TableClock:
         first = 0 if self._last is None else self._last
         before = np.where(gaps > 0, time_ns[gaps - 1], first)
         after = time_ns[gaps]
-        wide = np.flatnonzero(after - before > LOST_NS)
+        least = np.where(np.isin(gaps, torn), 0, LOST_NS)
+        wide = np.flatnonzero(after - before > least)
         spans = self._log.lost_spans_ns
         room = max(0, _MOST_SPANS - len(spans))
         spans.extend(zip(before[wide[:room]].tolist(), after[wide[:room]].tolist(), strict=True))

@@ -37,7 +37,11 @@ seconds, or days and a time."""
 ROWS, LEFT_OUT, GAPS, TOO_FEW, TOO_MANY, BINARY, NO_TIME, TEXTS, INFINITES, HARDS, LAST_SHORT, LAST_KEPT = (
     range(12)
 )
-TEXT_SLOT, TEXT_AT, TEXT_END, STATE_SIZE = range(12, 16)
+TEXT_SLOT, TEXT_AT, TEXT_END, COMMENTS, STATE_SIZE = range(12, 17)
+
+BROKEN_ROWS, BLOCK_LOST = 1, 2
+"""In LEFT_OUT and in `gaps`: lines that are no rows, and lines with bytes that no text has among them. These are what a
+damaged block left, and nobody knows for how many rows they stand."""
 
 TIMES, SKIPPED = -1, -3
 """In `slots`: numbers are at 0 and up; the two columns of the time at -1 and -2; a column that nobody wants at -3, and
@@ -198,16 +202,20 @@ def _split(start: int, stop: int, rules: Rules, cells: IntArray) -> tuple[int, b
 
 @kernel
 def _is_row(start: int, stop: int, rules: Rules, cells: IntArray, state: IntArray) -> bool:
-    """Split a line with care; False, and counted, where it is no row. Lines without anything are not counted."""
+    """Split a line with care; False, and counted, where it is no row. Lines without anything are not."""
     start, stop = _bounds(start, stop, rules)
-    if start >= stop or byte_at(start) == rules[COMMENT]:
+    if start >= stop:
+        return False
+    if byte_at(start) == rules[COMMENT]:
+        state[COMMENTS] += 1
         return False
     found, binary = _split(start, stop, rules, cells)
     if not binary and rules[MIN_WIDTH] <= found <= rules[WIDTH]:
         return True
     short = not binary and found < rules[MIN_WIDTH]
     state[BINARY if binary else TOO_FEW if short else TOO_MANY] += 1
-    state[LAST_SHORT], state[LAST_KEPT], state[LEFT_OUT] = short, 0, 1
+    state[LAST_SHORT], state[LAST_KEPT] = short, 0
+    state[LEFT_OUT] = max(state[LEFT_OUT], BLOCK_LOST if binary else BROKEN_ROWS)
     return False
 
 
@@ -287,9 +295,9 @@ def read_lines(
     """Read the lines of data[start:stop] that begin before `limit`; where it stopped, at the end or with full arrays.
 
     data: data[stop - 1] or data[stop] is a line feed, and `PADDING` bytes follow. slots: shape (width,), where each column
-    goes. Out, from row state[ROWS] on: numbers, shape (n, rows); time_ns, (rows,); gaps, (rows,), 1 where lines that are
-    no rows were left out before a row. hard: see `_fill_row`; it must hold more than a row of them. state: shape
-    (STATE_SIZE,), counts that only grow; LEFT_OUT says whether lines were left out since the last row.
+    goes. Out, from row state[ROWS] on: numbers, shape (n, rows); time_ns, (rows,); gaps, (rows,), BROKEN_ROWS or
+    BLOCK_LOST where lines that are no rows were left out before a row. hard: see `_fill_row`; it must hold more than a row of them. state: shape
+    (STATE_SIZE,), counts that only grow; LEFT_OUT says in the same way what was left out since the last row.
     """
     # an array lives on only as long as it is used as such: `spans` is, in the loop, beside its address
     spans = np.zeros((2, 2), dtype=np.int64)
@@ -318,7 +326,7 @@ def read_lines(
         state[LAST_SHORT], state[LAST_KEPT] = 0, valid
         if not valid:
             state[NO_TIME] += 1
-            state[LEFT_OUT] = 1
+            state[LEFT_OUT] = max(state[LEFT_OUT], BROKEN_ROWS)
             state[HARDS] = hards
             continue
         time_ns[row] = stamp

@@ -62,13 +62,14 @@ class TablePass:
             clock_rule(self.raster.plan),
         )
         clock, repeats = self._clock(), RepeatedStamps(self.log) if self._repeats() else None
-        rows = 0
+        rows = comments = 0
         for part in read_table(
             file.path, file.encoding, file.table.body, file.size, plan, block_bytes=file.block_bytes
         ):
             part, ended = self._own_rows(part, plan)
             part = self._whole(part, rows)
             rows += part.rows
+            comments += part.counts.comments
             self._count(part)
             self.log.messages += part.rows
             self.progress(part.done, file.size)
@@ -79,9 +80,14 @@ class TablePass:
                 if len(time_ns):
                     yield Chunk(self.group, time_ns, dict(zip(names, numbers, strict=True)))
             if part.left_out:
-                clock.leave_out()
+                clock.leave_out(part.left_out)
             if ended:
                 break
+        if comments:
+            self.log.note(
+                f"{comments} line{'s' if comments > 1 else ''} within the table that begin{'' if comments > 1 else 's'} "
+                f"with {chr(file.table.rules.comment)} were passed over as comments"
+            )
         if repeats is not None and (rest := repeats.finish()) is not None:
             yield Chunk(self.group, rest[0], dict(zip(names, rest[1], strict=True)))
 

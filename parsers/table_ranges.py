@@ -31,14 +31,14 @@ class ByteRange:
 
 @dataclass(frozen=True)
 class RangeRows:
-    """What a range held. done: bytes of the file up to its end. left_out: lines were left out behind its last row.
+    """What a range held. done: bytes of the file up to its end. left_out: what was behind its last row, as the collector says.
     ends_open: it ends with the file's last line, which has no line feed; last_short, last_kept: this one had too few
     columns; it is the last row. place: its bytes of the file, where it was read from there."""
 
     blocks: list[RowBlock]
     counts: RowCounts
     done: int
-    left_out: bool
+    left_out: int
     ends_open: bool
     last_short: bool
     last_kept: bool
@@ -55,7 +55,8 @@ class RangeRows:
         rows = len(last.time_ns) - 1
         if rows == 0:
             return whole
-        return [*whole, RowBlock(last.time_ns[:rows], last.numbers[:, :rows], last.gaps[last.gaps < rows])]
+        gaps, torn = last.gaps[last.gaps < rows], last.torn[last.torn < rows]
+        return [*whole, RowBlock(last.time_ns[:rows], last.numbers[:, :rows], gaps, torn)]
 
 
 def read_table(

@@ -77,7 +77,8 @@ class RowPlan:
 
 @dataclass
 class RowCounts:
-    """What was met beside numbers: rows left out and cells without a number. first_text: column and text of the first
+    """What was met beside numbers: rows left out and cells without a number; and comments, which are
+    passed over. first_text: column and text of the first
     word where a number was expected, in the first column that has one."""
 
     too_few: int = 0
@@ -86,29 +87,32 @@ class RowCounts:
     no_time: int = 0
     text_cells: int = 0
     infinite_cells: int = 0
+    comments: int = 0
     first_text: tuple[int, bytes] | None = None
 
 
 @dataclass(frozen=True)
 class RowBlock:
-    """Rows. time_ns: shape (rows,). numbers: shape (n, rows). gaps: the rows before which lines were left out."""
+    """Rows. time_ns: shape (rows,). numbers: shape (n, rows). gaps: the rows before which lines were left out; torn: those of
+    them where a damaged block was among these lines."""
 
     time_ns: IntArray
     numbers: FloatArray
     gaps: IntArray
+    torn: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
 @dataclass
 class RowCollector:
     """Reads pieces of text, one after the other, into blocks of rows.
 
-    counts: of all pieces so far. left_out: whether lines were left out since the last row. last_short, last_kept: whether
+    counts: of all pieces so far. left_out: 0, BROKEN_ROWS or BLOCK_LOST of `table_lines`, since the last row. last_short, last_kept: whether
     the last line had too few columns; whether it is the last row.
     """
 
     plan: RowPlan
     counts: RowCounts = field(default_factory=RowCounts)
-    left_out: bool = False
+    left_out: int = 0
     last_short: bool = False
     last_kept: bool = False
 
@@ -181,15 +185,16 @@ class RowCollector:
     def _close(self) -> None:
         rows = int(self._state[lines.ROWS])
         if rows:
-            gaps = (
-                np.flatnonzero(self._gaps[:rows]) if self._state[lines.GAPS] else np.empty(0, dtype=np.int64)
-            )
-            self._blocks.append(RowBlock(self._time_ns[:rows], self._numbers[:, :rows], gaps))
+            gaps = torn = np.empty(0, dtype=np.int64)
+            if self._state[lines.GAPS]:
+                gaps = np.flatnonzero(self._gaps[:rows])
+                torn = np.flatnonzero(self._gaps[:rows] == lines.BLOCK_LOST)
+            self._blocks.append(RowBlock(self._time_ns[:rows], self._numbers[:, :rows], gaps, torn))
 
     def lose_line(self) -> None:
         """Count a line that is left out unread."""
         self._state[lines.BINARY] += 1
-        self._state[lines.LEFT_OUT] = 1
+        self._state[lines.LEFT_OUT] = lines.BLOCK_LOST
         self._state[[lines.LAST_SHORT, lines.LAST_KEPT]] = 0
 
     def finish(self) -> list[RowBlock]:
@@ -199,8 +204,8 @@ class RowCollector:
         state, counts = self._state, self.counts
         counts.too_few, counts.too_many = int(state[lines.TOO_FEW]), int(state[lines.TOO_MANY])
         counts.binary, counts.no_time = int(state[lines.BINARY]), int(state[lines.NO_TIME])
-        counts.infinite_cells = int(state[lines.INFINITES])
-        self.left_out, self.last_short = bool(state[lines.LEFT_OUT]), bool(state[lines.LAST_SHORT])
+        counts.infinite_cells, counts.comments = int(state[lines.INFINITES]), int(state[lines.COMMENTS])
+        self.left_out, self.last_short = int(state[lines.LEFT_OUT]), bool(state[lines.LAST_SHORT])
         self.last_kept = bool(state[lines.LAST_KEPT])
         return self._blocks
 

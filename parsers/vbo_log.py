@@ -172,8 +172,10 @@ def _with_time(block: RowBlock) -> RowBlock | None:
         return block
     if len(kept) == 0:
         return None
-    gaps = np.unique(np.searchsorted(kept, block.gaps))
-    return RowBlock(block.time_ns[kept], block.numbers[:, kept], gaps[gaps < len(kept)])
+    gaps, torn = (np.unique(np.searchsorted(kept, rows)) for rows in (block.gaps, block.torn))
+    return RowBlock(
+        block.time_ns[kept], block.numbers[:, kept], gaps[gaps < len(kept)], torn[torn < len(kept)]
+    )
 
 
 def _midnight(created: datetime | None, swapped: bool, first_time: str, log: ImportLog) -> int | None:
@@ -284,7 +286,7 @@ class VboReader:
                 values = dict(zip(places, fix.apply(block.numbers), strict=False))
                 yield Chunk(_GROUP, time_ns, self._without_flags(values))
             if part.left_out:
-                clock.leave_out()
+                clock.leave_out(part.left_out)
         if rows == 0:
             raise LogError(
                 "no row of [data] could be read", path=self._path, hint="cogest inspect shows what was found"

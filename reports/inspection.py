@@ -12,6 +12,7 @@ from parsers.drive import Decision, ImportRecord
 from parsers.store_folder import record_dict
 from pipelines.inspection import ChannelReport, Inspection
 from pipelines.starts import is_local
+from reports.gap_text import gap_lines
 from reports.layout import printable, table, terminal_width, wrapped
 from reports.text import MINUS, NARROW, significant
 
@@ -115,10 +116,9 @@ def _signal_lines(record: ImportRecord, width: int) -> list[str]:
         for m in record.mapped
     ]
     lines = ["", "Signals", *table(rows, width, names=(1,))]
-    whole = [gap for gap in record.gaps if gap.signal is None]
-    if whole:
-        spans = ", ".join(f"{g.start_s:.1f}-{g.end_s:.1f} s" for g in whole[:5])
-        lines += ["", f"Gaps of the whole drive: {len(whole)} ({spans}{', …' if len(whole) > 5 else ''})"]
+    # the channels above say how many gaps each has
+    if gaps := gap_lines(record, signals=False):
+        lines += ["", *gaps]
     if record.disorder:
         lines += ["", f"Put in order: {', '.join(record.disorder)}"]
     if record.decisions:

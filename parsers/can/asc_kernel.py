@@ -8,6 +8,7 @@ from parsers.can.blocks import BEGIN, CUT, STOP, next_block
 from parsers.can.bytescan import (
     BAD,
     decimal_ns,
+    holds_zeros,
     line_end,
     read_bytes,
     same_word,
@@ -45,10 +46,12 @@ from parsers.can.linebook import (
     STAMP_END,
     STATISTIC,
     TIME,
+    TORN,
     USED,
     Book,
     Rows,
     accept,
+    leave_out,
     reject,
 )
 from parsers.channels import ByteArray, IntArray
@@ -289,9 +292,11 @@ def parse_asc(
                 if base == 16:
                     learn(text, begin, stop, count, SECOND_NS, found, book, layouts)
             elif count != _SILENT:
-                reject(book, -10 - count)
-            if count >= _SILENT and swallowed(text, begin, feed):
-                reject(book, NO_LAYOUT)
+                leave_out(text, begin, feed, -10 - count, book)
+            if (count >= 0 and holds_zeros(text, begin, feed)) or (
+                count == _SILENT and swallowed(text, begin, feed)
+            ):
+                reject(book, TORN)
         begin = feed + 1
     return begin
 

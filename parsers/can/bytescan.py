@@ -38,13 +38,32 @@ LONG_LINE = 400
 
 
 @lean_kernel
-def swallowed(text: ByteArray, at: int, feed: int) -> bool:
+def holds_zeros(text: ByteArray, at: int, feed: int) -> bool:
     """Whether a line holds zero bytes: what is left of a lost block of the file, and of the lines that stood there."""
-    if feed - at <= LONG_LINE:
-        return False
     while at < feed and text[at] != 0:
         at += 1
     return at < feed
+
+
+@lean_kernel
+def swallowed(text: ByteArray, at: int, feed: int) -> bool:
+    """Whether a comment or header stands before a lost block: a shorter one may be filled up with zeros by its writer."""
+    return feed - at > LONG_LINE and holds_zeros(text, at, feed)
+
+
+@lean_kernel
+def torn(text: ByteArray, at: int, feed: int) -> bool:
+    """Whether a line that is none of the format's is what a damaged block left, and may stand for several.
+
+    It is longer than any frame, or holds bytes that no text has. A short line of text is one that some tool wrote.
+    """
+    if feed - at > LONG_LINE:
+        return True
+    found = False
+    for i in range(at, feed):
+        # tab to carriage return are text, and so are the end mark of DOS and the escapes of a console's colours
+        found |= (text[i] < 9) | ((text[i] > 13) & (text[i] < 26))
+    return found
 
 
 @lean_kernel

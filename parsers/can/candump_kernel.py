@@ -9,11 +9,11 @@ from parsers.can.bytescan import (
     BAD,
     days_from_civil,
     decimal_ns,
+    holds_zeros,
     line_end,
     nibble,
     read_bytes,
     skip_space,
-    swallowed,
     token_end,
     trimmed_end,
     whole_number,
@@ -45,10 +45,12 @@ from parsers.can.linebook import (
     STAMP_AT,
     STAMP_END,
     TIME,
+    TORN,
     USED,
     Book,
     Rows,
     accept,
+    leave_out,
     reject,
 )
 from parsers.can.textlines import MOST_BUSES, NAME_BYTES
@@ -294,12 +296,12 @@ def parse_candump(
             into = book.state[USED]
             count = read_line(text, at, end, how, names, sizes, book.state, rows.data, into, found)
             if count < 0:
-                reject(book, -10 - count)
+                leave_out(text, begin, feed, -10 - count, book)
             else:
                 accept(book, rows, found, count)
                 learn(text, begin, stop, count, SECOND_NS, found, book, layouts)
-                if swallowed(text, begin, feed):
-                    reject(book, NO_LAYOUT)
+                if holds_zeros(text, begin, feed):
+                    reject(book, TORN)
         begin = feed + 1
     return begin
 

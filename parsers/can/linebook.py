@@ -8,20 +8,22 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.allocator import Slab, room_of
+from parsers.can.bytescan import holds_zeros, torn
 from parsers.can.frames import CanFrames
 from parsers.channels import ByteArray, IntArray
 from parsers.jit import lean_kernel
 
 # codes that the kernels count under; those below MALFORMED_END mean that the line is damaged
-NO_TIME, NO_ID, NO_DATA, NO_BUS, NO_LAYOUT = 0, 1, 2, 3, 4
-MALFORMED_END = 5
-ERROR_FRAME, REMOTE_FRAME, OTHER_EVENT, SENDING_REQUEST, STATISTIC = 5, 6, 7, 8, 9
+NO_TIME, NO_ID, NO_DATA, NO_BUS, NO_LAYOUT, TORN = 0, 1, 2, 3, 4, 5
+MALFORMED_END = 6
+ERROR_FRAME, REMOTE_FRAME, OTHER_EVENT, SENDING_REQUEST, STATISTIC = 6, 7, 8, 9, 10
 REASONS = (
     "malformed line: no time stamp that can be read",
     "malformed line: no identifier that can be read",
     "malformed line: payload incomplete or not a number",
     "malformed line: no bus that can be read",
     "malformed line: not the format's layout",
+    "malformed line: a damaged block, which may have held several lines",
     "error frame",
     "remote frame",
     "event that is no CAN data frame",
@@ -44,7 +46,11 @@ NO_CLOCK = -(1 << 62)
 """`Book.state[CLOCK]` of a log whose stamps are counted from the first, before the first."""
 
 LOST_FROM_NS = 250_000_000
-"""A run of malformed lines that took less than this between two good stamps loses no time worth a record."""
+"""A run of malformed lines that took less than this between two good stamps loses no time worth a record, unless a
+damaged block is among them: of what stood in that nobody knows how many lines it was."""
+
+ODD_LINES, BLOCK_LOST = 1, 2
+"""In `Book.state[DAMAGED]` and `[LEADING]`: malformed lines, and a damaged block among them."""
 
 MOST_SPANS = 1024
 USUAL_FRAME = 32
@@ -55,8 +61,8 @@ class Book(NamedTuple):
     """What the kernels count over a piece of a file.
 
     state: line number; running clock in ns; line number and code of the last malformed line; buses met; frames and
-    payload bytes written; whether malformed lines stand before the first frame; whether malformed lines stand behind
-    the last frame so far; spans written; and three numbers of `parsers.can.layouts`.
+    payload bytes written; whether malformed lines, or a damaged block, stand before the first frame; whether they stand
+    behind the last frame so far; spans written; and three numbers of `parsers.can.layouts`.
     counts, first: number of lines and first line number for each of REASONS. spans: (MOST_SPANS, 2) stamps around
     runs of malformed lines.
     """
@@ -138,7 +144,14 @@ def reject(book: Book, code: int) -> None:
     if code < MALFORMED_END:
         state[LAST_BAD_LINE] = state[LINE]
         state[LAST_BAD_CODE] = code
-        state[DAMAGED] = 1
+        state[DAMAGED] = max(state[DAMAGED], BLOCK_LOST if code == TORN else ODD_LINES)
+
+
+@lean_kernel
+def leave_out(text: ByteArray, begin: int, feed: int, code: int, book: Book) -> None:
+    """Count the line just read, [begin, feed), under a code of REASONS, or as what a damaged block left."""
+    lost = torn(text, begin, feed) if code < MALFORMED_END else holds_zeros(text, begin, feed)
+    reject(book, TORN if lost else code)
 
 
 @lean_kernel
@@ -147,16 +160,17 @@ def accept(book: Book, rows: Rows, found: IntArray, count: int) -> None:
     state = book.state
     n = state[FRAMES]
     if state[DAMAGED] != 0:
-        state[DAMAGED] = 0
+        least = 0 if state[DAMAGED] == BLOCK_LOST else LOST_FROM_NS
         if n == 0:
-            state[LEADING] = 1
-        elif found[TIME] - rows.time_ns[n - 1] > LOST_FROM_NS:
+            state[LEADING] = state[DAMAGED]
+        elif found[TIME] - rows.time_ns[n - 1] > least:
             last = min(state[SPANS], MOST_SPANS - 1)
             # a file with more spans than that is lost from here on
             if state[SPANS] < MOST_SPANS:
                 book.spans[last, 0] = rows.time_ns[n - 1]
                 state[SPANS] += 1
             book.spans[last, 1] = found[TIME]
+        state[DAMAGED] = 0
     rows.time_ns[n] = found[TIME]
     rows.can_id[n] = found[ID]
     rows.bus[n] = found[BUS]

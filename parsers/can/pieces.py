@@ -49,6 +49,17 @@ def pieces(path: Path, size: int | None = None) -> Iterator[Piece]:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error
 
 
+def tail_of(path: Path, size: int) -> Piece:
+    """The whole lines in a file's last `size` bytes, and what stands behind its last feed. Raises LogError."""
+    try:
+        with path.open("rb", buffering=0) as file:
+            total = file.seek(0, 2)
+            begin = _after_feed(file, total - size, total) if total > size else 0
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+    return Piece(begin, total, last=True)
+
+
 def _after_feed(file: FileIO, at: int, total: int) -> int:
     """The place behind the first line feed at or after `at`, or the end."""
     if at >= total:

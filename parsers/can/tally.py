@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.can.linebook import (
+    BLOCK_LOST,
     CLOCK,
     DAMAGED,
     LAST_BAD_CODE,
@@ -18,6 +19,7 @@ from parsers.can.linebook import (
     NO_CLOCK,
     REASONS,
     SPANS,
+    TORN,
     Book,
 )
 from parsers.channels import IntArray
@@ -37,7 +39,7 @@ class Tally:
 
     meaning: AS_WRITTEN, SUMMED or SINCE_FIRST. lines: number of lines. clock: sum of the steps, or first stamp.
     last_bad_line, last_bad_code: the last malformed line. counts, first: as in `Book`. last_ns: stamp of the last
-    frame, and damaged: whether malformed lines stand behind it. spans: stamps around malformed lines.
+    frame, and damaged: whether malformed lines, or a damaged block, stand behind it, as in `Book`. spans: stamps around malformed lines.
     """
 
     meaning: int = AS_WRITTEN
@@ -48,7 +50,7 @@ class Tally:
     counts: IntArray = field(default_factory=_zeros)
     first: IntArray = field(default_factory=_zeros)
     last_ns: int | None = None
-    damaged: bool = False
+    damaged: int = 0
     spans: list[tuple[int, int]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
@@ -83,22 +85,30 @@ class Tally:
         """What was lost from the piece before into this one, and in this one."""
         state = book.state
         if time_ns.size:
-            lost = self.damaged or state[LEADING] != 0
-            if lost and self.last_ns is not None and int(time_ns[0]) - self.last_ns > LOST_FROM_NS:
+            lost = max(self.damaged, int(state[LEADING]))
+            least = 0 if lost == BLOCK_LOST else LOST_FROM_NS
+            if lost and self.last_ns is not None and int(time_ns[0]) - self.last_ns > least:
                 self.spans.append((self.last_ns, int(time_ns[0])))
             self.last_ns = int(time_ns[-1])
-            self.damaged = False
+            self.damaged = 0
         self.spans += [(a, b) for a, b in book.spans[: int(state[SPANS])].tolist()]
-        self.damaged = self.damaged or state[DAMAGED] != 0
+        self.damaged = max(self.damaged, int(state[DAMAGED]))
 
-    def write_down(self, log: ImportLog, *, ended: bool) -> None:
-        """Put the finished tally into the log book. ended: the last line has its line feed."""
+    def write_down(self, log: ImportLog, *, ended: bool, cut: bool = False) -> None:
+        """Put the finished tally into the log book. ended: the last line has its line feed. cut: it is a frame that was
+        left out, since it seems to have been longer."""
         counts = self.counts.copy()
         if not ended and self.lines and self.last_bad_line == self.lines:
             counts[self.last_bad_code] -= 1
             log.worsen(
                 "truncated",
                 f"the last line (line {self.lines}) breaks off: the log is truncated, all before it is whole",
+            )
+        elif cut:
+            log.worsen(
+                "truncated",
+                f"the last line (line {self.lines}) breaks off: it is shorter than all frames of its identifier before it; "
+                "the log is truncated, all before it is whole",
             )
         elif not ended and self.lines:
             log.note("the last line has no line end; if the log was cut there, its last frame may be cut too")
@@ -110,7 +120,8 @@ class Tally:
             sentence = (
                 f"{damaged} of {self.lines} lines are malformed and were left out; the first is line {first}"
             )
-            if damaged * 1000 > self.lines or self.spans:
+            # a single line that some tool wrote between the frames is no damage, however short the log
+            if counts[TORN] or self.spans or (damaged > 1 and damaged * 1000 > self.lines):
                 log.worsen("malformed", sentence)
             else:
                 log.note(sentence)

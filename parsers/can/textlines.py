@@ -11,10 +11,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from parsers.can.cut_frame import TAIL_BYTES, last_is_cut, without_last
 from parsers.can.frames import CanFrames
 from parsers.can.layouts import MOST_LAYOUTS, Layouts, no_layouts
 from parsers.can.linebook import (
     BUSES,
+    LAST_BAD_LINE,
+    LINE,
     NO_CLOCK,
     Book,
     Rows,
@@ -24,7 +27,7 @@ from parsers.can.linebook import (
     rows_for,
     with_more_room,
 )
-from parsers.can.pieces import Buffers, Piece, pieces, read_piece, walk_piece
+from parsers.can.pieces import Buffers, Piece, pieces, read_piece, tail_of, walk_piece
 from parsers.can.tally import SINCE_FIRST, Tally
 from parsers.can.words import hex_pairs
 from parsers.channels import ByteArray, IntArray
@@ -116,7 +119,7 @@ class TextSource:
         """Batches of frames from the file's beginning, each good until the next is asked for; writes into the log book
         when `counting`."""
         size = max(self._path.stat().st_size, 1)
-        tally, buffers, ended = Tally(self._parser.meaning), Buffers(), True
+        tally, buffers, ended, cut = Tally(self._parser.meaning), Buffers(), True, False
         buses: list[bytes] = []
 
         spare: deque[Rows] = deque()
@@ -131,6 +134,8 @@ class TextSource:
                 np.take(lut, frames.bus, out=frames.bus)
             tally.add(work.book, frames.time_ns)
             ended = done.ended
+            if frames.time_ns.size and not ended and (cut := self._ends_in_a_cut_frame(buffers)):
+                frames = without_last(frames)
             self._progress(min(done.piece.end, size), size)
             if counting:
                 self._log.messages += frames.time_ns.size
@@ -138,10 +143,16 @@ class TextSource:
                 yield frames
             spare.append(work.rows)
         if counting:
-            tally.write_down(self._log, ended=ended)
+            tally.write_down(self._log, ended=ended, cut=cut)
             if buses:
                 names = (f"bus {k} is {name.decode('latin-1')}" for k, name in enumerate(buses, start=1))
                 self._log.note(", ".join(names))
+
+    def _ends_in_a_cut_frame(self, buffers: Buffers) -> bool:
+        """Whether the last line, which has no feed, is a frame that seems to have been longer."""
+        done = self._read(tail_of(self._path, TAIL_BYTES), buffers, deque(), [])
+        state = done.work.book.state
+        return state[LAST_BAD_LINE] != state[LINE] and last_is_cut(filled(done.work.rows, done.work.book))
 
     def _read(self, piece: Piece, buffers: Buffers, spare: deque[Rows], buses: list[bytes]) -> _Done:
         """Read a piece of which the interfaces' names in `buses` are known. spare: rows that nobody uses."""

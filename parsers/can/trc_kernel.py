@@ -8,6 +8,7 @@ from parsers.can.blocks import BEGIN, STOP, next_block
 from parsers.can.bytescan import (
     BAD,
     decimal_ns,
+    holds_zeros,
     line_end,
     read_bytes,
     same_word,
@@ -44,10 +45,12 @@ from parsers.can.linebook import (
     STAMP,
     STAMP_AT,
     STAMP_END,
+    TORN,
     USED,
     Book,
     Rows,
     accept,
+    leave_out,
     reject,
 )
 from parsers.can.linebook import (
@@ -218,14 +221,14 @@ def parse_trc(
         if at < end and text[at] != 59:
             count = read_line(text, at, end, columns, rows.data, book.state[USED], found)
             if count < 0:
-                reject(book, -10 - count)
+                leave_out(text, begin, feed, -10 - count, book)
             else:
                 accept(book, rows, found, count)
                 learn(text, begin, stop, count, MILLISECOND_NS, found, book, layouts)
-                if swallowed(text, begin, feed):
-                    reject(book, NO_LAYOUT)
+                if holds_zeros(text, begin, feed):
+                    reject(book, TORN)
         elif swallowed(text, begin, feed):
-            reject(book, NO_LAYOUT)
+            reject(book, TORN)
         begin = feed + 1
     return begin
 

@@ -80,10 +80,11 @@ def hexadecimal(text: np.uint64) -> int:
 
 @lean_kernel
 def find_feed(text: ByteArray, at: int, stop: int) -> int:
-    """The first line feed in [at, stop), or stop."""
+    """The first line feed or zero byte in [at, stop), or stop."""
     while at < stop:
-        word = load_u64(text, at) ^ _FEEDS
-        hits = (word - _LOW) & ~word & _HIGH
+        zeros = load_u64(text, at)
+        feeds = zeros ^ _FEEDS
+        hits = (((feeds - _LOW) & ~feeds) | ((zeros - _LOW) & ~zeros)) & _HIGH
         if hits != _NONE:
             lowest = (hits & (~hits + np.uint64(1))) >> np.uint64(7)
             return min(at + signed((lowest * _PLACES) >> np.uint64(56)), stop)
@@ -103,7 +104,7 @@ def feed_after(text: ByteArray, at: int, stop: int) -> int:
     elif byte != 10:
         return -1
     if feed - at > LONG_LINE:
-        # the format's kernel looks at what that is
+        # the format's kernel looks at what that is, and at lines with zeros
         return -1
     return feed if feed < stop and text[feed] == 10 else -1
 

@@ -12,6 +12,7 @@ from parsers.importer import ImportLog
 from parsers.parallel import in_order
 from parsers.ros.bag2_database import TopicRow, beside, count_rows
 from parsers.ros.bag2_decode import Chosen, Outcome, decode_rows
+from parsers.ros.bag2_lost import LostMessages
 from parsers.ros.bag2_pages import PageSource, Unread, count_from_pages, message_pages, page_source
 from parsers.ros.bag2_rows import DAMAGED_MESSAGE, MessageTable, no_rows
 
@@ -50,18 +51,19 @@ class DatabaseRead:
             yield from in_order(partial(decode_rows, chosen=self.chosen), table.batches())
             self.done_bytes = size
             return
+        lost = LostMessages(table, self.log)
         try:
-            yield from self._from_pages(source, table)
+            yield from self._from_pages(source, table, lost)
         finally:
             source.close()
 
-    def _from_pages(self, source: PageSource, table: MessageTable) -> Iterator[Outcome]:
+    def _from_pages(self, source: PageSource, table: MessageTable, lost: LostMessages) -> Iterator[Outcome]:
         paged, overflow = source.pages.paged, 0
         for batch in in_order(source.read, source.batches()):
             self.done_bytes = min(self.done_bytes + batch.size, paged.size)
             for part in batch.parts:
                 if isinstance(part, Unread):
-                    yield from self._around(part, table)
+                    yield from self._around(part, table, lost)
                     continue
                 if DAMAGED_MESSAGE in part.rejected:
                     self._damaged("pages of its messages")
@@ -74,7 +76,7 @@ class DatabaseRead:
                 )
                 return
 
-    def _around(self, part: Unread, table: MessageTable) -> Iterator[Outcome]:
+    def _around(self, part: Unread, table: MessageTable, lost: LostMessages) -> Iterator[Outcome]:
         """Read the messages on damaged pages with the library, which gets at some of them.
 
         Not where the file breaks off: what is missing of its last page would be zeros to the library.
@@ -82,12 +84,18 @@ class DatabaseRead:
         self._damaged("pages of its messages")
         self._asked += 1
         if self.cut or self._asked > MAX_ASKED:
+            if not self.cut:
+                lost.write_down(part.low, part.high, 0, looked=False)
             yield decode_rows(no_rows(lost=True), self.chosen)
             return
-        found = False
+        counted = self.log.rejected[DAMAGED_MESSAGE]
+        found = known = 0
         for rows in table.batches(part.low, part.high):
-            found = True
+            found += 1
+            known += len(rows.time_ns)
             yield decode_rows(rows, self.chosen)
+        known += self.log.rejected[DAMAGED_MESSAGE] - counted
+        lost.write_down(part.low, part.high, known, looked=True)
         if not found:
             # to the library a damaged page may look like an empty one
             yield decode_rows(no_rows(lost=True), self.chosen)

@@ -162,6 +162,32 @@ def test_truncated_last_line_is_said_and_the_rest_kept(tmp_path: Path) -> None:
     assert not log.rejected
 
 
+@pytest.mark.parametrize("payload", ["", "11", "112233"])
+@pytest.mark.parametrize("piece", [1 << 22, 90])
+def test_a_cut_between_two_bytes_of_the_last_frame_is_a_cut(
+    payload: str, piece: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("parsers.can.pieces.PIECE_BYTES", piece)
+    rows = [f"(14365090{k}.1) can0 {name}\n" for k in range(10, 30) for name in ("123#11223344", "124#11")]
+    path = tmp_path / "cut.log"
+    path.write_text("".join(rows) + f"(1436509052.2) can0 123#{payload}")
+    log = ImportLog()
+    assert len(open_frames(path, log)) == 40
+    assert (log.status, log.messages) == ("truncated", 40)
+    assert any("line 41" in note and "breaks off" in note for note in log.notes)
+
+
+@pytest.mark.parametrize("last", ["123#11223344", "125#11", "124#11"])
+def test_a_last_frame_without_line_end_that_may_be_whole_stays(last: str, tmp_path: Path) -> None:
+    rows = [f"(14365090{k}.1) can0 {name}\n" for k in range(10, 30) for name in ("123#11223344", "124#11")]
+    path = tmp_path / "cut.log"
+    path.write_text("".join(rows) + f"(1436509052.2) can0 {last}")
+    log = ImportLog()
+    assert len(open_frames(path, log)) == 41
+    assert log.status == "complete"
+    assert any("no line end" in note for note in log.notes)
+
+
 def test_damaged_middle_counts_each_kind(tmp_path: Path) -> None:
     good = "(1436509052.1) can0 123#1122\n"
     bad = [

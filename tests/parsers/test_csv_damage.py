@@ -208,6 +208,40 @@ def test_what_damage_takes_in_time_is_written_down(case: str, block_bytes: int, 
     assert log.lost_spans_ns == expected
 
 
+@pytest.mark.parametrize("block_bytes", [200, 8_000_000])
+@pytest.mark.parametrize("size", [1, 30, 180])
+def test_the_time_of_a_short_stretch_of_zeros_is_said(size: int, block_bytes: int, tmp_path: Path) -> None:
+    """It takes less than a quarter of a second with it, and nobody knows how many rows it was."""
+    whole = ("t [s],a,b\n" + "".join(f"{k / 100:.2f},{k:03},7\n" for k in range(300))).encode()
+    begin = whole.index(b"1.00,100") + 6
+    path = tmp_path / "log.csv"
+    path.write_bytes(whole[:begin] + bytes(size) + whole[begin + size :])
+    log = ImportLog()
+    reader = CsvImporter().open(path, ReadOptions(), log)
+    reader._block_bytes = block_bytes
+    chunks = list(reader.read(frozenset({"a"})))
+    time = np.concatenate([chunk.time_ns for chunk in chunks])
+    k = int(np.argmax(np.diff(time)))
+    assert time[k] == 990_000_000
+    assert log.lost_spans_ns == [(int(time[k]), int(time[k + 1]))]
+    assert log.status == "malformed"
+
+
+@pytest.mark.parametrize("block_bytes", [200, 8_000_000])
+def test_comments_within_the_table_are_counted(block_bytes: int, tmp_path: Path) -> None:
+    rows = [f"{k / 100:.2f},{k},7\n" for k in range(300)]
+    rows.insert(250, "# pause\n")
+    rows.insert(100, "###ERROR###\n")
+    path = tmp_path / "log.csv"
+    path.write_text("# a head\nt [s],a,b\n" + "".join(rows))
+    log = ImportLog()
+    reader = CsvImporter().open(path, ReadOptions(), log)
+    reader._block_bytes = block_bytes
+    assert sum(len(chunk.time_ns) for chunk in reader.read(frozenset({"a"}))) == 300
+    assert "2 lines within the table that begin with # were passed over as comments" in log.notes
+    assert log.status == "complete"
+
+
 def test_the_list_of_lost_spans_is_bounded(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("t [s],a\n" + "".join(f"{k},1\n{'x' if k >= 4000 else ''}\n" for k in range(6000)))

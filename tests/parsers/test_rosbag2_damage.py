@@ -43,6 +43,50 @@ def test_damaged_middle_of_a_database(tmp_path: Path) -> None:
     assert values[-1] == 0.1 * (COUNT - 1)
 
 
+@pytest.mark.parametrize("size", [2000, 4096, 9000])
+def test_messages_on_pages_of_zeros_are_counted_by_their_numbers(tmp_path: Path, size: int) -> None:
+    path = write_database(tmp_path / "a.db3")
+    raw = bytearray(path.read_bytes())
+    begin = len(raw) // 4096 // 2 * 4096
+    raw[begin : begin + size] = bytes(size)
+    path.write_bytes(raw)
+    reader, log = opened(path)
+    read = [info.name for info in reader.channels if info.kind == "number" and "blob" not in info.name]
+    collect(reader, *read)
+    kept = 0
+    with closing(sqlite3.connect(path)) as connection:
+        lost = set(range(1, 4 * COUNT + 1))
+        for number in tuple(lost):
+            # the library finds what is whole, one by one
+            try:
+                query = "SELECT id, topic_id FROM messages WHERE id = ? AND typeof(data) = 'blob'"
+                for found, topic in connection.execute(query, (number,)):
+                    lost.discard(found)
+                    kept += topic in (2, 5)
+            except sqlite3.Error:
+                pass
+    assert 0 < len(lost) < 100
+    assert log.messages == kept
+    assert log.rejected == {"message of any topic on a damaged page of the bag": len(lost)}
+    assert log.lost_spans_ns
+
+
+def test_numbers_with_holes_tell_no_count_of_what_is_lost(tmp_path: Path) -> None:
+    path = write_database(tmp_path / "a.db3")
+    with closing(sqlite3.connect(path)) as connection:
+        connection.execute("DELETE FROM messages WHERE id = 7")
+        connection.commit()
+    raw = bytearray(path.read_bytes())
+    begin = len(raw) // 4096 // 2 * 4096
+    raw[begin : begin + 4096] = bytes(4096)
+    path.write_bytes(raw)
+    reader, log = opened(path)
+    collect(reader, YAW)
+    assert log.status == "malformed"
+    assert not log.rejected
+    assert any("how many messages were on its damaged pages cannot be told" in note for note in log.notes)
+
+
 def test_messages_that_do_not_fit_are_counted(tmp_path: Path) -> None:
     path = write_database(tmp_path / "a.db3")
     with closing(sqlite3.connect(path)) as connection:

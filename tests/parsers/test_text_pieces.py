@@ -144,7 +144,7 @@ def test_a_giant_line_is_counted_once_and_the_lines_around_it_are_read(
         path.write_bytes(good * 40 + b"\0" * length + b"\n" + good.replace(b"52.1", b"52.9") * 40)
         frames, log = everything(path, workers=2)
         assert len(frames) == 80
-        assert log.rejected == {"malformed line: no time stamp that can be read": 1}
+        assert log.rejected == {"malformed line: a damaged block, which may have held several lines": 1}
         assert any(
             "1 of 81 lines are malformed and were left out; the first is line 41" in n for n in log.notes
         )

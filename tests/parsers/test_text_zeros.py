@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+import random
 from pathlib import Path
 
 import pytest
@@ -63,3 +65,60 @@ def test_long_lines_without_zeros_are_whole(tmp_path: Path) -> None:
     log = ImportLog()
     assert len(text_frames(FORMATS[0][0], path, log)) == 50
     assert log.status == "complete"
+
+
+@pytest.mark.parametrize("where", ["payload", "behind the payload", "stamp"])
+@pytest.mark.parametrize("size", [90, 2000])
+@pytest.mark.parametrize(("importer", "head", "line"), FORMATS)
+def test_a_short_stretch_of_zeros_is_damage_and_its_time_is_said(
+    tmp_path: Path, importer: object, head: str, line: object, size: int, where: str
+) -> None:
+    """Too short to last a quarter of a second, and one line of 400: still a damaged block, between two known stamps."""
+    assert callable(line)
+    text = head + "".join(line(k) + "\n" for k in range(COUNT))
+    begin = text.index(line(200)) + line(200).index(PAYLOAD)
+    begin += {"payload": 4, "behind the payload": len(PAYLOAD) + 1, "stamp": 0}[where]
+    if where == "stamp":
+        begin = text.index(line(200)) + len(line(200).split(PAYLOAD)[0].split("  1")[0].rstrip())
+    end = begin + size
+    raw = text.encode()
+    path = tmp_path / "a.log"
+    path.write_bytes(raw[:begin] + bytes(size) + raw[end:])
+    log = ImportLog()
+    frames: list[Frame] = text_frames(importer, path, log)
+    assert log.status == "malformed"
+    assert dict(log.rejected) == {"malformed line: a damaged block, which may have held several lines": 1}
+    (span,) = log.lost_spans_ns
+    at = [frame[0] for frame in frames]
+    k = at.index(span[0])
+    assert span == (at[k], at[k + 1])
+    assert at[k + 1] - at[k] == max(b - a for a, b in itertools.pairwise(at))
+
+
+@pytest.mark.parametrize(("importer", "head", "line"), FORMATS)
+def test_noise_in_the_middle_is_damage(tmp_path: Path, importer: object, head: str, line: object) -> None:
+    assert callable(line)
+    raw = (head + "".join(line(k) + "\n" for k in range(COUNT))).encode()
+    noise = random.Random(4).randbytes(1500)
+    path = tmp_path / "a.log"
+    path.write_bytes(raw[:12000] + noise + raw[13500:])
+    log = ImportLog()
+    text_frames(importer, path, log)
+    assert log.status == "malformed"
+    assert log.lost_spans_ns
+    assert all(a / 1e6 + 1 > 12000 / 110 and b / 1e6 < COUNT for a, b in log.lost_spans_ns)
+
+
+@pytest.mark.parametrize(("importer", "head", "line"), FORMATS)
+def test_one_odd_line_of_text_is_counted_and_no_damage(
+    tmp_path: Path, importer: object, head: str, line: object
+) -> None:
+    assert callable(line)
+    rows = [line(k) + "\n" for k in range(COUNT)]
+    path = tmp_path / "a.log"
+    path.write_text(head + "".join(rows[:200]) + "*** buffer overrun\n" + "".join(rows[200:]))
+    log = ImportLog()
+    assert len(text_frames(importer, path, log)) == COUNT
+    assert log.status == "complete"
+    assert sum(log.rejected.values()) == 1
+    assert not log.lost_spans_ns

@@ -214,6 +214,17 @@ def test_what_damage_takes_in_time_is_written_down(tmp_path: Path) -> None:
     assert log.log.rejected == {"row with too few columns": 1, "row with bytes that are no text": 50}
 
 
+def test_the_time_of_a_short_stretch_of_zeros_is_said(tmp_path: Path) -> None:
+    whole = vbo([row(f"0838{k // 100:02d}.{k % 100:02d}0") for k in range(300)])
+    begin = whole.index(b"083801.000") + 20
+    log = read(tmp_path, whole[:begin] + bytes(2000) + whole[begin + 2000 :])
+    assert log.log.status == "malformed"
+    assert log.log.rejected == {"row with bytes that are no text": 1}
+    at = int(np.argmax(np.diff(log.time)))
+    assert log.log.lost_spans_ns == [(int(log.time[at]), int(log.time[at + 1]))]
+    assert 100_000_000 < log.time[at + 1] - log.time[at] < 250_000_000
+
+
 def test_a_damaged_last_row_leaves_the_row_before_it(tmp_path: Path) -> None:
     rows = [row(f"0838{k:02d}.000") for k in range(10)]
     log = read(tmp_path, vbo([*rows, row("083810.000") + "7 8"], end=""))
