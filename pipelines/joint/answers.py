@@ -257,6 +257,9 @@ def estimate_of(
     kinds = {e.kind for e in evidence if e.carrier not in blind}
     left = None if prior is None else left_of(name, prior, answer.std, answer.low, answer.high)
     status = status_of(name, answer.value, answer.std, left, kinds)
+    if name.endswith(NEVER_NEGATIVE) and answer.low <= 0:
+        # of what no vehicle has less than nothing of, such an interval says nothing
+        status = "not_identifiable"
     file_std = prior.std if prior is not None else math.inf
     witnesses = SEEN_BY.get(name, MASS_SEEN_BY if "mass" in name else ())
     lacks = lacks_of(name, bool(kinds & set(witnesses)), following)

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from parsers.errors import VehicleError
+from pipelines.vehicles.measured import known_body
 
 if TYPE_CHECKING:
     from pipelines.vehicles.vehicle import Quantity, Vehicle
@@ -85,6 +86,12 @@ _CAR_BASE_M, _NARROWEST_M = (2.2, 3.6), 0.95
 """Wheelbases of cars and vans (narrow tractors have shorter, karts much shorter ones), and a track below that of the narrowest."""
 
 
+HEAVIEST_KG = 5500.0
+"""More than any empty passenger car weighs, armoured and electric ones too."""
+HEAVIEST_CARRIER_KG = 12e3
+"""The same of vans and pickups."""
+
+
 def check_plausible(vehicle: Vehicle, path: Path) -> None:
     """Raise VehicleError for a figure that cannot be in the unit of its key: it names key, figure, span and unit."""
     for table, quantities in (
@@ -105,8 +112,22 @@ def check_plausible(vehicle: Vehicle, path: Path) -> None:
     _check_tracks(vehicle.quantities, path)
     mass = vehicle.get("mass_kg")
     if mass is not None:
+        _check_body(mass, vehicle.body, path)
         _check_springs(mass, vehicle.quantities, path)
         _check_load(mass, vehicle.load, path)
+
+
+def _check_body(mass: Quantity, body: str | None, path: Path) -> None:
+    """A mass that no vehicle of this body has: a digit too many, or a lorry's."""
+    style = known_body(body)
+    if style is None:
+        return
+    most = HEAVIEST_CARRIER_KG if style in ("Van", "Pickup") else HEAVIEST_KG
+    if mass.value > most:
+        raise VehicleError(
+            f"found {mass.value:g}: nothing with the body {style} weighs more than {most:g} kg empty", path=path,
+            place="[vehicle] mass_kg", hint="this key is in kg; a lorry's body is a truck, a bus or a tractor",
+        )  # fmt: skip
 
 
 def _check_spreads(quantities: Mapping[str, Quantity], path: Path) -> None:

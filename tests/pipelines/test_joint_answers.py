@@ -10,12 +10,16 @@ import pytest
 from scipy.stats import norm
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import Told, digits_of, estimate_of
+from pipelines.joint.answers import Told, digits_of, estimate_of, learned_of
+from pipelines.joint.inference import _inflation
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, prior_spreads
+from pipelines.joint.posterior import find_mode
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import ParameterEstimate
 from pipelines.vehicles.vehicle import parse_vehicle
-from tests.pipelines.joint_parts import linear
+from tests.pipelines.joint_parts import linear, vehicle
+
+KNOWN = before_the_log(vehicle())
 
 
 def pitch() -> list[Evidence]:
@@ -83,9 +87,31 @@ def test_what_a_drive_leaves_open_or_moves_is_given_as_it_leaves_it(
     told = Told(value, std, value - 1.96 * std, value + 1.96 * std, None)
     found = estimate_of("cg_height_m", told, PRIOR, (), None, rolling())
     assert (found.value, found.low, found.status) == (value, value - 1.96 * std, "not_identifiable")
+    assert found.reason.startswith("what this drive shows")
     assert said in found.reason
+    assert "adds little" not in found.reason
+    # one prior, in the verdict and in what was learned
+    learned = learned_of("cg_height_m", told, PRIOR, (), (), whole=True)
+    assert found.prior == learned.prior
     assert found.prior is not None
     assert found.prior.value == 90e3
+
+
+def test_an_interval_that_holds_heights_below_the_ground_tells_nothing() -> None:
+    told = Told(0.17, 0.2, -0.22, 0.56, None)
+    wide = Spread(0.6, 1.0, 0.6 + np.random.default_rng(0).standard_normal(4000))
+    found = estimate_of("cg_height_m", told, wide, (), None, rolling())
+    assert found.status == "not_identifiable"
+    above = estimate_of("cg_height_m", Told(0.6, 0.02, 0.56, 0.64, None), wide, (), None, rolling())
+    assert above.status == "identified"
+
+
+def test_two_figures_that_miss_by_chance_do_not_widen_every_answer() -> None:
+    """chi² 3.4 of two comes every fifth time; 34 of twenty once in forty, and says that spreads are too narrow."""
+    few = find_mode([linear({"load": 1.0}, 0.0, 1.0), linear({"load": 1.0}, 2.6, 1.0)], KNOWN)
+    many = find_mode([linear({"load": 1.0}, 2.6 * (i % 2), 1.0) for i in range(20)], KNOWN)
+    assert _inflation(few) < 1.12
+    assert _inflation(many) == pytest.approx(1.19, abs=0.05)
 
 
 def test_what_was_known_before_is_given_with_one_spread_for_std_and_interval() -> None:

@@ -18,6 +18,8 @@ FILE = Path("car.toml")
     [
         ("[vehicle]\nwheelbase_m = 2550", ("[vehicle] wheelbase_m", "found 2550", "0.1 to 20", "not in mm")),
         ("[vehicle]\ncg_height_m = 56", ("cg_height_m", "not in mm or cm")),
+        ('[vehicle]\nbody = "SUV"\nmass_kg = 18673', ("mass_kg", "found 18673", "body SUV", "5500 kg")),
+        ('[vehicle]\nbody = "van"\nmass_kg = 21000', ("mass_kg", "body Van", "a lorry's body")),
         ("[vehicle]\nmass_kg = 1e30", ("mass_kg", "5 to 200000")),
         ("[vehicle]\nspring_rate_front_npm = 28", ("spring_rate_front_npm", "not in N/mm")),
         ("[vehicle]\nmass_kg = 1500\nspring_rate_rear_npm = 150", ("would sink", "not in N/mm")),
