@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import PurePosixPath
 
 from parsers.errors import CogestError, VehicleError
 from parsers.importer import ReadOptions
@@ -12,6 +13,8 @@ from pipelines.discover import nearest
 from pipelines.fleet.listing import Listing, path_of
 
 VEHICLE, MAP, SETTINGS = "vehicle.toml", "map.toml", "settings.toml"
+OWN = tuple(f".{name}" for name in (VEHICLE, MAP, SETTINGS))
+"""How files of a log's own end: drive.vehicle.toml beside drive.csv."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ class Belongings:
         files: dict[str, dict[str, str]] = {}
         for entry in listing.entries:
             name = entry.name
-            if name in (VEHICLE, MAP, SETTINGS) or name.lower().endswith(".dbc"):
+            if name.endswith(OWN) or name in (VEHICLE, MAP, SETTINGS) or name.lower().endswith(".dbc"):
                 files.setdefault(entry.folder, {})[name] = entry.place
         return cls(listing.root, files)
 
@@ -93,8 +96,18 @@ class Belongings:
         """The fleet's folder's own name."""
         return path_of(self.root).name or "fleet"
 
-    def nearest(self, name: str, folder: str) -> str | None:
-        """The place of the nearest file of that name, in the fleet's folder first, then above it."""
+    def own(self, name: str, beside: Sequence[tuple[str, str]]) -> str | None:
+        """The place of the file of that name which belongs to a drive's logs alone. beside: (folder, file name) of each log."""
+        for folder, log in beside:
+            place = self.files.get(folder, {}).get(f"{PurePosixPath(log).stem}.{name}")
+            if place is not None:
+                return place
+        return None
+
+    def nearest(self, name: str, folder: str, beside: Sequence[tuple[str, str]] = ()) -> str | None:
+        """The place of the logs' own file of that name, else of the nearest, in the fleet's folder first, then above it."""
+        if (mine := self.own(name, beside)) is not None:
+            return mine
         for each in folders_up(folder):
             if (place := self.files.get(each, {}).get(name)) is not None:
                 return place
@@ -140,9 +153,9 @@ class Belongings:
             self._settings[place] = _settings_problem(place)
         return self._settings[place]
 
-    def vehicle(self, folder: str) -> VehicleFacts | None:
-        """The nearest vehicle file, None where there is none."""
-        place = self.nearest(VEHICLE, folder)
+    def vehicle(self, folder: str, beside: Sequence[tuple[str, str]] = ()) -> VehicleFacts | None:
+        """The logs' own vehicle file, else the nearest; None where there is none."""
+        place = self.nearest(VEHICLE, folder, beside)
         return None if place is None else self._facts(place)
 
     def _facts(self, place: str) -> VehicleFacts:
@@ -150,9 +163,25 @@ class Belongings:
             self._vehicles[place] = read_vehicle_facts(place)
         return self._vehicles[place]
 
+    def _alike(self, folder: str, facts: VehicleFacts) -> str:
+        """The first log, without its ending, whose own file describes the same vehicle; "" where the file is a folder's."""
+        if not facts.place.endswith(f".{VEHICLE}"):
+            return ""
+        names = sorted(name for name in self.files.get(folder, {}) if name.endswith(f".{VEHICLE}"))
+        alike = [
+            name
+            for name in names
+            if (place := self.files[folder][name]) == facts.place
+            or (facts.table is not None and self._facts(place).table == facts.table)
+        ]
+        return _below(folder, alike[0].removesuffix(f".{VEHICLE}")) if alike else ""
+
     def vehicle_folder(self, folder: str, facts: VehicleFacts) -> str:
-        """The topmost folder whose vehicle file describes the same vehicle ([vehicle] alike); "" is the fleet's own."""
-        found = ""
+        """The topmost folder whose vehicle file describes the same vehicle ([vehicle] alike); "" is the fleet's own.
+
+        Of a log's own file that is like none of them: the first log beside it whose own file is alike.
+        """
+        found = self._alike(folder, facts)
         for each in folders_up(folder):
             place = self.files.get(each, {}).get(VEHICLE)
             if place == facts.place or (
@@ -160,6 +189,10 @@ class Belongings:
             ):
                 found = each
         return found
+
+
+def _below(folder: str, name: str) -> str:
+    return f"{folder}/{name}" if folder else name
 
 
 def top_folder(below: str) -> str:

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from parsers.places import masked
-from pipelines.fleet.belongings import MAP, SETTINGS, Belongings, VehicleFacts, distinct, top_folder
+from pipelines.fleet.belongings import MAP, OWN, SETTINGS, Belongings, VehicleFacts, distinct, top_folder
 from pipelines.fleet.find_facts import LookedUp
 from pipelines.fleet.find_said import said_drives
 from pipelines.fleet.group import group_folder
@@ -113,10 +113,11 @@ def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
         if not drive.logs[0].digest and drive.logs[0].below in belongings.files
         else folder
     )
-    vehicle = belongings.vehicle(inside)
+    beside = [(log.folder, log.name) for log in drive.logs]
+    vehicle = belongings.vehicle(inside, beside)
     dbc = belongings.databases(inside)
     said = vehicle is not None and vehicle.id is not None
-    settings = belongings.nearest(SETTINGS, inside)
+    settings = belongings.nearest(SETTINGS, inside, beside)
     problem = belongings.settings_problem(settings) if settings is not None else ""
     unusable = (f"the settings file cannot be used, and the drive will fail: {problem}",) if problem else ()
     found = FoundDrive(
@@ -124,9 +125,9 @@ def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
         name=name,
         logs=tuple(log.place for log in drive.logs),
         vehicle=vehicle.place if vehicle else None,
-        vehicle_id=_vehicle_id(drive, vehicle, inside, belongings, name),
+        vehicle_id=_vehicle_id(drive, vehicle, folder if _own(vehicle) else inside, belongings, name),
         vehicle_name=vehicle.name if vehicle else None,
-        map=belongings.nearest(MAP, inside),
+        map=belongings.nearest(MAP, inside, beside),
         settings=settings,
         dbc=dbc,
         formats=tuple(dict.fromkeys(log.title for log in drive.logs)),
@@ -136,6 +137,11 @@ def _made(drive: Together, belongings: Belongings) -> tuple[FoundDrive, bool]:
         start_utc=drive.start_utc,
     )
     return found, said
+
+
+def _own(vehicle: VehicleFacts | None) -> bool:
+    """Whether a vehicle file is a log's own."""
+    return vehicle is not None and vehicle.place.endswith(OWN)
 
 
 def _name_of(drive: Together, belongings: Belongings) -> str:

@@ -149,3 +149,34 @@ def test_settings_that_cannot_be_used_are_told_before_the_work(tmp_path):
         read_settings(tmp_path / "van" / "settings.toml", estimators())
     assert lack.endswith(str(told.value))
     assert found["suv/b.csv"].lacks == ()
+
+
+def test_a_logs_own_files_go_before_the_folders(tmp_path):
+    """As `cogest analyze` takes them, and `cogest simulate` writes them side by side."""
+    other = VAN.replace("1800", "1950")
+    put(
+        tmp_path,
+        {
+            "v/vehicle.toml": VAN,
+            "v/trip.csv": TABLE,
+            "v/trip.vehicle.toml": other,
+            "v/trip.settings.toml": "[settings]\n",
+            "v/again.csv": TABLE,
+            "v/again.vehicle.toml": other,
+            "v/laden.csv": TABLE,
+            "v/laden.vehicle.toml": f"{VAN}\n[load]\nmass_kg = 200\n",
+            "v/usual.csv": TABLE,
+        },
+    )
+    found = {drive.name: drive for drive in find_drives(str(tmp_path)).drives}
+    assert Path(str(found["v/trip.csv"].vehicle)).name == "trip.vehicle.toml"
+    assert Path(str(found["v/trip.csv"].settings)).name == "trip.settings.toml"
+    assert Path(str(found["v/usual.csv"].vehicle)).name == "vehicle.toml"
+    assert found["v/usual.csv"].settings is None
+    # alike in [vehicle] are one vehicle, whichever file says so
+    assert ids(tmp_path) == {
+        "v/again.csv": "v/again",
+        "v/trip.csv": "v/again",
+        "v/laden.csv": "v",
+        "v/usual.csv": "v",
+    }
