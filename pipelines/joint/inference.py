@@ -10,7 +10,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import SAMPLED, Told, estimate_of, helping, learned_of, listed, told
+from pipelines.joint.answers import (
+    KEYS,
+    SAMPLED,
+    Told,
+    estimate_of,
+    helping,
+    learned_of,
+    listed,
+    told,
+    unchecked,
+)
 from pipelines.joint.bends import bent
 from pipelines.joint.channels import CHANNELS
 from pipelines.joint.conflict import Check, check
@@ -165,6 +175,7 @@ def _entries(
 ) -> tuple[dict[str, ParameterEstimate], dict[str, Learned]]:
     """Each parameter's entry in the verdict, and what was learned of it, by which relation."""
     joint, reference = reached.joint, reached.vehicle.reference
+    stated = [] if reached.opened[0] else [key for key in KEYS if reached.vehicle.get(key) is not None]
     wider = {name: answers[name].std / _laplace(joint, g) for name, g in gradients.items()}
     brought = shares(joint, gradients, wider)
     following = {
@@ -173,7 +184,14 @@ def _entries(
     }
     parameters = {
         name: estimate_of(
-            name, answer, priors.get(name), brought[name], reference.get(name), reached.kept, following[name]
+            name,
+            answer,
+            priors.get(name),
+            brought[name],
+            reference.get(name),
+            reached.kept,
+            following[name],
+            unchecked(name, gradients[name], joint, stated),
         )
         for name, answer in answers.items()
     }

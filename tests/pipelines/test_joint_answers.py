@@ -10,9 +10,9 @@ import pytest
 from scipy.stats import norm
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import Told, digits_of, estimate_of, learned_of
+from pipelines.joint.answers import Told, digits_of, estimate_of, learned_of, unchecked
 from pipelines.joint.inference import _inflation
-from pipelines.joint.information import NEVER_NEGATIVE, Spread, prior_spreads
+from pipelines.joint.information import NEVER_NEGATIVE, Spread, prior_spreads, slopes
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import ParameterEstimate
@@ -171,3 +171,20 @@ def test_words_have_the_digits_that_a_spread_needs() -> None:
     assert {n: digits_of(n) for n in ("cg_height_m", "mass_kg", "drag_area_m2", "roll_inertia_kgm2")} == {
         "cg_height_m": 4, "mass_kg": 0, "drag_area_m2": 2, "roll_inertia_kgm2": 0,
     }  # fmt: skip
+
+
+def test_the_files_figure_that_no_drive_checks_is_named_with_the_answer() -> None:
+    """Weights at rest against the empty vehicle tell the load; a weighing of the axles tells the empty vehicle as well."""
+    load = linear({"load": 1.0}, 150.0, 5.0)
+    weighed = linear({"empty_x": 1.0}, 1.31, 0.002)
+    stated = ("cg_to_front_axle_m", "mass_kg")
+    for evidence, said in (([load], "cg_to_front_axle_m"), ([load, weighed], "")):
+        joint = find_mode(evidence, KNOWN)
+        gradient = slopes(joint)[1]["cg_to_front_axle_m"]
+        assert unchecked("cg_to_front_axle_m", gradient, joint, stated) == said
+        assert unchecked("cg_to_front_axle_m", gradient, joint, ("mass_kg",)) == ""
+    told = Told(1.31, 0.01, 1.29, 1.33, None)
+    prior = Spread(1.3, 0.1, 1.3 + 0.1 * np.random.default_rng(0).standard_normal(4000))
+    found = estimate_of("cg_to_front_axle_m", told, prior, (), None, pitch(), (), "cg_to_front_axle_m")
+    assert found.status == "identified"
+    assert found.reason.endswith("the file's cg_to_front_axle_m, which this drive hardly checks")
