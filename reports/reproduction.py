@@ -185,8 +185,8 @@ def trace_plot(paper: str, traces: Sequence[Trace]) -> Plot | None:
             found,
             _draw_trace,
             across=1,
-            rows_a_piece=4,
-            row_height=2.0,
+            rows_a_piece=1,
+            row_height=1.6,
             shared_x=None,
         )
     notes = " ".join(dict.fromkeys(panel.note for panel in found if panel.note))
@@ -203,8 +203,8 @@ def scatter_plot(paper: str, scatters: Sequence[Scatter]) -> Plot | None:
             "Relations",
             list(scatters),
             draw_scatter_panel,
-            rows_a_piece=2,
-            row_height=2.6,
+            rows_a_piece=1,
+            row_height=2.2,
             shared_x=None,
         )
     notes = " ".join(dict.fromkeys(sentence(s.note) for s in scatters if s.note))
