@@ -6,6 +6,7 @@ import textwrap
 
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from pipelines.results import DriveResults
+from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.values import (
     STATUS_WORDS,
@@ -120,6 +121,7 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
     """
     if not results.verdict:
         return "No parameter was asked for."
+    results = with_titles(results)
     rows = [
         (
             line,

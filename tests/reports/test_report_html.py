@@ -208,7 +208,7 @@ def test_the_error_table(rich_document: Document) -> None:
     assert "−2.8" in damping
     methods = errors.blocks[1]
     assert isinstance(methods, Folded)
-    assert [c.text for c in methods.blocks[0].rows[0]][:2] == ["CG height above ground", "roll_map"]  # type: ignore[union-attr]
+    assert [c.text for c in methods.blocks[0].rows[0]][:2] == ["CG height above ground", "Roll dynamics"]  # type: ignore[union-attr]
 
 
 def test_without_a_reference_there_is_no_error_table(bare_document: Document) -> None:

@@ -58,7 +58,9 @@ def test_what_repeats_the_prior_is_in_brackets(rich_document: Document) -> None:
 def test_the_conflict_stands_above_the_verdict_and_in_the_table(rich_document: Document) -> None:
     alert = rich_document.alerts[0]
     assert alert.badge == "conflict"
-    assert alert.text.startswith("Pitch balance by torques (load_balance) contradicts the rest: chi² 31.7")
+    assert alert.text.startswith(
+        "Pitch balance by torques (Force and moment balances) contradicts the rest: chi² 31.7"
+    )
     assert "for 4 figures, by chance 1 in 400\u202f000" in alert.text
     first = html_of(rich_document).split('id="taught"')[0]
     assert "2.6 times as wide" in first
@@ -87,7 +89,9 @@ def test_what_was_left_out_and_what_is_far_are_told(rich_document: Document) -> 
     assert isinstance(kinds, Bullets)
     assert kinds.items[0].text == "Tyres that do not give (odds 62%): the answers hold both."
     assert isinstance(left_out, Table)
-    assert left_out.rows[0][1].text == "load_balance sees the same relation by the better sensor."
+    assert (
+        left_out.rows[0][1].text == "Force and moment balances sees the same relation by the better sensor."
+    )
     assert isinstance(far, Bullets)
     assert far.items[0].text == "Scale of the brake torques (3.1 standard deviations)."
 

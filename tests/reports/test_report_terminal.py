@@ -58,7 +58,10 @@ def test_conflicts_and_the_next_measurement_stand_below() -> None:
     whole = verdict_table(rich())
     told = " ".join(line.strip() for line in whole.splitlines())
     assert "Tyres that do not give (odds 62%): the answers hold both. next, most useful:" in told
-    assert "conflict: Pitch balance by torques (load_balance) contradicts the rest: chi² 31.7" in told
+    assert (
+        "conflict: Pitch balance by torques (Force and moment balances) contradicts the rest: chi² 31.7"
+        in told
+    )
     assert "would have to be 2.6 times as wide" in told
     assert "next, most useful: A suspension deflection sensor on each wheel. It would bring CG height" in told
     assert "to ± 0.014 m instead of ± 0.029 m." in told
