@@ -6,7 +6,8 @@ from pipelines.results import DriveResults, Estimate
 from reports.blocks import Block, Cell, Column, Folded, Heading, Paragraph, Table, Tone
 from reports.method_names import code_of
 from reports.sections.contract import Plots
-from reports.text import DASH, clean, percent, seconds, sentence, significant
+from reports.sections.diagnostic_words import diagnostic
+from reports.text import DASH, clean, percent, seconds, sentence
 
 INTRO = "Which estimators ran and how, and exactly what each of the others lacks. Below each its name for --estimators."
 TONES: dict[str, Tone] = {"ran": "good", "skipped": "quiet", "failed": "bad"}
@@ -46,7 +47,7 @@ def _runs(results: DriveResults) -> Table:
 def _pairs(estimate: Estimate, most: int) -> list[tuple[str, str]]:
     """Named figures, ready for print."""
     named = list(estimate.diagnostics.items())[:most]
-    return [(clean(name.replace("_", " "), 80), significant(float(value), 4)) for name, value in named]
+    return [diagnostic(name, float(value)) for name, value in named]
 
 
 def _diagnostics(estimate: Estimate) -> list[Heading | Table]:
