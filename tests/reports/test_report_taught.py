@@ -22,7 +22,14 @@ from reports.figures.shares import pieces
 from reports.html import html_of
 from reports.results_json import json_text, to_json
 from reports.sections import methods, taught
-from reports.sections.joint_words import chance, conflicts, most_useful, narrowing, next_line
+from reports.sections.joint_words import (
+    chance,
+    conflicts,
+    learned_in_order,
+    most_useful,
+    narrowing,
+    next_line,
+)
 
 GRID = np.linspace(-1.0, 1.0, 5)
 
@@ -240,3 +247,33 @@ def test_methods_that_cannot_tell_share_a_line() -> None:
     assert isinstance(table, Table)
     assert [cell.text for cell in table.rows[0]][:3] == ["CG height above ground", "a, b", "—"]
     assert len(table.rows) == 1
+
+
+def _told(prior_std: float, std: float, *shares: Share, bits: float) -> Learned:
+    """What the first parameter of the sample's posterior is said to have learned."""
+    sample = rich()
+    assert sample.joint is not None
+    name, learned = next(iter(sample.joint.learned.items()))
+    learned = replace(learned, prior=replace(learned.prior, std=prior_std), bits=bits, shares=shares)
+    verdict = {name: replace(sample.verdict[name], std=std)}
+    changed = replace(sample, verdict=verdict, joint=replace(sample.joint, learned={name: learned}))
+    return learned_in_order(changed)[0][1]
+
+
+def test_bits_are_those_of_the_spreads_that_stand_beside_them() -> None:
+    share = Share("roll balance", 0.19, 0.0159, 0.0140)
+    same = _told(0.0158, 0.01595, share, bits=0.18)
+    assert same.bits == 0.0
+    assert same.shares == ()
+    wider = _told(0.04, 0.02, Share("roll balance", 0.5, 0.03, 0.015), share, bits=1.5)
+    assert wider.bits == pytest.approx(1.0)
+    (kept,) = wider.shares
+    assert kept.std_without == 0.03
+    assert math.isnan(kept.std_alone)
+
+
+def test_bits_that_go_with_the_spreads_stay() -> None:
+    share = Share("roll balance", 0.5, 0.03, 0.025)
+    told = _told(0.04, 0.02, share, bits=1.02)
+    assert told.bits == 1.02
+    assert told.shares == (share,)
