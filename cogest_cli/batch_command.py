@@ -156,6 +156,7 @@ def _run(batch: Batch, found: FoundFleet, as_json: bool) -> BatchSummary:
 
 
 def _tell(summary: BatchSummary, written: list[str]) -> None:
+    from cogest_cli.batch_progress import counted
     from cogest_cli.output import show_line
 
     parts = [f"{summary.done} done", f"{summary.kept} kept", f"{len(summary.failed)} failed"]
@@ -163,7 +164,7 @@ def _tell(summary: BatchSummary, written: list[str]) -> None:
         parts.append(f"{summary.gone} in the store whose logs are gone")
     if summary.moved:
         parts.append(f"{summary.moved} moved since (the old place no longer counts)")
-    show_line(f"{summary.found} drives: {', '.join(parts)}")
+    show_line(f"{counted(summary.found, 'drive')}: {', '.join(parts)}")
     for ended in summary.failed:
         show_line(f"  {ended.drive.name}: {ended.status}: {ended.reason}")
     for place in written:

@@ -43,6 +43,8 @@ class BatchState:
         self.total = self.ended = self.failed = 0
         self.left: TimeLeft | None = None
         self.under_work: dict[str, str] = {}
+        self.changed: set[str] = set()
+        """Vehicles of which a drive was done anew: the others are not joined again."""
 
     def __call__(self, event: Event) -> None:
         """Take an event into account."""
@@ -56,11 +58,17 @@ class BatchState:
         elif isinstance(event, DriveEnded):
             self.under_work.pop(event.drive_id, None)
             self.ended = event.number
+            if event.status == "done":
+                self.changed.add(event.vehicle_id)
             self.failed += event.status not in ("done", "kept")
             if self.left is not None:
                 self.left.ended(event.bytes, event.seconds, self.clock(), work=event.status != "kept")
         elif isinstance(event, Joining):
-            self.phase = f"joining the drives of {_count(event.vehicles, 'vehicle')}"
+            self.phase = (
+                f"joining the drives of {counted(len(self.changed), 'vehicle')}"
+                if self.changed
+                else "no vehicle to join again"
+            )
         elif isinstance(event, Reported):
             self.phase = "writing the report"
 
@@ -85,7 +93,8 @@ class BatchState:
         return self.ended / self.total if self.total else float(self.left is not None)
 
 
-def _count(number: int, noun: str) -> str:
+def counted(number: int, noun: str) -> str:
+    """A number with its noun: "1 drive", "2 drives"."""
     return f"{number} {noun}" + ("" if number == 1 else "s")
 
 
@@ -98,7 +107,7 @@ def _left_out(event: Found) -> list[str]:
     named = [f"  {name}: {why}" for name, why in event.left_out_first]
     more = event.left_out - len(named)
     rest = [f"  and {more} more: --dry-run names them all"] if named and more > 0 else []
-    return [f"left out: {_count(event.left_out, 'file')}", *named, *rest]
+    return [f"left out: {counted(event.left_out, 'file')}", *named, *rest]
 
 
 class Screen:
@@ -122,7 +131,7 @@ class Screen:
         if self._live.live:
             return
         if isinstance(event, Found):
-            self._live.above(f"{_count(event.drives, 'drive')}, {event.to_do} to do, {event.kept} kept")
+            self._live.above(f"{counted(event.drives, 'drive')}, {event.to_do} to do, {event.kept} kept")
         elif isinstance(event, Joining) or (isinstance(event, DriveEnded) and self._due()):
             self._live.above(", ".join(self._state.parts()))
 

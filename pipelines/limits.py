@@ -85,15 +85,15 @@ def _not_run(estimates: Sequence[Estimate], record: ImportRecord) -> list[str]:
     skipped = [e for e in estimates if e.status == "skipped"]
     if not skipped:
         return []
-    names = ", ".join(e.estimator for e in skipped)
     if not any(e.status == "ran" for e in estimates):
         given = ", ".join(entry.signal for entry in record.mapped if entry.used) or "none"
         return [
             f"No method could run. Signals that this log gives: {given}.",
             f"For example, {skipped[0].estimator} {skipped[0].reason}.",
-            f"What each of the others lacks stands under Estimators: {names}.",
+            "What each of the others lacks stands under Estimators.",
         ]
-    return [f"Not run, for what the log or the vehicle file lacks (see Estimators): {names}."]
+    methods = f"{len(skipped)} of {len(estimates)} methods"
+    return [f"{methods} did not run, for what the log or the vehicle file lacks: see Estimators."]
 
 
 def _two_stiffnesses(vehicle: Vehicle) -> list[str]:

@@ -9,6 +9,7 @@ from pipelines.results import DriveResults
 from reports.blocks import Card, Document, Fact, Plot, Section
 from reports.figures.drawing import FigureSpec, Missing
 from reports.figures.registry import FIGURES
+from reports.method_names import with_titles
 from reports.reduce import reduce_results
 from reports.sections import limits, quality, rollover, taught, verdict
 from reports.sections.registry import SECTIONS
@@ -31,7 +32,7 @@ def draw_plot(spec: FigureSpec, results: DriveResults) -> Plot:
 
 def build_document(results: DriveResults) -> Document:
     """Build the report's content. Draws every figure (about a second)."""
-    results = reduce_results(results)
+    results = with_titles(reduce_results(results))
     plots: dict[str, tuple[Plot, ...]] = {}
     for spec in FIGURES:
         plots[spec.place] = (*plots.get(spec.place, ()), draw_plot(spec, results))

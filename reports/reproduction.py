@@ -7,7 +7,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.reproduce.base import CRAMER_RAO, Agreement, Claim, ReproducedTable, Reproduction, StudyRow
+from pipelines.reproduce.base import (
+    CRAMER_RAO,
+    Agreement,
+    Claim,
+    ReproducedTable,
+    Reproduction,
+    StudyRow,
+    TargetMet,
+)
 from pipelines.reproduce.base import Cell as TableCell
 from pipelines.reproduce.base import Column as TableColumn
 from pipelines.results import Scatter, Trace
@@ -58,7 +66,6 @@ def study_cells(row: StudyRow) -> tuple[str, ...]:
     """Method, parameter, truth, bias, RMSE, bound, ratio and coverage as text."""
     digits = _digits(row.bound if row.bound else row.rmse)
     unit = "" if row.unit in ("", "1") else f" {row.unit}"
-    ratio = row.ratio
     return (
         row.method,
         row.parameter,
@@ -66,7 +73,7 @@ def study_cells(row: StudyRow) -> tuple[str, ...]:
         number(row.bias, digits),
         number(row.rmse, digits),
         DASH if row.bound is None else number(row.bound, digits),
-        DASH if ratio is None else number(ratio, 2) + (f" (≤ {row.target:g})" if row.target else ""),
+        ratio_text(row),
         DASH if row.coverage is None else number(row.coverage, 2),
     )
 
@@ -74,11 +81,27 @@ def study_cells(row: StudyRow) -> tuple[str, ...]:
 STUDY_HEADS = ("Method", "Parameter", "Truth", "Bias", "RMSE", "Bound", "RMSE/bound", "Coverage of 95 %")
 
 
-def met(row: StudyRow) -> bool | None:
-    """Whether a row keeps its target; None where it has none."""
-    if row.target is None or row.ratio is None:
-        return None
-    return row.ratio <= row.target
+MET_TONES: dict[TargetMet, Tone] = {"kept": "good", "open": "quiet", "missed": "warn"}
+
+
+def target_words(row: StudyRow) -> str:
+    """What is said of a target that is not kept; empty for one that is."""
+    if row.target_met == "missed":
+        return "target missed."
+    if row.target_met == "open":
+        return (
+            f"not told by {row.runs} seeds: a method that keeps {row.target:g} may come out here by chance."
+        )
+    return ""
+
+
+def ratio_text(row: StudyRow) -> str:
+    """RMSE over the bound, beside a target with its sampling error."""
+    if row.ratio is None:
+        return DASH
+    if row.target is None or row.ratio_std is None:
+        return number(row.ratio, 2)
+    return f"{number(row.ratio, 2)} ± {number(row.ratio_std, 2)} (≤ {row.target:g})"
 
 
 def yardsticks(rows: Sequence[StudyRow]) -> str:
@@ -97,15 +120,18 @@ def study_table(rows: Sequence[StudyRow]) -> Table:
     body = []
     for row in rows:
         texts = study_cells(row)
-        tone: Tone = "plain" if met(row) is None else ("good" if met(row) else "warn")
+        tone: Tone = "plain" if row.target_met is None else MET_TONES[row.target_met]
         cells = [Cell(clean(text, 120)) for text in texts]
-        cells[0] = Cell(clean(row.method, 120), sub=clean(row.remark, 300))
+        cells[0] = Cell(clean(row.method, 120), sub=clean(f"{sentence(target_words(row))} {row.remark}", 300))
         if tone != "plain":
             cells[6] = Cell(texts[6], kind="badge", tone=tone)
         body.append(tuple(cells))
     runs = sorted({row.runs for row in rows})
     count = f"{runs[0]}" if len(runs) == 1 else f"{runs[0]} to {runs[-1]}"
-    note = f"{count} noise seeds. Bias and RMSE of estimate minus truth; bound: {yardsticks(rows)}."
+    scatter = (
+        " Behind ±: how far a ratio of so many seeds scatters." if any(r.target_met for r in rows) else ""
+    )
+    note = f"{count} noise seeds. Bias and RMSE of estimate minus truth; bound: {yardsticks(rows)}.{scatter}"
     return Table(columns, tuple(body), note=note)
 
 
@@ -185,8 +211,8 @@ def trace_plot(paper: str, traces: Sequence[Trace]) -> Plot | None:
             found,
             _draw_trace,
             across=1,
-            rows_a_piece=4,
-            row_height=2.0,
+            rows_a_piece=1,
+            row_height=1.6,
             shared_x=None,
         )
     notes = " ".join(dict.fromkeys(panel.note for panel in found if panel.note))
@@ -203,8 +229,8 @@ def scatter_plot(paper: str, scatters: Sequence[Scatter]) -> Plot | None:
             "Relations",
             list(scatters),
             draw_scatter_panel,
-            rows_a_piece=2,
-            row_height=2.6,
+            rows_a_piece=1,
+            row_height=2.2,
             shared_x=None,
         )
     notes = " ".join(dict.fromkeys(sentence(s.note) for s in scatters if s.note))
@@ -225,10 +251,12 @@ def summary(reproduction: Reproduction) -> str:
     """How many claims agree, and how many targets are kept, in one sentence each."""
     agree = sum(claim.agreement == "agrees" for claim in reproduction.claims)
     parts = [f"{agree} of {len(reproduction.claims)} claims of the paper agree with ours."]
-    judged = [met(row) for row in reproduction.study if met(row) is not None]
+    judged = [row.target_met for row in reproduction.study if row.target_met is not None]
     if judged:
+        still = judged.count("open")
+        untold = f", {still} not told by so few seeds" if still else ""
         parts.append(
-            f"{sum(map(bool, judged))} of {len(judged)} targets against the {yardsticks(reproduction.study)} are kept."
+            f"{judged.count('kept')} of {len(judged)} targets against the {yardsticks(reproduction.study)} are kept{untold}."
         )
     return " ".join(parts)
 

@@ -17,9 +17,9 @@ from reports.reproduction import (
     by_setup,
     figures,
     heading_of,
-    met,
     study_cells,
     summary,
+    target_words,
     yardsticks,
 )
 from reports.results_json import plain
@@ -97,9 +97,9 @@ def reproduction_text(reproduction: Reproduction, width: int) -> str:
         ]
         out += _grid([STUDY_HEADS, *(study_cells(row) for row in rows)], width)
         for row in rows:
-            if row.remark or met(row) is False:
-                missed = "target missed. " if met(row) is False else ""
-                out += wrapped(f"{row.method}, {row.parameter}: {missed}{row.remark}", width)
+            if row.remark or target_words(row):
+                said = f"{target_words(row)} {row.remark}".strip()
+                out += wrapped(f"{row.method}, {row.parameter}: {said}", width)
     for entry in reproduction.tables:
         out += ["", *wrapped(f"{entry.place}: {entry.title}", width, indent=0)]
         heads = [heading_of(column) for column in entry.columns]
@@ -119,7 +119,7 @@ def reproduction_json(reproduction: Reproduction, version: str) -> str:
     for name in ("traces", "scatters"):
         data.pop(name)
     for row, entry in zip(reproduction.study, data["study"], strict=True):
-        entry["ratio"] = row.ratio
+        entry["ratio"], entry["ratio_std"], entry["target_met"] = row.ratio, row.ratio_std, row.target_met
     return (
         json.dumps(plain({"cogest": version, **data}), ensure_ascii=False, allow_nan=False, indent=2) + "\n"
     )

@@ -6,6 +6,7 @@ import textwrap
 
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from pipelines.results import DriveResults
+from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.values import (
     STATUS_WORDS,
@@ -20,6 +21,8 @@ from reports.text import DASH, NARROW, NO_BREAK, clean, gist, sentence, spec_of,
 
 WIDTH = 100
 MOST_REASONS = 2
+MOST_LEADING = 400
+"""Characters of the reason of the parameter that a reader looks for first: whole clauses of it."""
 _STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}
 _RESET = "\x1b[0m"
 
@@ -40,7 +43,9 @@ def _reason(line: Line) -> list[str]:
     """The reason on one line; all of it for the parameter that a reader looks for first."""
     if line.estimate.name != LEADING:
         return [f"    {_spaced(gist(line.estimate.reason, WIDTH - 6))}"]
-    return [f"    {piece}" for piece in textwrap.wrap(clean(line.estimate.reason), WIDTH - 4)] or [""]
+    return [
+        f"    {piece}" for piece in textwrap.wrap(gist(line.estimate.reason, MOST_LEADING), WIDTH - 4)
+    ] or [""]
 
 
 def _log(results: DriveResults) -> list[str]:
@@ -120,10 +125,11 @@ def verdict_table(results: DriveResults, *, colour: bool = False) -> str:
     """
     if not results.verdict:
         return "No parameter was asked for."
+    results = with_titles(results)
     rows = [
         (
             line,
-            clean(line.title, 200),
+            clean(line.title, 2000),
             _value(line),
             _spaced(bracketed_text(line.estimate) or interval_text(line.estimate)),
             STATUS_WORDS[line.estimate.status],

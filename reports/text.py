@@ -14,6 +14,8 @@ MINUS = "\u2212"
 DASH = "—"
 EN_DASH = "–"
 MAX_TEXT = 400
+NEAR = 0.6
+"""Share of a text that a cut at a word's end must leave: a long name without blanks is cut within."""
 
 # Control characters, lone surrogates, non-characters and the marks that turn writing round: none of them belongs in
 # a name, XML and Typst refuse the first three, and the last can make a line read as something else than it is.
@@ -24,9 +26,13 @@ _SPACES = re.compile("[ \t\r\n\u2028\u2029]+")
 
 
 def clean(text: object, limit: int = MAX_TEXT) -> str:
-    """Make any text fit for one printed line: unsafe characters become �, white space one space, the rest is cut."""
+    """Make any text fit for one printed line: unsafe characters become �, white space one space, the rest is cut, at a word's end if near."""
     line = _SPACES.sub(" ", _UNSAFE.sub("\ufffd", str(text)[: 4 * limit])).strip()
-    return line if len(line) <= limit else line[: limit - 1].rstrip() + "…"
+    if len(line) <= limit:
+        return line
+    kept = line[: limit - 1]
+    whole = kept if line[limit - 1] == " " else kept.rpartition(" ")[0]
+    return (whole if len(whole) >= NEAR * limit else kept).rstrip(" ,;:(") + "…"
 
 
 def sentence(text: object, limit: int = MAX_TEXT) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, Protocol
@@ -12,6 +13,7 @@ from pipelines.results import Scatter, Trace
 
 Cell = str | float | None
 Agreement = Literal["agrees", "differs", "not shown"]
+TargetMet = Literal["kept", "open", "missed"]
 Progress = Callable[[str, float], None]
 CRAMER_RAO = "Cramér-Rao bound"
 
@@ -78,6 +80,22 @@ class StudyRow:
     def ratio(self) -> float | None:
         """RMSE over the bound."""
         return None if not self.bound else self.rmse / self.bound
+
+    @property
+    def ratio_std(self) -> float | None:
+        """The ratio's sampling error: an RMSE of n errors that are normal scatters by a share of 1 / sqrt(2 n)."""
+        return None if self.ratio is None or self.runs < 1 else self.ratio / math.sqrt(2 * self.runs)
+
+    @property
+    def target_met(self) -> TargetMet | None:
+        """Whether the target is kept; "open" where the ratio is beyond it by no more than chance alone may make of one
+        that keeps it (two sampling errors). None without a target.
+        """
+        if self.target is None or self.ratio is None:
+            return None
+        if self.ratio <= self.target:
+            return "kept"
+        return "open" if self.ratio <= self.target * (1 + 2 / math.sqrt(2 * self.runs)) else "missed"
 
 
 @dataclass(frozen=True)

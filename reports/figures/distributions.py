@@ -159,7 +159,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
             "Distributions over the drive",
             items,
             one,
-            rows_a_piece=3,
+            rows_a_piece=1,
             row_height=2.0,
             shared_x=None,
         )

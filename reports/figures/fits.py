@@ -128,7 +128,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
         svgs = panels(
             "fits", "Measured and modelled signals over time", found[:MOST],
             lambda axes, panel: draw_lines(axes, panel, gaps, results.record.duration_s),
-            across=2, row_height=1.32, rows_a_piece=3,
+            across=2, row_height=1.32, rows_a_piece=2,
         )  # fmt: skip
     notes = " ".join(dict.fromkeys(p.note for p in found[:MOST] if p.note))
     left = f" {len(found) - MOST} more panels are not drawn." if len(found) > MOST else ""

@@ -31,10 +31,10 @@ if TYPE_CHECKING:
 
 MOST = 16
 MOST_METHODS = 12
-ROW, HEAD = 0.115, 0.43
+ROW, HEAD = 0.14, 0.43
 """Inches of a method's line, and of a panel's title and axis."""
 TALLEST = 3.4
-NAME_WIDTH = 24
+NAME_WIDTH = 26
 FARTHEST = 7.0
 """Half-widths from the verdict beyond which a method is drawn as an arrow at the edge."""
 

@@ -97,7 +97,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
             "Relations between two quantities with fit and band",
             rest[:MOST],
             draw_scatter_panel,
-            rows_a_piece=2,
+            rows_a_piece=1,
             row_height=2.2,
             shared_x=None,
         )

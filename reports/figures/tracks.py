@@ -79,7 +79,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
     with styled():
         svgs = panels(
             "tracks", "Estimates over the drive with 95 % intervals", found[:MOST],
-            lambda axes, panel: _draw_panel(axes, panel, gaps, duration), across=3, row_height=1.35, rows_a_piece=3,
+            lambda axes, panel: _draw_panel(axes, panel, gaps, duration), across=3, row_height=1.35, rows_a_piece=1,
         )  # fmt: skip
     left = f" {len(found) - MOST} more tracks are not drawn." if len(found) > MOST else ""
     return Drawing(

@@ -2,99 +2,103 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable
+from dataclasses import dataclass, field
 from itertools import chain
 
 from pipelines.results import Assumption, DriveResults
-from reports.blocks import Block, Cell, Column, Folded, Paragraph, Table
+from reports.blocks import Block, Cell, Column, Folded, Heading, Paragraph, Table
 from reports.sections.contract import Plots
-from reports.sections.values import prior_text
-from reports.sections.verdict import ordered
-from reports.text import clean, sentence, spec_of
+from reports.sections.given_words import capital, file_key, given
+from reports.text import clean
 
-INTRO = "A result is no better than these. Put better figures in the vehicle file and run again."
+INTRO = (
+    "A result is no better than these. Put better figures in the vehicle file and run again. What was known before of the verdict's own "
+    "parameters stands under Verdict in detail."
+)
 MOST = 150
-MOST_SOURCES = 60
+MOST_USERS = 200
+"""Characters of the list of who used an entry."""
 
 
-_NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+@dataclass
+class Entry:
+    """A quantity or choice as it is printed: once, whatever names, digits and methods it comes with."""
+
+    words: str
+    measured: bool
+    values: list[str] = field(default_factory=list)
+    sources: list[str] = field(default_factory=list)
+    users: list[str] = field(default_factory=list)
+    key: str = ""
 
 
-def _same(assumption: Assumption) -> tuple[str, str, str]:
-    """What makes two entries one: name, source, and the figures to two digits, whatever unit is written behind them."""
-    figures = _NUMBER.findall(assumption.value)[:2]
-    told = " ".join(f"{float(figure):.1e}" for figure in figures) if figures else assumption.value
-    return assumption.name, assumption.source, told
+def _add(texts: list[str], text: str) -> None:
+    if text and text not in texts:
+        texts.append(text)
 
 
-def _merged(found: Iterable[tuple[Assumption, str]]) -> list[tuple[Assumption, list[str]]]:
-    """Each entry once, in the order of first use, with everyone who used it."""
-    merged: dict[tuple[str, str, str], tuple[Assumption, list[str]]] = {}
+def _merged(found: Iterable[tuple[Assumption, str]]) -> list[Entry]:
+    """Each quantity once, in the order of first use, with all that differs in it."""
+    merged: dict[tuple[str, bool], Entry] = {}
     for assumption, who in found:
-        _, users = merged.setdefault(_same(assumption), (assumption, []))
-        if who and who not in users:
-            users.append(who)
+        told = given(assumption.name, assumption.value)
+        entry = merged.setdefault((told.words, told.measured), Entry(told.words, told.measured))
+        _add(entry.values, told.value)
+        _add(entry.sources, clean(assumption.source, 240))
+        _add(entry.users, who)
+        entry.key = entry.key or file_key(assumption.name)
     return list(merged.values())
-
-
-def _row(name: str, value: str, source: str, users: str) -> tuple[Cell, ...]:
-    return (
-        Cell(clean(name, 120)),
-        Cell(clean(value, 200)),
-        Cell(clean(source, 240)),
-        Cell(clean(users, 200), tone="quiet"),
-    )
-
-
-def _priors(results: DriveResults) -> list[tuple[str, str, str]]:
-    """Name, value and source of every prior of the verdict."""
-    return [
-        (
-            f"prior: {spec_of(parameter.name).title}",
-            prior_text(parameter.name, parameter.prior),
-            parameter.prior.source,
-        )
-        for parameter in ordered(results.verdict.values())
-        if parameter.prior is not None
-    ]
-
-
-def _by_source(entries: Iterable[tuple[str, str, str]]) -> Table:
-    """Where something is from, and all that is from there: what a reader needs on paper."""
-    found: dict[str, list[str]] = {}
-    for name, value, source in entries:
-        text = f"{clean(name, 120)} {clean(value, 200)}"
-        told = found.setdefault(clean(source, 240), [])
-        if text not in told:
-            told.append(text)
-    rows = tuple(
-        (Cell(sentence(source).rstrip(".")), Cell("; ".join(texts)))
-        for source, texts in sorted(found.items(), key=lambda pair: -len(pair[1]))
-    )
-    columns = (Column("Where from", weight=1.3), Column("What", weight=4))
-    return Table(columns, rows[:MOST_SOURCES], note=_more(len(rows), MOST_SOURCES), dense=True)
 
 
 def _more(found: int, most: int) -> str:
     return f"{found - most} more are in results.json." if found > most else ""
 
 
-def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
-    """All by its source; behind a fold each entry once with its users, and every prior."""
-    of_estimators = ((a, e.estimator) for e in results.estimates for a in e.assumptions)
-    merged = _merged(chain(of_estimators, ((a, "") for a in results.assumptions)))
-    priors = _priors(results)
-    if not merged and not priors:
-        return (Paragraph("Nothing: no estimator ran and no prior was used.", "quiet"),)
-    entries = [(a.name, a.value, a.source) for a, _ in merged] + priors
-    rows = [_row(a.name, a.value, a.source, ", ".join(users) or "all") for a, users in merged]
-    rows += [_row(*prior, "verdict") for prior in priors]
-    columns = (
-        Column("What", weight=2),
-        Column("Value", weight=2),
-        Column("Where from", weight=2.6),
-        Column("Used by", weight=1.8),
+def _table(entries: list[Entry], heading: str) -> Table:
+    rows = tuple(
+        (
+            Cell(entry.words),
+            Cell("; ".join(entry.values)),
+            Cell(capital("; ".join(entry.sources)), tone="quiet"),
+        )
+        for entry in entries[:MOST]
     )
-    single = Table(columns, tuple(rows[:MOST]), note=_more(len(rows), MOST), dense=True)
-    return (_by_source(entries), Folded("Each by itself, and who used it", (single,)))
+    columns = (Column(heading, weight=2.2), Column("Taken as", weight=2.6), Column("Where from", weight=2.8))
+    return Table(columns, rows, note=_more(len(entries), MOST), dense=True)
+
+
+def _users(entries: list[Entry]) -> Table:
+    """Who used what, and by which key the vehicle file changes it."""
+    rows = tuple(
+        (
+            Cell(entry.words),
+            Cell(entry.key, kind="code") if entry.key else Cell(""),
+            Cell(clean(", ".join(entry.users) or "all", MOST_USERS), tone="quiet"),
+        )
+        for entry in entries[:MOST]
+    )
+    columns = (
+        Column("Quantity or choice", weight=2.2),
+        Column("In the vehicle file", weight=2),
+        Column("Used by", weight=3),
+    )
+    return Table(columns, rows, note=_more(len(entries), MOST), dense=True)
+
+
+def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
+    """Figures, then choices, each once; behind a fold who used them, and the vehicle file's keys."""
+    of_estimators = ((a, e.estimator) for e in results.estimates for a in e.assumptions)
+    entries = _merged(chain(of_estimators, ((a, "") for a in results.assumptions)))
+    if not entries:
+        return (Paragraph("Nothing: no estimator that ran took anything as given.", "quiet"),)
+    blocks: list[Block] = []
+    for title, heading, measured in (
+        ("Figures", "Quantity", True),
+        ("Choices, models and sensors", "Of what", False),
+    ):
+        chosen = [entry for entry in entries if entry.measured == measured]
+        if chosen:
+            blocks += [Heading(title), _table(chosen, heading)]
+    blocks.append(Folded("Who used what, and its key in the vehicle file", (_users(entries),)))
+    return tuple(blocks)

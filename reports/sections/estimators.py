@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from pipelines.results import DriveResults, Estimate
 from reports.blocks import Block, Cell, Column, Folded, Heading, Paragraph, Table, Tone
+from reports.method_names import code_of
 from reports.sections.contract import Plots
-from reports.text import DASH, clean, percent, seconds, sentence, significant
+from reports.sections.diagnostic_words import diagnostic
+from reports.text import DASH, clean, percent, seconds, sentence
 
-INTRO = "Which estimators ran and how, and exactly what each of the others lacks."
+INTRO = "Which estimators ran and how, and exactly what each of the others lacks. Below each its name for --estimators."
 TONES: dict[str, Tone] = {"ran": "good", "skipped": "quiet", "failed": "bad"}
 MOST_DIAGNOSTICS = 24
 PRINTED_DIAGNOSTICS = 4
@@ -16,10 +18,15 @@ PAIRS = 3
 """Diagnostics stand in so many pairs of name and value a row."""
 
 
+def _code(estimate: Estimate) -> str:
+    """Its name for `--estimators`, and whether it runs as published."""
+    return ", ".join(filter(None, (code_of(estimate.estimator), "published" if estimate.witness else "")))
+
+
 def _runs(results: DriveResults) -> Table:
     rows = tuple(
         (
-            Cell(clean(e.estimator, 60), sub="published" if e.witness else ""),
+            Cell(clean(e.estimator, 60), sub=_code(e)),
             Cell(e.status, kind="badge", tone=TONES[e.status]),
             Cell(sentence(e.reason, 1200)),
             Cell(percent(e.used_fraction) if e.status == "ran" else DASH),
@@ -40,7 +47,7 @@ def _runs(results: DriveResults) -> Table:
 def _pairs(estimate: Estimate, most: int) -> list[tuple[str, str]]:
     """Named figures, ready for print."""
     named = list(estimate.diagnostics.items())[:most]
-    return [(clean(name.replace("_", " "), 80), significant(float(value), 4)) for name, value in named]
+    return [diagnostic(name, float(value)) for name, value in named]
 
 
 def _diagnostics(estimate: Estimate) -> list[Heading | Table]:

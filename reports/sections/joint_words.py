@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 from pipelines.results import DriveResults, JointVerdict, Learned, NextMeasurement, RelationCheck
 from reports.sections.values import NORMAL_95, half_width
@@ -20,6 +21,9 @@ from reports.text import (
     spec_of,
     with_unit,
 )
+
+RESOLVED = 0.05
+"""Bits that sampled distributions cannot tell from none: 3.5 % of a spread."""
 
 RARE = 0.01
 """Probability below which a misfit is called strained although nothing was widened for it."""
@@ -106,8 +110,29 @@ def std_of(results: DriveResults, name: str) -> float | None:
     return std if math.isfinite(std) and std > 0 else None
 
 
+def as_told(results: DriveResults, name: str, learned: Learned) -> Learned:
+    """What was learned of a parameter as far as the verdict's spread says so.
+
+    The verdict may be wider than the posterior that relations were weighed in (doubts, a parameter that is not identifiable):
+    bits are those of the spreads that are printed, and a relation without which the spread would be narrower brought nothing.
+    """
+    std = std_of(results, name)
+    if std is None:
+        return learned
+    printed = max(0.0, math.log2(learned.prior.std / std)) if learned.prior.std > 0 else 0.0
+    shares = tuple(
+        replace(share, std_alone=share.std_alone if share.std_alone >= std else math.nan)
+        for share in learned.shares
+        if not share.std_without < std
+    )
+    if printed < learned.bits - RESOLVED:
+        learned = replace(learned, bits=printed)
+        shares = shares if printed >= RESOLVED else ()
+    return replace(learned, shares=shares)
+
+
 def learned_in_order(results: DriveResults) -> list[tuple[str, Learned]]:
-    """What the joint posterior holds, in the order of the verdict's table; others behind."""
+    """What the joint posterior holds, as the verdict tells it, in the order of the verdict's table; others behind."""
     joint = results.joint
     if joint is None:
         return []
@@ -115,7 +140,7 @@ def learned_in_order(results: DriveResults) -> list[tuple[str, Learned]]:
         estimate.name for estimate in ordered(results.verdict.values()) if estimate.name in joint.learned
     ]
     names += [name for name in joint.learned if name not in results.verdict]
-    return [(name, joint.learned[name]) for name in names]
+    return [(name, as_told(results, name, joint.learned[name])) for name in names]
 
 
 def most_useful(results: DriveResults) -> tuple[str, NextMeasurement] | None:

@@ -31,8 +31,8 @@ COLUMNS = (
     Column("95 % interval", "right", 0),
     Column("Prior, result", "center", 0),
     Column("Verdict", "left", 0),
-    Column("Why, in short", weight=3.6),
-    Column("Prior, no result", weight=1.4),
+    Column("Why, in short", weight=4.3),
+    Column("Prior, no result", weight=1.6),
 )
 DETAIL_COLUMNS = (
     Column("Parameter", weight=2.0),

@@ -9,10 +9,12 @@ import re
 import sys
 import threading
 import time
+from dataclasses import replace
 
 import pytest
 
 from cogest_cli import progress
+from cogest_cli.batch_command import _tell
 from cogest_cli.batch_progress import QUIET_S, BatchState, Screen, watching
 from cogest_cli.progress import LiveLine, fitted
 from pipelines.fleet.batch_log import FILE_NAME
@@ -69,13 +71,30 @@ def test_the_state_in_words():
     assert state.parts()[-1] == "writing the report"
 
 
+def test_only_vehicles_with_a_drive_done_anew_are_said_to_be_joined():
+    state = BatchState(Clock())
+    state(FOUND)
+    state(Kept("k", "kept", "truck", "done", ""))
+    state(_ended(1))
+    state(_ended(2, "kept"))
+    state(replace(_ended(3), vehicle_id="suv"))
+    state(replace(_ended(4, "crashed"), vehicle_id="bus"))
+    state(Joining(4))
+    assert state.parts()[-1] == "joining the drives of 2 vehicles"
+
+
+def test_one_drive_is_not_called_drives(capsys):
+    _tell(BatchSummary(found=1, kept=1, done=0, failed=(), gone=0, seconds=0.1), [])
+    assert capsys.readouterr().out == "1 drive: 0 done, 1 kept, 0 failed\n"
+
+
 def test_nothing_to_do_is_all_done():
     state = BatchState(Clock())
     state(Found(2, 0, 2, 0))
     assert state.share() == 1.0
     assert state.parts() == ["0/0"]
     state(Joining(2))
-    assert state.parts() == ["joining the drives of 2 vehicles"]
+    assert state.parts() == ["no vehicle to join again"]
 
 
 def _on_a_terminal(act, columns: int) -> str:
@@ -166,7 +185,7 @@ def test_elsewhere_few_lines(monkeypatch):
     said = [line for line in lines if "/10" in line]
     assert [line.split(",")[0] for line in said] == ["3/10", "6/10", "9/10", "9/10"]
     assert said[1].startswith("6/10, 1 failed, about 40 s left, 6 a minute")
-    assert said[3].endswith("joining the drives of 3 vehicles")
+    assert said[3].endswith("joining the drives of 1 vehicle")
     assert len(lines) == 6
 
 

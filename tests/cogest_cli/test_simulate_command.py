@@ -209,7 +209,7 @@ def test_wrong_words_are_one_line(
 
 def test_a_format_that_is_not_written(inside: Runner, tmp_path: Path) -> None:
     run = inside("simulate", "slalom", "--out", tmp_path / "drive.mf4")
-    assert run.code == 1
+    assert run.code == 2
     assert "'.mf4'" in run.err
     assert ".parquet" in run.err
 

@@ -17,7 +17,7 @@ from parsers.errors import ReportError
 from pipelines.results import ParameterEstimate, Prior, Trace
 from reports.blocks import Document, Folded
 from reports.document import build_document
-from reports.html import breakable, html_of, render_html, write_html
+from reports.html import breakable, html_of, render_html, template_text, write_html
 from reports.sections import mapping
 from reports.sections.rollover import band_of, nhtsa_context
 from reports.sections.values import interval_cell
@@ -208,7 +208,7 @@ def test_the_error_table(rich_document: Document) -> None:
     assert "−2.8" in damping
     methods = errors.blocks[1]
     assert isinstance(methods, Folded)
-    assert [c.text for c in methods.blocks[0].rows[0]][:2] == ["CG height above ground", "roll_map"]  # type: ignore[union-attr]
+    assert [c.text for c in methods.blocks[0].rows[0]][:2] == ["CG height above ground", "Roll dynamics"]  # type: ignore[union-attr]
 
 
 def test_without_a_reference_there_is_no_error_table(bare_document: Document) -> None:
@@ -334,3 +334,9 @@ def test_a_file_that_cannot_be_written_is_one_line(tmp_path: Path) -> None:
     assert "\n" not in str(caught.value)
     write_html(bare(), tmp_path / "new" / "deep" / "report.html")
     assert [p.name for p in (tmp_path / "new" / "deep").iterdir()] == ["report.html"]
+
+
+def test_figures_and_intervals_of_dense_tables_do_not_break() -> None:
+    rule = re.search(r"\.dense td\.right,\.dense td\.tight \{([^}]*)\}", template_text("report.css"))
+    assert rule is not None
+    assert "white-space:nowrap" in rule[1]

@@ -22,7 +22,14 @@ from reports.figures.shares import pieces
 from reports.html import html_of
 from reports.results_json import json_text, to_json
 from reports.sections import methods, taught
-from reports.sections.joint_words import chance, conflicts, most_useful, narrowing, next_line
+from reports.sections.joint_words import (
+    chance,
+    conflicts,
+    learned_in_order,
+    most_useful,
+    narrowing,
+    next_line,
+)
 
 GRID = np.linspace(-1.0, 1.0, 5)
 
@@ -58,7 +65,9 @@ def test_what_repeats_the_prior_is_in_brackets(rich_document: Document) -> None:
 def test_the_conflict_stands_above_the_verdict_and_in_the_table(rich_document: Document) -> None:
     alert = rich_document.alerts[0]
     assert alert.badge == "conflict"
-    assert alert.text.startswith("Pitch balance by torques (load_balance) contradicts the rest: chi² 31.7")
+    assert alert.text.startswith(
+        "Pitch balance by torques (Force and moment balances) contradicts the rest: chi² 31.7"
+    )
     assert "for 4 figures, by chance 1 in 400\u202f000" in alert.text
     first = html_of(rich_document).split('id="taught"')[0]
     assert "2.6 times as wide" in first
@@ -87,7 +96,9 @@ def test_what_was_left_out_and_what_is_far_are_told(rich_document: Document) -> 
     assert isinstance(kinds, Bullets)
     assert kinds.items[0].text == "Tyres that do not give (odds 62%): the answers hold both."
     assert isinstance(left_out, Table)
-    assert left_out.rows[0][1].text == "load_balance sees the same relation by the better sensor."
+    assert (
+        left_out.rows[0][1].text == "Force and moment balances sees the same relation by the better sensor."
+    )
     assert isinstance(far, Bullets)
     assert far.items[0].text == "Scale of the brake torques (3.1 standard deviations)."
 
@@ -236,3 +247,33 @@ def test_methods_that_cannot_tell_share_a_line() -> None:
     assert isinstance(table, Table)
     assert [cell.text for cell in table.rows[0]][:3] == ["CG height above ground", "a, b", "—"]
     assert len(table.rows) == 1
+
+
+def _told(prior_std: float, std: float, *shares: Share, bits: float) -> Learned:
+    """What the first parameter of the sample's posterior is said to have learned."""
+    sample = rich()
+    assert sample.joint is not None
+    name, learned = next(iter(sample.joint.learned.items()))
+    learned = replace(learned, prior=replace(learned.prior, std=prior_std), bits=bits, shares=shares)
+    verdict = {name: replace(sample.verdict[name], std=std)}
+    changed = replace(sample, verdict=verdict, joint=replace(sample.joint, learned={name: learned}))
+    return learned_in_order(changed)[0][1]
+
+
+def test_bits_are_those_of_the_spreads_that_stand_beside_them() -> None:
+    share = Share("roll balance", 0.19, 0.0159, 0.0140)
+    same = _told(0.0158, 0.01595, share, bits=0.18)
+    assert same.bits == 0.0
+    assert same.shares == ()
+    wider = _told(0.04, 0.02, Share("roll balance", 0.5, 0.03, 0.015), share, bits=1.5)
+    assert wider.bits == pytest.approx(1.0)
+    (kept,) = wider.shares
+    assert kept.std_without == 0.03
+    assert math.isnan(kept.std_alone)
+
+
+def test_bits_that_go_with_the_spreads_stay() -> None:
+    share = Share("roll balance", 0.5, 0.03, 0.025)
+    told = _told(0.04, 0.02, share, bits=1.02)
+    assert told.bits == 1.02
+    assert told.shares == (share,)

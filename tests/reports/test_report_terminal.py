@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import pytest
@@ -9,7 +10,8 @@ from sample_results import bare, hostile, rich
 
 from parsers.drive import Decision
 from parsers.mapping.overlooked import SAID as OVERLOOKED
-from pipelines.results import DriveResults
+from pipelines.parameters import PARAMETERS
+from pipelines.results import DriveResults, ParameterEstimate
 from reports.sections.quality import checks_card
 from reports.terminal import verdict_table
 
@@ -58,7 +60,10 @@ def test_conflicts_and_the_next_measurement_stand_below() -> None:
     whole = verdict_table(rich())
     told = " ".join(line.strip() for line in whole.splitlines())
     assert "Tyres that do not give (odds 62%): the answers hold both. next, most useful:" in told
-    assert "conflict: Pitch balance by torques (load_balance) contradicts the rest: chi² 31.7" in told
+    assert (
+        "conflict: Pitch balance by torques (Force and moment balances) contradicts the rest: chi² 31.7"
+        in told
+    )
     assert "would have to be 2.6 times as wide" in told
     assert "next, most useful: A suspension deflection sensor on each wheel. It would bring CG height" in told
     assert "to ± 0.014 m instead of ± 0.029 m." in told
@@ -134,3 +139,18 @@ def test_signals_that_the_checks_left_out_are_named_with_each_reason_once() -> N
     assert told.count("0.46 m") == 1
     plain = replace(sample.record, decisions=tuple(said))
     assert "Left out:" not in verdict_table(replace(sample, record=plain))
+
+
+def test_titles_and_reasons_are_not_cut_within_a_word() -> None:
+    reason = "it lacks " + " or ".join(f"accel_y (lateral acceleration number {n})" for n in range(30))
+    verdict = {
+        name: ParameterEstimate(name, None, None, None, None, "not_identifiable", reason)
+        for name in PARAMETERS
+    }
+    table = verdict_table(replace(rich(), verdict=verdict, joint=None))
+    words = " ".join(table.split())
+    for name in PARAMETERS:
+        for word in PARAMETERS[name].title.split():
+            assert word.rstrip(",;") in words
+    for found in re.findall(r"(\S+) ?…", words):
+        assert found in reason.split(), found

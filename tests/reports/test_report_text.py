@@ -114,3 +114,14 @@ def test_a_long_reason_is_cut_between_clauses() -> None:
         "the height and the mass\xa0…"
     )
     assert len(gist("x" * 900, 190)) <= 192
+
+
+def test_a_long_text_is_cut_at_a_words_end() -> None:
+    assert clean("lacks accel_y (lateral acceleration)", 20) == "lacks accel_y…"
+    assert clean("Roll stiffness; Roll damping; Roll inertia", 38) == "Roll stiffness; Roll damping; Roll…"
+    assert clean("one two three", 8) == "one two…"
+
+
+def test_a_long_name_without_blanks_is_cut_within() -> None:
+    assert clean("x" * 30, 10) == "x" * 9 + "…"
+    assert clean("a " + "x" * 30, 10) == "a xxxxxxx…"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ import pytest
 from pipelines.reproduce.base import Claim, Column, ReproducedTable, Reproduction, StudyRow, study_row
 from pipelines.results import Scatter, Trace
 from reports.html import html_of
-from reports.reproduction import build_reproduction
+from reports.reproduction import build_reproduction, study_cells
 from reports.reproduction_text import reproduction_json, reproduction_text, write_reproduction
 
 
@@ -96,3 +97,28 @@ def test_study_row_counts_lost_runs_as_misses() -> None:
     assert row.coverage == pytest.approx(0.75)
     assert "1 of 4 runs" in row.remark
     assert row.ratio == pytest.approx(row.rmse / 0.1)
+
+
+def _row(ratio: float, runs: int, target: float | None = 1.05) -> StudyRow:
+    return StudyRow(
+        "plant", "batch", "K", "N·m/rad", 60000.0, runs, 0.0, ratio * 2000.0, 2000.0, 0.95, target
+    )
+
+
+@pytest.mark.parametrize(
+    ("ratio", "runs", "met"),
+    [(1.09, 20, "open"), (1.11, 20, "open"), (1.04, 20, "kept"), (1.09, 5000, "missed"), (1.6, 20, "missed")],
+)
+def test_a_target_is_missed_only_beyond_what_so_few_seeds_scatter(ratio: float, runs: int, met: str) -> None:
+    row = _row(ratio, runs)
+    assert row.target_met == met
+    text = reproduction_text(replace(made(), study=(row,)), 120)
+    assert ("target missed" in text) == (met == "missed")
+    assert (f"not told by {runs} seeds" in text) == (met == "open")
+
+
+def test_a_ratio_beside_a_target_has_its_sampling_error() -> None:
+    assert study_cells(_row(1.09, 20))[6] == "1.09 ± 0.17 (≤ 1.05)"
+    assert study_cells(_row(1.09, 20, None))[6] == "1.09"
+    html = html_of(build_reproduction(replace(made(), study=(_row(1.09, 20), _row(1.0, 20))), "1.2"))
+    assert "1 of 2 targets against the Cramér-Rao bound are kept, 1 not told by so few seeds." in html

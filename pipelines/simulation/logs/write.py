@@ -40,6 +40,7 @@ def check_file(path: Path) -> None:
             f"a simulated log cannot be written as {path.suffix!r}",
             path=path,
             hint="choose .csv or .parquet, or a folder's name for one Parquet table a rate",
+            wrong_usage=True,
         )
 
 
