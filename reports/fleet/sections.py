@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter, defaultdict
+from dataclasses import replace
 
-from pipelines.hierarchy.changes import NOT_SEEN
+from pipelines.hierarchy.changes import NOT_SEEN, OR_SPRINGS
 from pipelines.hierarchy.outliers import LOADED
 from reports.blocks import Block, Bullets, Cell, Column, Item, Paragraph, Section, Table
 from reports.fleet.failures import KINDS, groups_of
@@ -76,6 +77,9 @@ def _difference(row: Row, name: str, unit: str) -> Cell:
     return Cell(f"+{text}" if value > 0 else text)
 
 
+OR_SPRINGS_SHORT = "or springs, or their sensors, changed"
+
+
 def load_changes(view: FleetView, most: int = MOST_ROWS) -> tuple[Block, ...]:
     """Changes of load that were detected, the surest first."""
     compared = sum(v.compared for v in view.vehicles)
@@ -103,7 +107,7 @@ def load_changes(view: FleetView, most: int = MOST_ROWS) -> tuple[Block, ...]:
         (
             Cell(v.label),
             Cell(names.get(clean(row["drive_id"], 160), clean(row["drive_id"] or DASH, 80)), sub=date_text(moment(row["start_utc"]))),
-            _difference(row, "mass", "kg"),
+            replace(_difference(row, "mass", "kg"), sub=OR_SPRINGS_SHORT if OR_SPRINGS in str(row["text"]) else ""),
             _difference(row, "cg_height", "m"),
             _difference(row, "cg_to_front_axle", "m"),
             _difference(row, "cg_lateral", "m"),

@@ -10,12 +10,12 @@ import pytest
 from sample_fleet import empty_fleet, facts, sample_fleet, silent_fleet
 
 from pipelines.fleet.tables import TABLES, table
-from pipelines.hierarchy.changes import NOT_SEEN
+from pipelines.hierarchy.changes import NOT_SEEN, OR_SPRINGS
 from reports.blocks import Table
 from reports.fleet.failures import groups_of, pattern_of
 from reports.fleet.findings import findings_of
 from reports.fleet.records import NEAR_G, FleetView
-from reports.fleet.sections import left_out
+from reports.fleet.sections import OR_SPRINGS_SHORT, left_out, load_changes
 from reports.fleet.view import href, moment, view_of
 from reports.fleet.words import chance_text, spread_text
 
@@ -158,6 +158,14 @@ def test_loads_that_no_drive_sees_are_said_to_be_unknown(fleet: dict[str, pl.Dat
     said = badges(view_of({**fleet, "load_changes": unseen}, facts()))
     assert "loads not told" in said
     assert "no load change" not in said
+
+
+def test_a_change_that_springs_would_explain_says_so_in_the_table(fleet: dict[str, pl.DataFrame]) -> None:
+    told = fleet["load_changes"].with_columns(text=pl.lit(f"about 185 kg more; {OR_SPRINGS}"))
+    for changes, said in ((told, OR_SPRINGS_SHORT), (fleet["load_changes"], "")):
+        (shown,) = load_changes(view_of({**fleet, "load_changes": changes}, facts()))
+        assert isinstance(shown, Table)
+        assert {row[2].sub for row in shown.rows} == {said}
 
 
 def test_two_vehicles_of_one_name_are_told_apart() -> None:
