@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from datetime import timedelta
 from itertools import groupby
 from pathlib import Path
@@ -16,11 +16,11 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.errors import LogError
 from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
 from parsers.native_stderr import quiet_panics
-from parsers.parquet_around import collect_around, readable
+from parsers.parquet_around import readable
 from parsers.parquet_chain import chained
 from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
-from parsers.parquet_torn import TornPages
+from parsers.parquet_torn import read_slice, torn_pages
 from parsers.places import remote
 from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
@@ -256,34 +256,6 @@ def _calendar_time(
     return None
 
 
-def _torn_pages(
-    group: ParquetGroup, times: Sequence[str], columns: Mapping[str, str], log: ImportLog
-) -> TornPages:
-    """What is known of a file's damaged pages. Raises LogError where it cannot be read."""
-    try:
-        return TornPages(group, times, columns, log)
-    except OSError as error:
-        raise LogError(f"cannot be read ({error.strerror})", path=group.path) from error
-
-
-def _slice(
-    frame: pl.LazyFrame,
-    start: int,
-    rows: int,
-    times: Sequence[str],
-    columns: Mapping[str, str],
-    torn: TornPages,
-) -> pl.DataFrame:
-    """Rows from `start` on; what cannot be decoded is empty. Raises FAILURES where the time cannot be."""
-    with quiet_panics():
-        try:
-            return frame.slice(start, rows).collect()
-        except FAILURES:
-            part, lost = collect_around(frame, start, rows, times, [*columns.values()])
-    torn.add(lost)
-    return part
-
-
 class ParquetReader:
     """Opened Parquet files."""
 
@@ -357,11 +329,11 @@ class ParquetReader:
         times = [group.headers[k] for k in group.time.columns]
         frame = group.frame([*times, *columns.values()])
         step = max(1024, _CHUNK_BYTES // (8 * (len(times) + len(columns))))
-        torn = _torn_pages(group, times, columns, self._log)
+        torn = torn_pages(group, times, columns, self._log)
         repeats: RepeatedStamps | None = None
         for start in range(0, group.rows, step):
             try:
-                part = _slice(frame, start, step, times, columns, torn)
+                part = read_slice(frame, start, step, times, columns, torn)
             except FAILURES as error:
                 if start == 0:
                     raise damaged(group.path, error) from error

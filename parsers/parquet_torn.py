@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
+import polars as pl
 
 from parsers.channels import FloatArray, IntArray
+from parsers.errors import LogError
 from parsers.importer import ImportLog
+from parsers.native_stderr import quiet_panics
+from parsers.parquet_around import collect_around
 from parsers.parquet_checksums import Spans, torn_rows
-from parsers.parquet_group import ParquetGroup
+from parsers.parquet_group import FAILURES, ParquetGroup
 from parsers.table_stamps import BoolArray
 
 
@@ -86,3 +90,31 @@ def _inside(spans: Spans, start: int, rows: int) -> list[tuple[int, int]]:
     """What of the spans lies in `rows` rows from `start` on, counted from there."""
     cut = ((max(a - start, 0), min(b - start, rows)) for a, b in spans)
     return [(a, b) for a, b in cut if a < b]
+
+
+def torn_pages(
+    group: ParquetGroup, times: Sequence[str], columns: Mapping[str, str], log: ImportLog
+) -> TornPages:
+    """What is known of a file's damaged pages. Raises LogError where it cannot be read."""
+    try:
+        return TornPages(group, times, columns, log)
+    except OSError as error:
+        raise LogError(f"cannot be read ({error.strerror})", path=group.path) from error
+
+
+def read_slice(
+    frame: pl.LazyFrame,
+    start: int,
+    rows: int,
+    times: Sequence[str],
+    columns: Mapping[str, str],
+    torn: TornPages,
+) -> pl.DataFrame:
+    """Rows from `start` on; what cannot be decoded is empty. Raises FAILURES where the time cannot be."""
+    with quiet_panics():
+        try:
+            return frame.slice(start, rows).collect()
+        except FAILURES:
+            part, lost = collect_around(frame, start, rows, times, [*columns.values()])
+    torn.add(lost)
+    return part

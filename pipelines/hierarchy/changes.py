@@ -18,6 +18,9 @@ from pipelines.hierarchy.posterior import VehiclePosterior
 from pipelines.hierarchy.records import DriveTold, LoadChange
 from pipelines.results import FloatArray
 
+Shared = tuple[FloatArray, FloatArray]
+"""Precision (K, K) and right hand side (K,) of the shared unknowns, by all drives."""
+
 CHANCE = 0.01
 """False-alarm rate of a comparison of two drives."""
 
@@ -166,9 +169,8 @@ def _text(change: _Change, detected: bool) -> str:
     return ", ".join([first, *_moved(change)])
 
 
-def _may_be_springs(posterior: VehiclePosterior, a: int, b: int) -> bool:
+def _may_be_springs(posterior: VehiclePosterior, a: int, b: int, shared: Shared) -> bool:
     """Whether no change of the load is left where one of the two drives may have had other springs or deflection sensors."""
-    precision, right = _shared(posterior)
     usual, other = (
         [share_of(posterior.parts[i], posterior.mean(i), replaced=replaced) for i in (a, b)]
         for replaced in (False, True)
@@ -176,24 +178,25 @@ def _may_be_springs(posterior: VehiclePosterior, a: int, b: int) -> bool:
     pairs = ((usual[0], other[1]), (other[0], usual[1]))
     return any(
         before is not None and after is not None
-        and compared(before, after, precision, right).probability >= CHANCE
+        and compared(before, after, *shared).probability >= CHANCE
         for before, after in pairs
     )  # fmt: skip
 
 
-def _shared(posterior: VehiclePosterior) -> tuple[FloatArray, FloatArray]:
-    """Precision (K, K) and right hand side (K,) of the shared unknowns, by all drives."""
+def _shared(posterior: VehiclePosterior) -> Shared:
     precision = np.linalg.inv(posterior.s_covariance)
     precision = 0.5 * (precision + precision.T)
     return precision, precision @ posterior.s
 
 
-def _record(posterior: VehiclePosterior, a: int, b: int, contrast: Contrast, between: int) -> LoadChange:
+def _record(
+    posterior: VehiclePosterior, shared: Shared, a: int, b: int, contrast: Contrast, between: int
+) -> LoadChange:
     """between: drives that lie between the two and do not see the load."""
     change = _changed(posterior, a, b, contrast)
     detected = contrast.figures > 0 and contrast.probability < CHANCE
     names, text = posterior.drives, _text(change, detected)
-    if detected and _may_be_springs(posterior, a, b):
+    if detected and _may_be_springs(posterior, a, b, shared):
         text = f"{text}; {OR_SPRINGS}"
     if between:
         drives = "the drive between does" if between == 1 else f"the {between} drives between do"
@@ -209,7 +212,7 @@ def load_changes(posterior: VehiclePosterior, drives: Sequence[DriveTold]) -> tu
     in the posterior, or has no load among its unknowns, is passed over.
     """
     told = {drive.drive_id for drive in drives if drive.kept is not None}
-    precision, right = _shared(posterior)
+    shared = _shared(posterior)
     before: deque[tuple[int, Share]] = deque(maxlen=BACK)
     found = []
     for row, part in enumerate(posterior.parts):
@@ -219,12 +222,12 @@ def load_changes(posterior: VehiclePosterior, drives: Sequence[DriveTold]) -> tu
             continue
         first: tuple[int, Contrast, int] | None = None
         for between, (other, load) in enumerate(reversed(before)):
-            contrast = compared(load, share, precision, right)
+            contrast = compared(load, share, *shared)
             if first is None or contrast.figures:
                 first = (other, contrast, between)
             if contrast.figures:
                 break
         if first is not None:
-            found.append(_record(posterior, first[0], row, *first[1:]))
+            found.append(_record(posterior, shared, first[0], row, *first[1:]))
         before.append((row, share))
     return tuple(found)

@@ -13,12 +13,11 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.estimators.load_balance.data import Columns
-from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
+from pipelines.estimators.load_balance.forces import Terms, add, add_shafts, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
 from pipelines.joint.body import (
     body_inertias,
     dip_levers,
-    even_factor,
     held_rate,
     past_the_springs,
     pitch_centres,
@@ -99,9 +98,7 @@ def attitude_terms(sag: float | None) -> Coefficients:
         add(terms, "quick_on_rolling", -apart * resistance)
         # nor are shafts that pull or hold back while the brakes are on: by their torque, or by what is usual
         lifted = tipped(p, body) * body.sprung / body.mass * (p["jack_brake"] - p["jack_drive"])
-        by_shafts = gain * (apart - lifted)
-        add(terms, "quick_drive_on", by_shafts * even_factor(p["drive_scale"]) / p["radius"])
-        add(terms, "quick_held_on", -by_shafts * body.mass * p["engine_drag"])
+        add_shafts(terms, gain * (apart - lifted), p, body, "quick_")
         add(terms, "quick_rolls", both * p["rolling_shift"] * resistance * p["radius"])
         add(terms, "quick_pitch_acc", both * body_inertias(p)[1])
         add(terms, "quick_fz", -tipped(p, body) * body.sprung)

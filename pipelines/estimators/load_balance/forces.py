@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from pipelines.joint.body import empty_corner, held_rate
+from pipelines.joint.body import empty_corner, even_factor, held_rate
 from pipelines.joint.laden import side_moment
 from pipelines.joint.unknowns import AXLES, CORNERS, Body, Values
 from pipelines.models.braking import AIR_DENSITY
@@ -16,6 +16,12 @@ Terms = dict[str, float]
 def add(terms: Terms, name: str, value: float) -> None:
     """Add to a coefficient."""
     terms[name] = terms.get(name, 0.0) + value
+
+
+def add_shafts(terms: Terms, amount: float, p: Values, body: Body, head: str = "") -> None:
+    """Adds amount * what shafts pull while the brakes are on, N: by the log's drive torque, else what an engine holds back as a rule."""
+    add(terms, f"{head}drive_on", amount * even_factor(p["drive_scale"]) / p["radius"])
+    add(terms, f"{head}held_on", -amount * body.mass * p["engine_drag"])
 
 
 def air_pressure(p: Values) -> float:

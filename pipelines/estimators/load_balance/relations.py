@@ -37,12 +37,13 @@ from pipelines.estimators.load_balance.forces import (
     FORCES,
     Terms,
     add,
+    add_shafts,
     air_pressure,
     by_side_path,
     stiffness_of,
 )
 from pipelines.estimators.load_balance.specific_force import forward, sideways, upward
-from pipelines.joint.body import body_inertias, dip_levers, even_factor, past_the_springs, pitch_centres
+from pipelines.joint.body import body_inertias, dip_levers, past_the_springs, pitch_centres
 from pipelines.joint.laden import axis_lever, patch_lag, side_patches, widened
 from pipelines.joint.unknowns import AXLES, BY_SPRINGS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
@@ -113,9 +114,7 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
     add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)
     add(terms, "v2_on", -(links[0] - links[1]) * pressure)
     # an engine that holds back while the brakes are on does so through the shafts: by its torque, or by what is usual
-    by_shafts = gain * (links[0] - links[1])
-    add(terms, "drive_on", by_shafts * even_factor(p["drive_scale"]) / p["radius"])
-    add(terms, "held_on", -by_shafts * body.mass * p["engine_drag"])
+    add_shafts(terms, gain * (links[0] - links[1]), p, body)
     mean = 0.5 * (brake + drive)
     forward(p, body, mean, terms, (brake, drive))
     add(terms, "dfx", -mean * p[f"late_pitch_{kind}"])
@@ -231,9 +230,7 @@ def vertical_forces(kind: str, p: Values, body: Body) -> Terms:
         lifted = body.sprung * (p[BY_SPRINGS] if kind == "axle" else 1.0)
         add(terms, "fx_brake", lifted * p["jack_brake"])
         add(terms, "fx_drive", lifted * p["jack_drive"])
-        by_shafts = lifted / body.mass * (p["jack_drive"] - p["jack_brake"])
-        add(terms, "drive_on", by_shafts * even_factor(p["drive_scale"]) / p["radius"])
-        add(terms, "held_on", -by_shafts * body.mass * p["engine_drag"])
+        add_shafts(terms, lifted / body.mass * (p["jack_drive"] - p["jack_brake"]), p, body)
         add(terms, "fy2", lifted * p["jack_side"])
     add(terms, "v2", air_pressure(p) * (p["lift_front"] + p["lift_rear"]))
     return terms
