@@ -153,14 +153,17 @@ def _against_sheet(own: Mapping[str, _Figure]) -> _Finding | None:
     return _farthest(found)
 
 
-def _number(figure: _Figure, value: float) -> str:
+def _number(finding: _Finding, value: float) -> str:
+    """A value as fine as what it is compared with is known: to two digits of the spread, where the parameter has no usual digits."""
+    figure = finding.figure
     spec = PARAMETERS.get(figure.parameter.removeprefix(LOADED))
-    if spec is not None:
-        text = f"{value:.{spec.digits}f}"
-    else:
-        # from 1 000 on whole, below four digits
-        text = f"{value:.0f}" if abs(value) >= 1e3 else f"{value:.4g}"
-    return f"{text} {figure.unit}".strip()
+    digits = spec.digits if spec is not None else _digits(finding.spread)
+    return f"{value:.{digits}f} {figure.unit}".strip()
+
+
+def _digits(spread: float) -> int:
+    """Decimals that show two digits of a spread."""
+    return min(max(1 - math.floor(math.log10(spread)), 0), 6) if 0 < spread < math.inf else 3
 
 
 def _chance(probability: float) -> str:
@@ -182,8 +185,8 @@ def _sheet_words(finding: _Finding | None) -> str:
     # few files say how the recorder sits: what is known before is then what is usual
     says = "What is known of its recorder's place" if f.parameter.startswith(FITTED) else "Its data sheet"
     return (
-        f"{says} contradicts its drives: {_inside(f.title)} {_number(f, finding.centre)} ± "
-        f"{_number(f, finding.spread)} there, {_number(f, f.shown)} from the drives "
+        f"{says} contradicts its drives: {_inside(f.title)} {_number(finding, finding.centre)} ± "
+        f"{_number(finding, finding.spread)} there, {_number(finding, f.shown)} from the drives "
         f"({abs(finding.score):.1f} standard deviations)."
     )
 
@@ -193,8 +196,8 @@ def _others_words(finding: _Finding, count: int) -> str:
     side = "above" if finding.score > 0 else "below"
     stands = "Stands out" if finding.chance < CHANCE else "Goes with the others of its kind"
     return (
-        f"{stands}: {_inside(f.title)} {_number(f, f.value)} is {abs(finding.score):.1f} standard deviations {side} "
-        f"the {_number(f, finding.centre)} of {count} others; the farthest of its figures, and as far by chance in "
+        f"{stands}: {_inside(f.title)} {_number(finding, f.value)} is {abs(finding.score):.1f} standard deviations {side} "
+        f"the {_number(finding, finding.centre)} of {count} others; the farthest of its figures, and as far by chance in "
         f"{_chance(finding.chance)}."
     )
 
@@ -203,8 +206,8 @@ def _alone_words(finding: _Finding, count: int) -> str:
     f = finding.figure
     few = "The only vehicle" if count == 1 else f"One of only {count} vehicles"
     found = _sheet_words(finding) or (
-        f"Goes with it: {_inside(f.title)} {_number(f, f.shown)} is {abs(finding.score):.1f} standard deviations from "
-        f"{_number(f, finding.centre)}; the farthest of its figures."
+        f"Goes with it: {_inside(f.title)} {_number(finding, f.shown)} is {abs(finding.score):.1f} standard deviations from "
+        f"{_number(finding, finding.centre)}; the farthest of its figures."
     )
     return f"{few} of its kind: compared with its own data sheet. {found}"
 

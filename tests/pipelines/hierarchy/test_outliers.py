@@ -159,3 +159,13 @@ def test_what_was_not_learned_is_not_compared() -> None:
     assert "silent" not in {o.vehicle_id for o in found}
     assert len(found) == 5
     assert rank([], None) == ()
+
+
+def test_a_figure_is_printed_as_fine_as_it_is_known() -> None:
+    place = "pitch_center_height_drive_m"
+    only = knowledge("only", {place: estimate(place, 0.0199412, 0.01, prior=(-0.0283612, 0.0301))})
+    text = rank([only], None)[0].text
+    assert f"{place} 0.020 is" in text
+    assert "standard deviations from -0.028;" in text
+    heavy = knowledge("heavy", {MASS: estimate(MASS, 2150.37, 1.0, prior=(1900.0, 240.0))})
+    assert "empty mass 2150 kg is" in rank([heavy], None)[0].text
