@@ -66,11 +66,15 @@ def _prefix(channel: ChannelInfo) -> str:
 
 
 def name_bindings(
-    channel: ChannelInfo, prefixes: Collection[tuple[str, str]] = (), pitches: Collection[str] = ()
+    channel: ChannelInfo,
+    prefixes: Collection[tuple[str, str]] = (),
+    pitches: Collection[str] = (),
+    rates: Collection[str] = (),
 ) -> Iterator[Binding | Refusal]:
     """What a channel could be by its name: at most one signal.
 
-    prefixes: those of `vendor_prefixes`; pitches: those of `parsers.mapping.doubts.attitudes`.
+    prefixes: those of `vendor_prefixes`; pitches: those of `parsers.mapping.doubts.attitudes`; rates: those of
+    `parsers.mapping.triads`.
     """
     table = load_names()
     texts = _texts(channel)
@@ -101,7 +105,7 @@ def name_bindings(
     elif found is not None and doubt:
         yield Refusal(channel.name, found.signal, doubt)
     elif found is not None:
-        named = _named(channel, found, bracket or found.suffix, table)
+        named = _named(channel, found, bracket or found.suffix, table, sure=channel.name in rates)
         damper = damper_reason(found.signal, found.key) if isinstance(named, Binding) else None
         yield named if damper is None else Refusal(channel.name, found.signal, damper, damper=True)
 
@@ -252,7 +256,10 @@ def _vocabulary() -> frozenset[str]:
     return table.noise | table.worse | table.commands | {*table.words.values(), *WHEELS, "x", "y", "z"}
 
 
-def _named(channel: ChannelInfo, found: _Found, text: str | None, table: NameTable) -> Binding | Refusal:
+def _named(
+    channel: ChannelInfo, found: _Found, text: str | None, table: NameTable, *, sure: bool
+) -> Binding | Refusal:
+    """The binding of a name that was found. sure: what stands beside a general name says what it is."""
     quantity = SIGNALS[found.signal].quantity
     chosen = _unit(channel, found.signal, text)
     if isinstance(chosen, str):
@@ -262,7 +269,7 @@ def _named(channel: ChannelInfo, found: _Found, text: str | None, table: NameTab
         unit, unit_from = Unit("g", quantity, STANDARD_GRAVITY), "name"
     weak = found.key in table.weak
     guessed = unit_from == "assumed SI"
-    if guessed and (channel.family == "can" or (weak and found.key not in table.unit_free)):
+    if guessed and (channel.family == "can" or (weak and not sure and found.key not in table.unit_free)):
         reason = f"the name alone is too general for {found.signal}: say its unit, or map it"
         return Refusal(channel.name, found.signal, reason)
     rank = RANK_NAME + found.place + (_RANK_WORSE if found.worse else 0) + (_RANK_WEAK if weak else 0)

@@ -18,6 +18,7 @@ from parsers.mapping.names import name_bindings, vendor_prefixes
 from parsers.mapping.overlooked import overlooked
 from parsers.mapping.profiles import load_profiles, may_be_named
 from parsers.mapping.sign_channels import with_signs
+from parsers.mapping.triads import triads
 from parsers.signals import SIGNALS
 
 _BUILTIN = 100
@@ -110,10 +111,10 @@ def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
         if families & profile.families:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
-    pitches = attitudes(index.channels)
+    pitches, rates = attitudes(index.channels), triads(index.channels)
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if may_be_named(channel, tags):
-            yield from name_bindings(channel, prefixes, pitches)
+            yield from name_bindings(channel, prefixes, pitches, rates)
 
 
 def texts_of_signals(channels: Sequence[ChannelInfo], wanted: Collection[str]) -> tuple[str, ...]:
