@@ -21,6 +21,10 @@ RANGE_MARGIN = 1.15
 BEYOND = 0.6
 """Relative spread of a height for each 100 % by which a mass lies outside those of the measured vehicles of its style."""
 
+SPORTS_SHARE, SPORTS_LOWER = 1 / 3, 0.11
+"""Coupés that were measured are mostly saloons with two doors. The few sports cars among the measured ones (FR-S, 350Z, MR2 and, open,
+MX-5, S2000, Z4) stand so much lower, and so many of those who say "coupé" may mean one."""
+
 MIN_GROUP = 10
 """Body styles with fewer measured vehicles than this take the regression over all of them."""
 
@@ -104,6 +108,9 @@ def measured_cg_height(
         return None
     value, std = line
     at = "" if mass_kg is None else f", at {mass_kg:.0f} kg"
+    if style == "Coupe":
+        value, std = _with_sports_cars(value, std)
+        at = f", a third of which may be sports cars ({100 * SPORTS_LOWER:.0f} % lower){at}"
     if powertrain in (None, COMBUSTION):
         return Prior(value, std, f"{who}{at}")
     departure, spread, count = _electrified(powertrain)
@@ -112,6 +119,12 @@ def measured_cg_height(
     alike = style is not None and mass_kg is not None
     wide = max(spread * value, std) if alike else math.hypot(spread * value, std)
     return Prior(lowered, wide, f"{count} measured {powertrain} vehicles beside {who}{at}")
+
+
+def _with_sports_cars(value: float, std: float) -> tuple[float, float]:
+    """Mean and spread of a coupé's CG height, from those of the measured coupés: that of either kind, by its chance."""
+    lower = SPORTS_LOWER * value
+    return value - SPORTS_SHARE * lower, math.hypot(std, math.sqrt(SPORTS_SHARE * (1 - SPORTS_SHARE)) * lower)
 
 
 def _inertia(target: FloatArray, mass_kg: float | None, track_m: float | None, name: str) -> Prior | None:

@@ -34,6 +34,22 @@ def test_hatchback_of_the_volvo() -> None:
     assert 0.02 < prior.std < 0.04
 
 
+def test_a_coupe_may_be_a_sports_car() -> None:
+    """The sports cars among the measured vehicles, closed or open, are within its prior, and so are two-door saloons."""
+    table = measured_vehicles()
+    sports = ("FR-S", "350Z", "MR2", "MX5", "S2000", "Z4")
+    found = [i for i, label in enumerate(table.label) if any(name in label for name in sports)]
+    assert len(found) >= len(sports)
+    away = []
+    for i in found:
+        prior = measured_cg_height("Coupe", float(table.mass[i]))
+        assert prior is not None
+        assert "sports cars" in prior.source
+        away.append((float(table.height[i]) - prior.value) / prior.std)
+    assert max(map(abs, away)) < 2
+    assert np.mean(away) < 0
+
+
 def test_no_prior_outside_what_was_measured() -> None:
     assert measured_cg_height(None, None) is None
     assert measured_cg_height("semi-trailer tractor", 8000) is None
