@@ -171,6 +171,15 @@ def test_a_map_may_name_the_time_column_of_a_table(tmp_path):
     assert len(find_drives(str(tmp_path)).drives) == 1
 
 
+def test_a_tables_own_map_may_name_its_time_column_too(tmp_path):
+    clock = '[time]\nchannel = "k"\nunit = "s"\n'
+    files = {"suv/drive.csv": "k,speed_mps\n0.0,3\n0.1,4\n0.2,5\n", "suv/drive.map.toml": clock}
+    files["suv/map.toml"] = clock.replace('"k"', '"other"')
+    (found,) = find_drives(str(put(tmp_path, files))).drives
+    assert (found.map or "").endswith("drive.map.toml")
+    assert not any("will fail" in lack for lack in found.lacks)
+
+
 def test_nothing_of_cogests_own_is_a_log(tmp_path):
     put(
         tmp_path,
