@@ -34,7 +34,7 @@ def read_vehicle_facts(place: str) -> VehicleFacts:
 
     path = path_of(place)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = path.read_text(encoding="utf-8-sig")
         vehicle = parse_vehicle(text, path)
         if vehicle.suspension_map_path is not None:
             with_suspension_map(vehicle, vehicle.suspension_map_path)

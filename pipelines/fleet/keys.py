@@ -164,9 +164,12 @@ def _names(estimators: str | None) -> list[str] | None:
 
 
 def _named_map(vehicle: str) -> str | None:
-    """The suspension map that a vehicle file names, if it is there; reading the vehicle file says what is wrong with it."""
+    """The suspension map that a vehicle file names, if it is there; reading the vehicle file says what is wrong with it.
+
+    Its text is read as `read_vehicle` reads it: with a byte order mark, or any line ends.
+    """
     try:
-        raw = tomllib.loads(places.read_bytes(vehicle).decode("utf-8"))
+        raw = tomllib.loads(places.as_path(vehicle).read_text(encoding="utf-8-sig"))
     except (OSError, ValueError, RecursionError):
         return None
     table = raw.get("vehicle")
