@@ -34,6 +34,7 @@ from typing import Any, cast
 from parsers.errors import MappingError
 from parsers.finite import is_number
 from parsers.signals import COLUMNS, SIGNALS
+from parsers.small_text import read_small_text
 from parsers.units import Unit, require_unit
 
 TIME_UNITS = ("s", "min", "ms", "us", "ns", "iso8601", "hhmmss")
@@ -95,7 +96,7 @@ class MapFile:
 def read_map(path: Path, *, strict: bool = True) -> MapFile:
     """Read a mapping file. Raises MappingError with the table, what was found and the nearest right name."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_small_text(path)
     except OSError as error:
         raise MappingError(f"cannot be opened ({error.strerror})", path=path) from error
     except UnicodeDecodeError as error:

@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 
 from parsers.errors import CogestError, VehicleError
 from parsers.importer import ReadOptions
+from parsers.small_text import read_small_text
 from pipelines.discover import nearest
 from pipelines.fleet.listing import Listing, Placed, path_of
 
@@ -34,7 +35,7 @@ def read_vehicle_facts(place: str) -> VehicleFacts:
 
     path = path_of(place)
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_small_text(path)
         vehicle = parse_vehicle(text, path)
         if vehicle.suspension_map_path is not None:
             with_suspension_map(vehicle, vehicle.suspension_map_path)

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from parsers import places
 from parsers.errors import LogError
 from parsers.remote_marks import mark_instead
+from parsers.small_text import read_small_text
 from pipelines.fleet.plain import json_bytes
 from pipelines.fleet.records import Choices, Facts, FoundDrive
 from pipelines.fleet.store import FORMAT
@@ -169,7 +170,7 @@ def _named_map(vehicle: str) -> str | None:
     Its text is read as `read_vehicle` reads it: with a byte order mark, or any line ends.
     """
     try:
-        raw = tomllib.loads(places.as_path(vehicle).read_text(encoding="utf-8-sig"))
+        raw = tomllib.loads(read_small_text(places.as_path(vehicle)))
     except (OSError, ValueError, RecursionError):
         return None
     table = raw.get("vehicle")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from parsers.errors import VehicleError
 from parsers.finite import is_number
+from parsers.small_text import read_small_text
 from pipelines.parameters import PARAMETERS
 from pipelines.vehicles.kinematics import check_kinematics
 from pipelines.vehicles.measured import POWERTRAINS, known_body, near_body
@@ -383,7 +384,7 @@ def read_vehicle(path: Path, *, with_map: bool = True) -> Vehicle:
     Raises VehicleError where one cannot be read or is wrong.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_small_text(path)
     except OSError as error:
         raise VehicleError(f"cannot be read ({error.strerror})", path=path) from error
     except UnicodeDecodeError as error:
