@@ -255,3 +255,13 @@ def test_ids_stay_when_other_files_come(tmp_path):
     assert len({drive.drive_id for drive in found.drives}) == 3
     moved = shutil.copytree(tmp_path, tmp_path.parent / f"{tmp_path.name}_moved")
     assert {d.drive_id for d in find_drives(str(moved)).drives} == {d.drive_id for d in found.drives}
+
+
+def test_what_a_dead_link_hides_is_not_known_to_be_gone(tmp_path):
+    put(tmp_path, {"suv/drive.csv": TABLE})
+    (tmp_path / "van").symlink_to(tmp_path.parent / "away", target_is_directory=True)
+    found = find_drives(str(tmp_path))
+    assert found.unread == ("van",)
+    assert found.hides("van/drive.csv")
+    assert not found.hides("vans/drive.csv")
+    assert not found.hides("suv/gone.csv")
