@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import difflib
-import math
 import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from parsers.errors import SettingsError
+from parsers.finite import is_number
 from pipelines.estimators.base import (
     Configurable,
     Estimator,
@@ -94,7 +94,7 @@ def _read(path: Path) -> Mapping[str, object]:
         return tomllib.loads(path.read_text(encoding="utf-8-sig"))
     except OSError as error:
         raise SettingsError(f"cannot be read ({error.strerror})", path=path) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise SettingsError(f"not valid TOML ({error})", path=path) from error
 
 
@@ -127,7 +127,7 @@ def _settings(estimator: Estimator, entries: Mapping[str, object], path: Path | 
 
 
 def _number(value: object, spec: Setting, path: Path | None, place: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not _finite(value):
+    if not is_number(value):
         raise SettingsError(f"found {value!r}, expected a finite number", path=path, place=place)
     if not spec.low <= value <= spec.high:
         raise SettingsError(
@@ -136,13 +136,6 @@ def _number(value: object, spec: Setting, path: Path | None, place: str) -> floa
             place=place,
         )
     return float(value)
-
-
-def _finite(value: int | float) -> bool:
-    try:
-        return math.isfinite(value)
-    except OverflowError:
-        return False
 
 
 def _word(value: object, spec: TextSetting, path: Path | None, place: str) -> str:
@@ -182,7 +175,7 @@ def _priors(raw: object, estimator: str, path: Path | None) -> dict[str, PriorEn
         for key, value in entry.items():
             if isinstance(value, str):
                 read[key] = value[:LONGEST_WORD]
-            elif isinstance(value, bool) or not isinstance(value, int | float) or not _finite(value):
+            elif not is_number(value):
                 raise SettingsError(
                     f"found {value!r}, expected a finite number", path=path, place=f"{here} {key}"
                 )

@@ -101,7 +101,10 @@ def _scalar(raw: Any, kind: Any, place: str) -> Any:
     if kind is float and isinstance(raw, str) and raw in ("nan", "inf", "-inf"):
         return float(raw)
     if kind is float and isinstance(raw, int | float) and not isinstance(raw, bool):
-        return float(raw)
+        try:
+            return float(raw)
+        except OverflowError:
+            raise _BadArchiveError(f"{place}: a number of {len(str(raw))} digits") from None
     if kind is Path and isinstance(raw, str):
         return Path(raw)
     if kind in (int, str, bool) and type(raw) is kind:

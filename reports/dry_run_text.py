@@ -12,6 +12,7 @@ from pipelines.fleet.batch import Absent
 from pipelines.fleet.find import by_vehicle
 from pipelines.fleet.outlook import ASKED, Outlook
 from pipelines.fleet.records import FoundDrive, FoundFleet
+from pipelines.fleet.stored import shown_drive
 from reports.layout import printable, table, terminal_width, wrapped
 from reports.text import spec_of
 
@@ -204,16 +205,16 @@ def plan_dict(
     for drive in found.drives:
         told = outlooks.get(drive.drive_id)
         entry = {
-            **asdict(drive),
+            **asdict(shown_drive(drive)),
             "would": state.get(drive.drive_id, "new"),
             "lacks": list(_lacks(drive, told)),
         }
         if told is not None:
             entry["outlook"] = asdict(told)
         drives.append(entry)
-    left_out = [{"place": place, "why": why} for place, why in found.left_out]
+    left_out = [{"place": masked(place), "why": why} for place, why in found.left_out]
     return {
-        "folder": found.folder,
+        "folder": masked(found.folder),
         "drives": drives,
         "left_out": left_out,
         "absent": [asdict(drive) for drive in absent],

@@ -32,7 +32,9 @@ from pathlib import Path
 from typing import Any, cast
 
 from parsers.errors import MappingError
+from parsers.finite import is_number
 from parsers.signals import COLUMNS, SIGNALS
+from parsers.small_text import read_small_text
 from parsers.units import Unit, require_unit
 
 TIME_UNITS = ("s", "min", "ms", "us", "ns", "iso8601", "hhmmss")
@@ -94,7 +96,7 @@ class MapFile:
 def read_map(path: Path, *, strict: bool = True) -> MapFile:
     """Read a mapping file. Raises MappingError with the table, what was found and the nearest right name."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_small_text(path)
     except OSError as error:
         raise MappingError(f"cannot be opened ({error.strerror})", path=path) from error
     except UnicodeDecodeError as error:
@@ -102,7 +104,7 @@ def read_map(path: Path, *, strict: bool = True) -> MapFile:
         raise MappingError("is not UTF-8 text", path=path, place=f"byte {error.start}", hint=hint) from None
     try:
         data = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise MappingError(f"is not valid TOML: {error}", path=path) from None
     check_keys(data, _TABLES, path, None)
     time = _table(data.get("time", {}), path, "[time]")
@@ -279,8 +281,3 @@ class _Values:
         if not good or not all(is_number(each) for each in value[1:]):
             raise self._wrong(key, '["channel", low, high]')
         return (value[0], float(value[1]), float(value[2]))
-
-
-def is_number(value: object) -> bool:
-    """Whether a TOML value is a finite number (true and false are none)."""
-    return isinstance(value, int | float) and not isinstance(value, bool) and abs(value) < float("inf")

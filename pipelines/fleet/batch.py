@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from parsers.errors import LogError
-from parsers.places import is_url
+from parsers.places import is_url, masked
 from pipelines.engines.base import Done, Limits, Task
 from pipelines.engines.registry import engine_named
 from pipelines.fleet.claims import Claim, Claims
@@ -248,7 +248,7 @@ def run_batch(batch: Batch, found: FoundFleet, function: str, watch: Watcher = n
     watch(
         Found(
             len(found.drives), len(work), len(kept) + len(before), len(found.left_out),
-            sum(d.size for d in work), found.folder, batch.store, batch.engine, batch.workers or 0,
+            sum(d.size for d in work), masked(found.folder), masked(batch.store), batch.engine, batch.workers or 0,
             batch.choices.version, found.left_out_below()[:LEFT_OUT_TOLD],
         )
     )  # fmt: skip

@@ -9,8 +9,9 @@ from pathlib import PurePosixPath
 
 from parsers.errors import CogestError, VehicleError
 from parsers.importer import ReadOptions
+from parsers.small_text import read_small_text
 from pipelines.discover import nearest
-from pipelines.fleet.listing import Listing, path_of
+from pipelines.fleet.listing import Listing, Placed, path_of
 
 VEHICLE, MAP, SETTINGS = "vehicle.toml", "map.toml", "settings.toml"
 OWN = tuple(f".{name}" for name in (VEHICLE, MAP, SETTINGS))
@@ -34,7 +35,7 @@ def read_vehicle_facts(place: str) -> VehicleFacts:
 
     path = path_of(place)
     try:
-        text = path.read_bytes().decode("utf-8-sig")
+        text = read_small_text(path)
         vehicle = parse_vehicle(text, path)
         if vehicle.suspension_map_path is not None:
             with_suspension_map(vehicle, vehicle.suspension_map_path)
@@ -129,11 +130,11 @@ class Belongings:
                 return tuple(sorted(found))
         return ()
 
-    def read_options(self, folder: str) -> ReadOptions:
-        """How to read a folder's tables: what the nearest mapping file says of the time column."""
+    def read_options(self, log: Placed) -> ReadOptions:
+        """How to read a table: what its own or the nearest mapping file says of the time column."""
         from parsers.mapping import read_map
 
-        place = self.nearest(MAP, folder)
+        place = self.nearest(MAP, log.folder, [(log.folder, log.name)])
         if place is None:
             return ReadOptions()
         if place not in self._options:

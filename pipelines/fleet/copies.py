@@ -14,6 +14,10 @@ from pipelines.starts import is_local
 SAME_START_S = 1.0
 """Recordings of one vehicle that begin within this are of one drive: it cannot be driven twice at once."""
 
+OTHER_MPS, FEWEST = 3.0, 4
+"""Root mean square of the difference of two speeds, over so many steps or more, from which on they are of two drives: the recorder's
+clock began at the same moment for both, as one without a battery does."""
+
 
 @dataclass(frozen=True)
 class Finished:
@@ -99,6 +103,12 @@ def _spans(drives: Sequence[Finished]) -> Iterator[_Span]:
 def _within(span: _Span, other: _Span) -> bool:
     """Whether a recording tells nothing that the other one does not, which is as long or longer: beginning together, it ends
     within that. A second recorder has signals of its own."""
-    return abs(span.start_s - other.start_s) <= SAME_START_S and set(span.drive.rows.signals) <= set(
-        other.drive.rows.signals
-    )
+    one, two = span.drive.rows, other.drive.rows
+    together = abs(span.start_s - other.start_s) <= SAME_START_S
+    return together and set(one.signals) <= set(two.signals) and not _driven_otherwise(one.pace, two.pace)
+
+
+def _driven_otherwise(one: Sequence[float], two: Sequence[float]) -> bool:
+    """Whether two speeds from the start on are not of one drive; False where too little of them is known."""
+    off = [a - b for a, b in zip(one, two, strict=False)]
+    return len(off) >= FEWEST and sum(x * x for x in off) > OTHER_MPS**2 * len(off)

@@ -46,7 +46,7 @@ def parse_drive_file(text: str, place: str) -> DriveFile:
     """Read a drive.toml. Raises DriveFileError that names the key, what was found and what was expected."""
     try:
         raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise DriveFileError(f"not valid TOML ({error})", path=place) from error
     _known(raw, _KEYS, place)
     tables = raw.get("drive", [])

@@ -15,7 +15,7 @@ from pipelines.fleet.records import BatchSummary
 class Found:
     """The first event: what is to do. drives: all that were found = to_do + kept. left_out: places that are no log.
 
-    bytes_to_do: of the logs to do. folder, store: places as text. engine: its name; workers: how many, 0 = not known
+    bytes_to_do: of the logs to do. folder, store: places as they may be shown. engine: its name; workers: how many, 0 = not known
     yet. version: of cogest. left_out_first: the first of them, each a name below the folder and why.
     """
 

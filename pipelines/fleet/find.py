@@ -57,7 +57,10 @@ def find_drives(folder: str, store: str | None = None, lister: Lister = list_any
         raise BatchError("no log in this folder", path=masked(folder), hint=_instead(listing, left_out))
     made = _marked_twins(_with_vehicles(drives, belongings), drives)
     return FoundFleet(
-        listing.root, tuple(sorted(made, key=lambda d: (d.name, d.drive_id))), tuple(sorted(left_out))
+        listing.root,
+        tuple(sorted(made, key=lambda d: (d.name, d.drive_id))),
+        tuple(sorted(left_out)),
+        tuple(listing.unread),
     )
 
 

@@ -39,14 +39,14 @@ class LookedUp:
         return self._contents[log.place]
 
     def _options(self, log: Log) -> ReadOptions:
-        return self.belongings.read_options(log.folder)
+        return self.belongings.read_options(log)
 
     def _read(self, log: Log) -> Mapping[str, Moments] | None:
         from parsers.load import LoadOptions, load_drive
         from parsers.mapping import read_map
 
         try:
-            place = self.belongings.nearest(MAP, log.folder)
+            place = self.belongings.nearest(MAP, log.folder, [(log.folder, log.name)])
             mapping = read_map(path_of(place), strict=False) if place else None
             dbc = tuple(path_of(each) for each in self.belongings.databases(log.folder))
             # damaged values may be beyond what can be squared: such a signal is like no other

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 from parsers.errors import CogestError
+from parsers.small_text import read_small_text
 from pipelines.fleet.drive_file import FILE_NAME, DriveFile, DriveFileError, SaidDrive, parse_drive_file
 from pipelines.fleet.listing import Entry, Listing
 from pipelines.fleet.logs import Log
@@ -45,7 +46,7 @@ def said_drives(listing: Listing, logs: Mapping[str, Log]) -> Said:
 
 def _read(entry: Entry) -> DriveFile:
     try:
-        return parse_drive_file(entry.path.read_bytes().decode("utf-8-sig"), entry.place)
+        return parse_drive_file(read_small_text(entry.path), entry.place)
     except OSError as error:
         raise DriveFileError(f"cannot be read ({error.strerror or error})", path=entry.place) from error
     except UnicodeDecodeError:

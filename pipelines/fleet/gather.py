@@ -17,7 +17,7 @@ from parsers.errors import StoreError
 from parsers.places import masked
 from pipelines.fleet.copies import Finished
 from pipelines.fleet.joined import DamagedDriveError, Join, joined, tidy
-from pipelines.fleet.moved import Lost, away, lost
+from pipelines.fleet.moved import Lost, away, hidden, lost
 from pipelines.fleet.records import FoundDrive, FoundFleet
 from pipelines.fleet.rows import DriveRows
 from pipelines.fleet.store import Catalogue, Store, StoredDrive
@@ -62,8 +62,12 @@ class _Drive:
 
 
 def prune(store: Store, found: FoundFleet) -> tuple[str, ...]:
-    """Take the drives out of the store whose logs are no longer in the folder, or at another place of it; their drive_ids."""
-    absent = away(store.all(), found)
+    """Take the drives out of the store whose logs are no longer in the folder, or at another place of it; their drive_ids.
+
+    Those that lay where the folder could not be looked into now (a share that is away) stay.
+    """
+    catalogue = store.all()
+    absent = tuple(drive_id for drive_id in away(catalogue, found) if not hidden(catalogue, found, drive_id))
     for drive_id in absent:
         store.forget(drive_id)
     return absent
@@ -134,7 +138,8 @@ def _by_vehicle(catalogue: Catalogue, found: FoundFleet, absent: Lost) -> dict[s
         if drive_id in absent.moved:
             continue
         drive = now.get(drive_id, stored.drive)
-        made = _Drive(drive, stored.status, stored.reason, drive_id not in now, stored, None)
+        gone = drive_id not in now and not found.hides(drive.name)
+        made = _Drive(drive, stored.status, stored.reason, gone, stored, None)
         vehicles.setdefault(drive.vehicle_id, []).append(made)
     for drive_id in catalogue.damaged.keys() & now.keys():
         made = _damaged(now[drive_id], catalogue.damaged[drive_id])

@@ -58,9 +58,9 @@ def _begin(entry: Entry) -> _Begun:
 
 @dataclass
 class Heads:
-    """Looks at files. options: what the mapping file for a folder says of CSV time columns, by folder below the fleet's."""
+    """Looks at files. options: what the mapping file for a log (its own, or its folder's) says of CSV time columns."""
 
-    options: Callable[[str], ReadOptions]
+    options: Callable[[Entry], ReadOptions]
     tables: TableHeads = field(default_factory=TableHeads)
 
     def look_at_all(self, entries: Iterable[Entry]) -> Iterator[tuple[Entry, Verdict]]:
@@ -83,7 +83,7 @@ class Heads:
         return self._claimed(entry, begun.path, begun.head, suffix_of(entry.name))
 
     def _claimed(self, entry: Entry, path: Path, head: bytes, suffix: str) -> Verdict:
-        known = self.tables.known_look(head, self.options(entry.folder)) if suffix in TABLE_SUFFIXES else None
+        known = self.tables.known_look(head, self.options(entry)) if suffix in TABLE_SUFFIXES else None
         if known is not None:
             # no other format claimed the first log with this header
             return _log(entry, importer_at(FORMATS[-1]), head, look=known)
@@ -110,7 +110,7 @@ class Heads:
         if head.lstrip()[:1] in (b"{", b"<") or b"\0\0" in head[:64]:
             return "no format that cogest knows"
         try:
-            return self.tables.look(path, head, self.options(entry.folder))
+            return self.tables.look(path, head, self.options(entry))
         except LogError as error:
             return (
                 "no format that cogest knows"

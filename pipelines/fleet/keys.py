@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from parsers import places
 from parsers.errors import LogError
 from parsers.remote_marks import mark_instead
+from parsers.small_text import read_small_text
 from pipelines.fleet.plain import json_bytes
 from pipelines.fleet.records import Choices, Facts, FoundDrive
 from pipelines.fleet.store import FORMAT
@@ -164,9 +165,12 @@ def _names(estimators: str | None) -> list[str] | None:
 
 
 def _named_map(vehicle: str) -> str | None:
-    """The suspension map that a vehicle file names, if it is there; reading the vehicle file says what is wrong with it."""
+    """The suspension map that a vehicle file names, if it is there; reading the vehicle file says what is wrong with it.
+
+    Its text is read as `read_vehicle` reads it: with a byte order mark, or any line ends.
+    """
     try:
-        raw = tomllib.loads(places.read_bytes(vehicle).decode("utf-8"))
+        raw = tomllib.loads(read_small_text(places.as_path(vehicle)))
     except (OSError, ValueError, RecursionError):
         return None
     table = raw.get("vehicle")

@@ -51,11 +51,15 @@ class Entry(Placed):
 
 @dataclass
 class Listing:
-    """All files below a folder, by name; left_out: (place, why) of what was not looked into."""
+    """All files below a folder, by name; left_out: (place, why) of what was not looked into.
+
+    unread: names below the folder of what could not be looked into now (a link to a share that is away): what lies there is not known.
+    """
 
     root: str
     entries: list[Entry] = field(default_factory=list)
     left_out: list[tuple[str, str]] = field(default_factory=list)
+    unread: list[str] = field(default_factory=list)
 
 
 _SEEN = "a link led to this already"
@@ -116,8 +120,11 @@ class _Walk:
             place, below = waiting.pop()
             waiting += self._folder(place, below)
 
-    def _leave(self, place: str, why: str) -> None:
+    def _leave(self, place: str, why: str, unread: str = "") -> None:
+        """unread: its name below the folder, where nothing is known of what lies there."""
         self.listing.left_out.append((place, why))
+        if unread:
+            self.listing.unread.append(unread)
 
     def _folder(self, place: str, below: str) -> list[tuple[str, str]]:
         """Take in the files of one folder; the folders in it."""
@@ -127,7 +134,7 @@ class _Walk:
                     (entry for entry in found if not is_hidden(entry.name)), key=lambda e: e.name
                 )
         except OSError as error:
-            self._leave(place, f"the folder cannot be read ({error.strerror or error})")
+            self._leave(place, f"the folder cannot be read ({error.strerror or error})", below)
             return []
         if any(entry.name == STORE_FILE for entry in entries):
             self._leave(place, "a results store of cogest")
@@ -143,12 +150,12 @@ class _Walk:
             try:
                 self._entry(entry, name, folders)
             except OSError as error:
-                self._leave(entry.path, f"cannot be looked at ({error.strerror or error})")
+                self._leave(entry.path, f"cannot be looked at ({error.strerror or error})", name)
         return folders
 
     def _entry(self, entry: os.DirEntry[str], name: str, folders: list[tuple[str, str]]) -> None:
         """Take in one entry of a folder. Raises OSError."""
-        if entry.is_symlink() and not self._is_new_link(entry):
+        if entry.is_symlink() and not self._is_new_link(entry, name):
             return
         if entry.is_dir():
             real = os.path.realpath(entry.path)
@@ -166,11 +173,11 @@ class _Walk:
         else:
             self._leave(entry.path, "a pipe or a device, not a file")
 
-    def _is_new_link(self, entry: os.DirEntry[str]) -> bool:
+    def _is_new_link(self, entry: os.DirEntry[str], name: str) -> bool:
         """Whether a link leads to something that the walk does not come by anyway; says so where it does not."""
         real = os.path.realpath(entry.path)
         if not os.path.exists(real):
-            self._leave(entry.path, "a link that leads nowhere")
+            self._leave(entry.path, "a link that leads nowhere", name)
             return False
         if os.path.commonpath([real, self.real_root]) in (real, self.real_root):
             self._leave(entry.path, "a link to what is in the fleet's folder already")

@@ -18,7 +18,8 @@ Content = tuple[str, ...]
 
 @dataclass(frozen=True)
 class Lost:
-    """Drives of a store whose logs are no longer in the folder under their names. gone: drive_ids, sorted (damaged ones too).
+    """Drives of a store whose logs are no longer in the folder under their names. gone: drive_ids, sorted (damaged ones too),
+    without those that may lie in what could not be looked into.
 
     moved: drive_id -> the drive of the folder that has the same logs now.
     """
@@ -33,6 +34,12 @@ def away(catalogue: Catalogue, found: FoundFleet) -> tuple[str, ...]:
     return tuple(sorted((catalogue.drives.keys() | catalogue.damaged.keys()) - there))
 
 
+def hidden(catalogue: Catalogue, found: FoundFleet, drive_id: str) -> bool:
+    """Whether a stored drive that was not found may still be there: where it lay, the folder could not be looked into."""
+    stored = catalogue.drives.get(drive_id)
+    return bool(found.unread) if stored is None else found.hides(stored.drive.name)
+
+
 def lost(catalogue: Catalogue, found: FoundFleet) -> Lost:
     """What became of the drives that are no longer where they were.
 
@@ -45,8 +52,9 @@ def lost(catalogue: Catalogue, found: FoundFleet) -> Lost:
         for drive_id in absent
         if drive_id in catalogue.drives and (content := _stored_content(catalogue.drives[drive_id]))
     }
+    sought = tuple(drive_id for drive_id in absent if not hidden(catalogue, found, drive_id))
     if not before:
-        return Lost(absent)
+        return Lost(sought)
     sizes = {catalogue.drives[drive_id].drive.size for drive_id in before}
     now: dict[Content, FoundDrive] = {}
     for drive in found.drives:
@@ -57,7 +65,7 @@ def lost(catalogue: Catalogue, found: FoundFleet) -> Lost:
         if content:
             now.setdefault(content, drive)
     moved = {drive_id: now[content] for drive_id, content in before.items() if content in now}
-    return Lost(tuple(drive_id for drive_id in absent if drive_id not in moved), moved)
+    return Lost(tuple(drive_id for drive_id in sought if drive_id not in moved), moved)
 
 
 def _stored_content(stored: StoredDrive) -> Content:

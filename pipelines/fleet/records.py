@@ -39,11 +39,19 @@ class FoundDrive:
 
 @dataclass(frozen=True)
 class FoundFleet:
-    """All drives under a folder, by name. left_out: (place, why) of files that are no log, or that cannot be used."""
+    """All drives under a folder, by name. left_out: (place, why) of files that are no log, or that cannot be used.
+
+    unread: names below the folder of what could not be looked into: drives that lay there are not known to be gone.
+    """
 
     folder: str
     drives: tuple[FoundDrive, ...]
     left_out: tuple[tuple[str, str], ...] = ()
+    unread: tuple[str, ...] = ()
+
+    def hides(self, name: str) -> bool:
+        """Whether a drive of this name may lie in what could not be looked into."""
+        return any(name == below or name.startswith(f"{below}/") for below in self.unread)
 
     def left_out_below(self) -> tuple[tuple[str, str], ...]:
         """What was left out, by its name below the folder where it lies there."""

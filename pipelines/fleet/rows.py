@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from pipelines.fleet.plain import from_plain, json_bytes, read_json
-from pipelines.results import DriveResults, ParameterEstimate
+from pipelines.prepare.standstill import SPEEDS
+from pipelines.results import DriveResults, ParameterEstimate, Trace
 
 FILE_NAME = "rows.json"
 MOST_BYTES = 16 * 2**20
+PACE_S, PACE_STEPS = 5.0, 60
+"""Of `DriveRows.pace`: its steps, and how many there are at most."""
 
 
 @dataclass(frozen=True)
@@ -29,6 +34,7 @@ class RolloverFigures:
 @dataclass(frozen=True)
 class DriveRows:
     """What the tables take from one drive's results. verdict: by parameter. body: the vehicle's, where known. signals: that the logs hold, sorted.
+    pace: speed in m/s every PACE_S seconds of the first minutes, by which a drive is told from another; () where none is known.
     Nothing in here depends on when, where or how long the drive was worked on."""
 
     start_utc: str | None
@@ -42,6 +48,7 @@ class DriveRows:
     body: str | None = None
     notes: tuple[str, ...] = field(default=())
     signals: tuple[str, ...] = ()
+    pace: tuple[float, ...] = ()
 
 
 def figure(value: float | None) -> float | None:
@@ -75,6 +82,22 @@ def _rollover(results: DriveResults) -> RolloverFigures:
     )
 
 
+def _pace(traces: Sequence[Trace]) -> tuple[float, ...]:
+    """The drive's speed in even steps from its start; of the first signal of a speed that there is."""
+    by_name = {trace.name: trace for trace in traces}
+    for name in SPEEDS:
+        trace = by_name.get(name)
+        values = None if trace is None else trace.columns.get(name)
+        if trace is None or values is None:
+            continue
+        known = np.isfinite(values)
+        if known.any():
+            at = np.arange(PACE_STEPS) * PACE_S
+            at = at[at <= float(trace.time_s[known][-1])]
+            return tuple(np.round(np.interp(at, trace.time_s[known], values[known]), 2).tolist())
+    return ()
+
+
 def rows_of(results: DriveResults) -> DriveRows:
     """What the tables take from a drive's results."""
     record = results.record
@@ -90,6 +113,7 @@ def rows_of(results: DriveResults) -> DriveRows:
         body=None if results.standing is None else results.standing.body,
         notes=(*record.notes, *results.notes),
         signals=tuple(sorted({channel.signal for channel in record.mapped})),
+        pace=_pace(results.signals),
     )
 
 

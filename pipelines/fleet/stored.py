@@ -63,18 +63,22 @@ def sealed(content: bytes) -> Sealed:
     return Sealed(len(content), hashlib.sha256(content).hexdigest())
 
 
+def shown_drive(drive: FoundDrive) -> FoundDrive:
+    """A drive as it was found, with places as they may be shown."""
+    return replace(
+        drive,
+        logs=tuple(masked(place) for place in drive.logs),
+        vehicle=None if drive.vehicle is None else masked(drive.vehicle),
+        map=None if drive.map is None else masked(drive.map),
+        settings=None if drive.settings is None else masked(drive.settings),
+        dbc=tuple(masked(place) for place in drive.dbc),
+    )
+
+
 def shown(stored: StoredDrive) -> StoredDrive:
     """The drive with places as they may be shown: a store is passed on, a URL's password is not."""
-    drive = stored.drive
     return replace(
         stored,
-        drive=replace(
-            drive,
-            logs=tuple(masked(place) for place in drive.logs),
-            vehicle=None if drive.vehicle is None else masked(drive.vehicle),
-            map=None if drive.map is None else masked(drive.map),
-            settings=None if drive.settings is None else masked(drive.settings),
-            dbc=tuple(masked(place) for place in drive.dbc),
-        ),
+        drive=shown_drive(stored.drive),
         facts={masked(place): facts for place, facts in stored.facts.items()},
     )

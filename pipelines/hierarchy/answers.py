@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,13 +16,18 @@ from pipelines.hierarchy.parts import FILE
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior, inverse
 from pipelines.hierarchy.records import DriveTold, VehicleParameter
 from pipelines.joint.answers import FAIR, GOOD, digits_of, left_of, prior_record, status_of
-from pipelines.joint.information import Spread
+from pipelines.joint.conflict import CONTRADICTED
+from pipelines.joint.information import NEVER_NEGATIVE, Spread
 from pipelines.joint.kept import KeptRelations
 from pipelines.results import FloatArray, ParameterEstimate, Prior
+from pipelines.verdict.beyond import REAR_HEAVY, UNMEASURED
 from pipelines.verdict.combine import ASIDE
 
 SOURCE = "hierarchy"
 SOURCE_BEFORE = "vehicle file and what is known of vehicles"
+WRONG = (CONTRADICTED, REAR_HEAVY, UNMEASURED)
+"""How reasons begin that say so of the vehicle file or the log."""
+_FIRST = re.compile(r".*?(?:; |\? )")
 NO_DRAWS: FloatArray = np.zeros(0)
 WITH = "with all {count} drives of the vehicle: ± {std:.{digits}f}, this drive alone {alone}"
 
@@ -95,17 +101,22 @@ def _answer(
     half = 1.96 * std
     left = None if spread is None else left_of(name, spread, std, value - half, value + half)
     status = status_of(name, value, std, left, kinds)  # type: ignore[arg-type]
+    if name.endswith(NEVER_NEGATIVE) and value <= half:
+        status = "not_identifiable"
     if own is None and (name in ASIDE and status == "not_identifiable"):
         return None
     digits = digits_of(name)
     if _says_more_alone(drive, own, std):
         return own
-    reason = WITH.format(count=count, std=std, digits=digits, alone=_alone(own, digits))
+    wrong = refused(own)
+    if wrong and status == "identified":
+        status = "weak"
+    reason = wrong + WITH.format(count=count, std=std, digits=digits, alone=_alone(own, digits))
     if status == "not_identifiable":
         if own is None or own.std is None or std >= own.std:
             return own
         # of this drive alone hardly anything is seen; that of the vehicle which its other drives saw holds for it as well
-        reason = f"this drive adds little; what is known of the vehicle by all its {count} drives: ± {std:.{digits}f}"
+        reason = f"{wrong}this drive adds little; what is known of the vehicle by all its {count} drives: ± {std:.{digits}f}"
     sources = tuple(dict.fromkeys((*(own.sources if own is not None else ()), SOURCE)))
     return ParameterEstimate(
         name, value, std, value - half, value + half, status, reason,
@@ -114,11 +125,28 @@ def _answer(
     )  # fmt: skip
 
 
+def refused(own: ParameterEstimate | None) -> str:
+    """Why a drive's own verdict calls a parameter identified no more, however narrow: its vehicle file or its log is wrong. Or empty.
+
+    Joined with drives that have the same file it is no righter.
+    """
+    found = None if own is None or not own.reason.startswith(WRONG) else _FIRST.match(own.reason)
+    return "" if found is None else found[0]
+
+
+def _known_before(own: ParameterEstimate) -> bool:
+    """Whether a parameter that a drive does not tell has the figures that were known before, which say nothing of the drive."""
+    if own.status != "not_identifiable":
+        return False
+    return own.prior is None or (own.value, own.std) == (own.prior.value, own.prior.std)
+
+
 def doubted(drive: DriveTold) -> dict[str, float]:
     """Variance by parameter that the drive's own verdict has beyond its linear relations', SI.
 
     It added that because relations contradict each other, or as a sensor or a figure of the file may be wrong. Both live on: other drives
-    do not say which of the drive's relations is wrong, and joining it with none must not make it surer.
+    do not say which of the drive's relations is wrong, and joining it with none must not make it surer. So does that of what the
+    drive does not tell, where its figures are its own and not those that were known before.
     """
     kept = drive.kept
     if kept is None:
@@ -129,7 +157,7 @@ def doubted(drive: DriveTold) -> dict[str, float]:
     found = {}
     for name, gradient in gradients.items():
         own = drive.verdict.get(name)
-        if own is not None and own.std is not None and own.status != "not_identifiable":
+        if own is not None and own.std is not None and not _known_before(own):
             g = gradient * kept.std
             found[name] = max(own.std**2 - kept.inflation**2 * float(g @ covariance @ g), 0.0)
     return found

@@ -22,6 +22,9 @@ UNLIKELY = 0.003
 BEYOND_DOUBT = 1e-6
 """Probability below which something is surely wrong: the file of another vehicle, a channel that is another. Nothing is then identified."""
 
+CONTRADICTED = "the log and what was known contradict each other beyond doubt"
+"""How the reasons of a verdict begin that has one."""
+
 LIKELY = 0.05
 """Widened so far that a misfit of this probability is left."""
 

@@ -23,7 +23,7 @@ from pipelines.joint.answers import (
 )
 from pipelines.joint.bends import bent
 from pipelines.joint.channels import CHANNELS
-from pipelines.joint.conflict import Check, check
+from pipelines.joint.conflict import CONTRADICTED, Check, check
 from pipelines.joint.doubts import Weighed, doubts_of, said
 from pipelines.joint.file_check import LOAD, STATED, file_check
 from pipelines.joint.information import Spread, prior_spreads, shares, slopes
@@ -257,7 +257,7 @@ def _with_conflicts(
     first, surely = "", [c.record.relation for c in checks if c.beyond_doubt]
     if surely:
         # no interval holds what a wrong file leaves open
-        first = f"the log and what was known contradict each other beyond doubt ({listed(surely)}): one of them is wrong; "
+        first = f"{CONTRADICTED} ({listed(surely)}): one of them is wrong; "
         words = ""
     named = {
         name: entry

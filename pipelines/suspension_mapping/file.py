@@ -190,7 +190,7 @@ def read_map_text(text: str, path: Path) -> SuspensionMap:
     """Read a map file's text. Raises VehicleError that names the place, what was found and the nearest right key."""
     try:
         raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+    except (ValueError, RecursionError) as error:
         raise VehicleError(f"not valid TOML ({error})", path=path) from error
     top = StrictTable(raw, path, "")
     if not top.has("suspension_map"):

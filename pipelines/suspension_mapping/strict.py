@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import difflib
-import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from parsers.errors import VehicleError
+from parsers.finite import is_number
 
 LONGEST_TEXT = 500
 
@@ -55,7 +55,7 @@ class StrictTable:
 
     def as_number(self, value: object, key: str, low: float = -1e12, high: float = 1e12) -> float:
         """The same of a value that was taken out of a list."""
-        if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        if not is_number(value):
             raise self.error(f"found {_short(value)}, expected a finite number", key)
         if not low <= value <= high:
             raise self.error(f"found {value:g}, expected {low:g} to {high:g}", key)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import math
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -11,6 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from parsers.errors import VehicleError
+from parsers.finite import is_number
+from parsers.small_text import read_small_text
 from pipelines.parameters import PARAMETERS
 from pipelines.vehicles.kinematics import check_kinematics
 from pipelines.vehicles.measured import POWERTRAINS, known_body, near_body
@@ -209,9 +210,7 @@ def _number(raw: object, key: str, table: str, path: Path) -> tuple[float, float
             )
         value, std = raw["value"], raw.get("std")
     for part in (value, std):
-        if part is not None and (
-            isinstance(part, bool) or not isinstance(part, int | float) or not math.isfinite(part)
-        ):
+        if part is not None and not is_number(part):
             raise VehicleError(f"found {part!r}, expected a finite number", path=path, place=place)
     assert isinstance(value, int | float)
     assert std is None or isinstance(std, int | float)
@@ -273,7 +272,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     """Read a vehicle file's text. Raises VehicleError that names the key, what was found and the nearest right key."""
     try:
         raw = tomllib.loads(text)
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise VehicleError(f"not valid TOML ({error})", path=path) from error
     for table in raw:
         _reject_unknown(table, frozenset({"vehicle", "load", "sensors", "reference"}), "top level", path)
@@ -385,7 +384,7 @@ def read_vehicle(path: Path, *, with_map: bool = True) -> Vehicle:
     Raises VehicleError where one cannot be read or is wrong.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_small_text(path)
     except OSError as error:
         raise VehicleError(f"cannot be read ({error.strerror})", path=path) from error
     except UnicodeDecodeError as error:

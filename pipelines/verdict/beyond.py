@@ -27,6 +27,9 @@ FRONT_DRIVEN, REARWARD = 0.9, 0.56
 """Share of the drive at the front from which on a car is front-driven, and the CG's place over the wheelbase behind which none of these
 has it when empty: tyres that pull need the weight, and a rear engine drives the rear axle."""
 
+REAR_HEAVY, UNMEASURED = "the vehicle file has", "no measured"
+"""How the reasons begin of what is found here."""
+
 ALONG = (
     "cg_to_front_axle_m",
     "corner_mass_fl_kg",
@@ -58,7 +61,7 @@ def _too_far_back(
     if front.value < FRONT_DRIVEN or share < REARWARD:
         return found
     words = (
-        f"the vehicle file has {share:.0%} of the empty weight of a front-driven car at the rear: was cg_to_front_axle_m measured "
+        f"{REAR_HEAVY} {share:.0%} of the empty weight of a front-driven car at the rear: was cg_to_front_axle_m measured "
         "from the rear axle? "
     )
     return found | {
@@ -97,7 +100,7 @@ def _too_low_or_high(
     else:
         return found
     words = (
-        f"no measured {style} has its CG so {where} ({height.value:.2f} m; the {where}est of {len(same)}: {limit:.2f} m): check the vehicle "
+        f"{UNMEASURED} {style} has its CG so {where} ({height.value:.2f} m; the {where}est of {len(same)}: {limit:.2f} m): check the vehicle "
         "file's mass, rates and lengths and the log's units; "
     )
     return {

@@ -67,6 +67,8 @@ def _damage(raw: dict[str, object], how: str) -> object:
         del results["record"]
     elif how == "type":
         results["record"]["messages"] = "many"
+    elif how == "huge number":
+        results["record"]["duration_s"] = 10**400
     elif how == "literal":
         results["record"]["status"] = "perfect"
     elif how == "huge array":
@@ -81,7 +83,8 @@ def _damage(raw: dict[str, object], how: str) -> object:
 
 
 @pytest.mark.parametrize(
-    "how", ["format", "missing", "type", "literal", "huge array", "wrong length", "bytes", "other"]
+    "how",
+    ["format", "missing", "type", "huge number", "literal", "huge array", "wrong length", "bytes", "other"],
 )
 def test_a_damaged_archive_is_refused_in_one_line(how: str, tmp_path: Path) -> None:
     path = tmp_path / "drive.json"

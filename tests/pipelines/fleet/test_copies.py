@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from pipelines.fleet.copies import Copy, Finished, copies_of
 from pipelines.fleet.gather import gather
-from pipelines.fleet.rows import rows_of
+from pipelines.fleet.rows import rows_bytes, rows_from, rows_of
 from pipelines.fleet.store import open_store
 from pipelines.fleet.stored import StoredDrive
+from pipelines.results import Trace
 from tests.pipelines.fleet.stored_drives import (
     fleet_of,
     found_drive,
@@ -67,6 +69,32 @@ def test_a_copy_that_was_cut_off_is_a_part_of_the_longer_one() -> None:
 def test_what_may_tell_something_of_its_own_is_no_copy(other: Finished) -> None:
     longer = drive(1, seconds=121.0)
     assert copies_of([longer, other]) == {}
+
+
+def _with_pace(one: Finished, pace: tuple[float, ...]) -> Finished:
+    return replace(one, rows=replace(one.rows, pace=pace))
+
+
+def test_drives_whose_clock_begins_alike_each_time_are_no_copies() -> None:
+    """A recorder without a battery begins on the first of January 2000 whenever it is switched on."""
+    pace = (0.0, 3.0, 8.0, 12.0, 13.0, 9.0)
+    whole, cut = _with_pace(drive(1), pace), _with_pace(drive(2, seconds=22.0), (0.3, 3.4, 7.2, 12.0))
+    assert copies_of([whole, cut]).keys() == {cut.drive_id}
+    other = _with_pace(drive(3, seconds=22.0), (0.0, 9.0, 16.0, 20.0))
+    assert copies_of([whole, other]) == {}
+    # too little is known
+    short = _with_pace(drive(4, seconds=11.0), (0.0, 9.0, 16.0))
+    assert copies_of([whole, short]).keys() == {short.drive_id}
+
+
+def test_a_drives_pace_is_its_speed_in_even_steps() -> None:
+    time_s = np.linspace(0.0, 21.0, 43)
+    values = np.where((time_s > 9) & (time_s < 11), np.nan, 2.0 * time_s)
+    traces = (Trace("yaw_rate", time_s, {"yaw_rate": time_s}), Trace("speed", time_s, {"speed": values}))
+    rows = rows_of(replace(results_of_drive(1), signals=traces))
+    assert rows.pace == (0.0, 10.0, 20.0, 30.0, 40.0)
+    assert rows_from(rows_bytes(rows)) == rows
+    assert rows_of(replace(results_of_drive(1), signals=traces[:1])).pace == ()
 
 
 def test_two_clocks_of_unknown_zone_are_one_recorders() -> None:

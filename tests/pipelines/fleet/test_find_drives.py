@@ -171,6 +171,15 @@ def test_a_map_may_name_the_time_column_of_a_table(tmp_path):
     assert len(find_drives(str(tmp_path)).drives) == 1
 
 
+def test_a_tables_own_map_may_name_its_time_column_too(tmp_path):
+    clock = '[time]\nchannel = "k"\nunit = "s"\n'
+    files = {"suv/drive.csv": "k,speed_mps\n0.0,3\n0.1,4\n0.2,5\n", "suv/drive.map.toml": clock}
+    files["suv/map.toml"] = clock.replace('"k"', '"other"')
+    (found,) = find_drives(str(put(tmp_path, files))).drives
+    assert (found.map or "").endswith("drive.map.toml")
+    assert not any("will fail" in lack for lack in found.lacks)
+
+
 def test_nothing_of_cogests_own_is_a_log(tmp_path):
     put(
         tmp_path,
@@ -246,3 +255,13 @@ def test_ids_stay_when_other_files_come(tmp_path):
     assert len({drive.drive_id for drive in found.drives}) == 3
     moved = shutil.copytree(tmp_path, tmp_path.parent / f"{tmp_path.name}_moved")
     assert {d.drive_id for d in find_drives(str(moved)).drives} == {d.drive_id for d in found.drives}
+
+
+def test_what_a_dead_link_hides_is_not_known_to_be_gone(tmp_path):
+    put(tmp_path, {"suv/drive.csv": TABLE})
+    (tmp_path / "van").symlink_to(tmp_path.parent / "away", target_is_directory=True)
+    found = find_drives(str(tmp_path))
+    assert found.unread == ("van",)
+    assert found.hides("van/drive.csv")
+    assert not found.hides("vans/drive.csv")
+    assert not found.hides("suv/gone.csv")

@@ -14,6 +14,7 @@ import pytest
 
 from parsers.errors import StoreError
 from pipelines.fleet.gather import prune
+from pipelines.fleet.moved import lost
 from pipelines.fleet.records import Facts
 from pipelines.fleet.rows import rows_of
 from pipelines.fleet.storage_local import LocalStorage
@@ -116,6 +117,18 @@ def test_forget_and_prune(store: Store) -> None:
     assert store.stored(DRIVE.drive_id) is None
     assert prune(store, fleet_of(found_drive(2))) == (found_drive(3).drive_id,)
     assert list(store.all().drives) == [found_drive(2).drive_id]
+
+
+def test_what_cannot_be_looked_into_is_not_pruned(store: Store) -> None:
+    """A share that is away takes no results with it."""
+    for number in (1, 2, 3):
+        put(store, number)
+    hidden = found_drive(3).name.rpartition("/")[0] or found_drive(3).name
+    found = replace(fleet_of(found_drive(2)), unread=(hidden,))
+    gone = prune(store, found)
+    assert found_drive(3).drive_id not in gone
+    assert found_drive(3).drive_id in store.all().drives
+    assert found_drive(3).drive_id not in lost(store.all(), found).gone
 
 
 def test_note_brings_facts_up_to_date(store: Store) -> None:

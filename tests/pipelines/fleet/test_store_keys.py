@@ -79,6 +79,18 @@ def test_the_suspension_map_that_the_vehicle_file_names_counts(drive: FoundDrive
     assert len({absent, first, key(drive)}) == 3
 
 
+@pytest.mark.parametrize("text", ["\ufeff{}", "# made by hand\r{}"], ids=["byte order mark", "old line ends"])
+def test_the_suspension_map_counts_however_the_vehicle_file_was_saved(
+    drive: FoundDrive, tmp_path: Path, text: str
+) -> None:
+    saved = text.format('[vehicle]\nsuspension_map = "maps/s.toml"\n').encode()
+    (tmp_path / "vehicle.toml").write_bytes(saved)
+    write(tmp_path / "maps/s.toml", "map 1")
+    first = key(drive)
+    write(tmp_path / "maps/s.toml", "map 2")
+    assert key(drive) != first
+
+
 @pytest.mark.parametrize(
     "other", [{"estimators": "roll_map"}, {"seed": 1}, {"fix": False}, {"version": "1.1"}], ids=str
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from pipelines.hierarchy.empty import FIGURES, figure_at
 from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.vehicle import join_vehicle
+from pipelines.joint.conflict import CONTRADICTED
 from pipelines.joint.kept import KeptRelations
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import FloatArray, ParameterEstimate, Prior
@@ -212,6 +214,53 @@ def test_what_a_drive_doubts_stays_wide(widened: dict[str, float], normal: bool)
     )
     after = join_vehicle("v", drives).drives["d02"]["cg_height_m"]
     assert std_of(after) == pytest.approx(float(np.hypot(std_of(before), 0.05)), rel=0.05)
+
+
+def _said(drive: DriveTold, name: str, **other: Any) -> DriveTold:
+    """The drive with another entry for one parameter."""
+    return replace(drive, verdict={**drive.verdict, name: replace(drive.verdict[name], **other)})
+
+
+def test_what_a_drive_doubts_and_does_not_tell_stays_wide() -> None:
+    """Figures of its own that are no result are as doubtful as it says; those that were known before say nothing of the drive."""
+    drives, _ = fleet(6)
+    name = "cg_height_m"
+    entry = drives[2].verdict[name]
+    before = join_vehicle("v", drives).drives["d02"][name]
+    wide = float(np.hypot(std_of(entry), 0.05))
+    drives[2] = _said(drives[2], name, std=wide, status="not_identifiable", reason="the file may be wrong")
+    after = join_vehicle("v", drives).drives["d02"][name]
+    assert std_of(after) == pytest.approx(float(np.hypot(std_of(before), 0.05)), rel=0.05)
+    assert entry.prior is not None
+    drives[2] = _said(drives[2], name, value=entry.prior.value, std=entry.prior.std)
+    assert std_of(join_vehicle("v", drives).drives["d02"][name]) == pytest.approx(std_of(before))
+
+
+@pytest.mark.parametrize(
+    "words", [f"{CONTRADICTED} (a, b): one of them is wrong; ", "no measured SUV has its CG so low; "]
+)
+def test_nothing_is_identified_where_the_drive_says_that_its_file_is_wrong(words: str) -> None:
+    drives, _ = fleet(6)
+    name = "cg_height_m"
+    assert join_vehicle("v", drives).drives["d02"][name].status == "identified"
+    drives[2] = _said(drives[2], name, status="weak", reason=f"{words}from what it saw")
+    found = join_vehicle("v", drives)
+    answer = found.drives["d02"][name]
+    assert answer.status == "weak"
+    assert answer.reason.startswith(f"{words}with all 6 drives")
+    assert found.drives["d01"][name].status == "identified"
+
+
+def test_a_stiffness_that_may_be_below_nought_is_not_identified() -> None:
+    drives, _ = fleet(6)
+    name = "roll_stiffness_nmprad"
+    entry = drives[2].verdict[name]
+    assert entry.value is not None
+    assert entry.prior is not None
+    wide = replace(entry.prior, std=10 * entry.value)
+    drives[2] = _said(drives[2], name, std=0.6 * entry.value, status="weak", prior=wide)
+    answer = join_vehicle("v", drives).drives["d02"][name]
+    assert answer.low is None or answer.low > 0 or answer.status == "not_identifiable"
 
 
 def test_what_no_drive_saw_is_not_identified() -> None:
