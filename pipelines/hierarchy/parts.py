@@ -45,13 +45,29 @@ class Before:
 
 
 def agreed(drives: Sequence[KeptRelations]) -> Mapping[str, tuple[float, float]]:
-    """What at least half of the drives knew before their logs, alike: unknown -> mean and standard deviation."""
+    """What the drives knew before their logs: unknown -> mean and standard deviation.
+
+    It is what most of them knew alike. Where their files differ and neither has most drives, one of them is wrong, and nothing tells
+    which: mean and spread of all.
+    """
     said: dict[str, Counter[tuple[float, float]]] = {}
     for kept in drives:
         for name, mean, std in zip(kept.names, kept.mean.tolist(), kept.std.tolist(), strict=True):
             said.setdefault(name, Counter())[(mean, std)] += 1
-    usual = {name: count.most_common(1)[0] for name, count in said.items()}
-    return {name: pair for name, (pair, times) in usual.items() if 2 * times >= said[name].total()}
+    return {name: _of_all(count) for name, count in said.items()}
+
+
+def _of_all(count: Counter[tuple[float, float]]) -> tuple[float, float]:
+    """What most say; mean and spread of a draw from all that is said, where nothing is said by most."""
+    pair, times = count.most_common(1)[0]
+    if 2 * times > count.total():
+        return pair
+    means, stds, weights = (
+        np.array([*(mean for mean, _ in count)]), np.array([*(std for _, std in count)]), np.array([*count.values()]),
+    )  # fmt: skip
+    share = weights / weights.sum()
+    middle = float(share @ means)
+    return middle, float(np.sqrt(share @ (stds**2 + (means - middle) ** 2)))
 
 
 def before(source: Source, same: Mapping[str, tuple[float, float]]) -> Before:

@@ -188,7 +188,8 @@ def _reconciled(name: str, answers: Sequence[_Given]) -> ParameterEstimate:
     unknown = between_methods(values, stds)
     weights = 1 / (stds**2 + unknown)
     value = float(np.sum(weights * values) / np.sum(weights))
-    std = float(np.sqrt(stds[0] ** 2 + unknown))
+    # the variance between five methods of which one stands apart leaves that one out
+    std = max(float(np.sqrt(stds[0] ** 2 + unknown)), float(np.abs(values - value).max()) / QUANTILE)
     half = QUANTILE * std
     digits = PARAMETERS[name].digits if name in PARAMETERS else 3
     said = ", ".join(f"{g.estimator} {g.value:.{digits}f} ± {g.std:.{digits}f}" for g in peers)

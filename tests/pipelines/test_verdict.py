@@ -120,6 +120,19 @@ def test_a_contradiction_widens_the_interval_to_hold_both_and_is_said() -> None:
     assert weak["cg_height_m"].status == "weak"
 
 
+def test_one_that_stands_apart_from_four_is_held_as_well() -> None:
+    """The variance between five methods leaves out the one that stands apart; the interval that is said to hold them holds it."""
+    values = (5.00, 5.00, 5.02, 4.98, 5.35)
+    stds = (0.10, 0.12, 0.12, 0.12, 0.12)
+    told = [named(name, value, std) for name, value, std in zip("abcde", values, stds, strict=True)]
+    found = combine(told, Vehicle())["cg_height_m"]
+    assert "widened to hold them" in found.reason
+    assert found.low is not None
+    assert found.high is not None
+    assert found.low < min(values)
+    assert found.high >= max(values)
+
+
 def test_a_published_method_speaks_only_where_nobody_else_does() -> None:
     alone = combine([named("published", 0.9, 0.001, witness=True)], Vehicle())["cg_height_m"]
     assert alone.value == 0.9

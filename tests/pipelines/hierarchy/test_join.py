@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from pipelines.hierarchy.join import CURVED, Joined, joined, usable
+from pipelines.hierarchy.parts import agreed
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.relinear import at_place
 from pipelines.hierarchy.shared import MOST, belongs, own_shares
@@ -197,3 +198,20 @@ def test_a_drive_alone_is_as_it_was() -> None:
     np.testing.assert_allclose(
         posterior.covariance(0) / np.outer(STD, STD), covariance / np.outer(STD, STD), atol=1e-10
     )
+
+
+def test_files_of_which_none_is_most_drives_are_both_possible() -> None:
+    """Which of two drives' vehicle files is wrong nothing tells, and not that the earlier one came first."""
+    rng = np.random.default_rng(3)
+    first, second = draw(rng, 2, 0.0).kept
+    lighter = replace(second, mean=second.mean + np.array([3e3, 0, 0, 0, 0, 0]))
+    for order in ((first, lighter), (lighter, first)):
+        mean, std = agreed(order)["spring_front"]
+        assert mean == pytest.approx(31.5e3)
+        assert std == pytest.approx(np.hypot(900.0, 1.5e3))
+        assert agreed(order)["empty_h"] == (0.6, 0.03)
+    # of three the two that say the same are believed, in any order
+    assert agreed((lighter, first, first))["spring_front"] == (30e3, 900.0)
+    assert agreed((first, lighter, replace(first, mean=first.mean + 6e3)))["spring_front"][
+        0
+    ] == pytest.approx(33e3)
