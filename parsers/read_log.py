@@ -20,6 +20,7 @@ from parsers.mapping.wheel_radius import WheelRadius
 from parsers.places import remote
 from parsers.registry import find_importer
 from parsers.ros.frame_topics import with_frame_topics
+from parsers.ros.joint_topics import with_joint_names
 from parsers.signals import SIGNALS
 from parsers.timebase import LATEST_NS, usual_period_s
 from parsers.units import SI_TEXT
@@ -147,6 +148,7 @@ def open_log(
     )
     try:
         reader = importer.open(path, read_options, log)
+        reader = with_joint_names(reader, lambda book: importer.open(path, read_options, book), log)
         reader = with_frame_topics(
             reader, lambda book: importer.open(path, read_options, book), read_options, log, path
         )

@@ -176,6 +176,8 @@ def _say(sibling: Sibling) -> str:
 
 def _what(tags: Mapping[str, str], channel: ChannelInfo) -> str:
     """What was recognised, in the format's own words."""
+    if "joint" in tags and "type" in tags:
+        return f"{tags['type']} {tags.get('field', '')} of joint {tags['joint']}"
     if "type" in tags and "field" in tags:
         return f"{tags['type']} {tags['field']}"
     if "pgn" in tags and "spn" in tags:
