@@ -125,7 +125,7 @@ def test_parts_of_one_table_state_one_unit(tmp_path: Path) -> None:
     part("c.parquet", 2.0, "kph")
     assert units_of(tmp_path)[0] == {"speed": "km/h"}
     part("d.parquet", 3.0, "m/s")
-    with pytest.raises(LogError, match='b.parquet has column "speed" in km/h, d.parquet in m/s'):
+    with pytest.raises(LogError, match=r'b\.parquet has column "speed" in km/h, d\.parquet in m/s'):
         units_of(tmp_path)
 
 
