@@ -36,7 +36,7 @@ def analyze(
         InputPath | None,
         typer.Option(
             metavar="FILE",
-            help="Settings file (TOML): see `cogest estimators --settings`.",
+            help="Settings file (TOML), see `cogest estimators --settings`; default: the log's own or the nearest settings.toml.",
             show_default=False,
             parser=as_path,
         ),
@@ -67,7 +67,7 @@ def analyze(
         map_given=map_file is not None,
         dbc=databases(logs, dbc),
         dbc_given=bool(dbc),
-        settings=settings,
+        settings=settings or nearest("settings.toml", logs[0]),
         estimators=estimators,
         seed=seed,
         fix=not no_fix,
@@ -91,6 +91,8 @@ def _tell(results: DriveResults, paths: Sequence[Path]) -> None:
 
     show(verdict_table(results))
     show_line(f"vehicle file: {results.inputs.vehicle or 'none (measured vehicles are the prior)'}")
+    if results.inputs.settings:
+        show_line(f"settings file: {results.inputs.settings}")
     for estimate in results.estimates:
         if table := tire_force_errors(estimate.diagnostics):
             show(f"\n{table}")

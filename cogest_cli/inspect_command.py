@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -32,15 +33,14 @@ def inspect(
     from pipelines.discover import nearest
     from pipelines.inspection import inspect_log
     from pipelines.vehicles.vehicle import read_vehicle
+    from pipelines.vehicles.wheel_radius import wheel_radius
     from reports.inspection import inspection_dict, inspection_text
 
     vehicle_path = vehicle or nearest("vehicle.toml", log)
+    known = read_vehicle(vehicle_path) if vehicle_path else None
     with ProgressLine() as progress:
-        inspection = inspect_log(
-            log,
-            load_options([log], map_file, dbc, not no_fix, progress),
-            read_vehicle(vehicle_path) if vehicle_path else None,
-        )
+        options = load_options([log], map_file, dbc, not no_fix, progress)
+        inspection = inspect_log(log, replace(options, radius=wheel_radius(known)), known)
     if write_map is not None:
         if write_map.exists():
             hint = "a mapping file that was edited is not written over: name another, or remove it"

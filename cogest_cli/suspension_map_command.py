@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -63,14 +64,14 @@ def suspension_map(
     known = read_vehicle(found, with_map=False) if found else Vehicle()
     with ProgressLine() as progress:
         drives = [
-            training_drive(at_the_wheels(_load(log, map_file, dbc, no_fix, progress), known), log.name)
+            training_drive(at_the_wheels(_load(log, map_file, dbc, no_fix, known, progress), known), log.name)
             for log in logs
         ]
         progress("training", 0.9)
         record = train(drives, known, _name(known, logs))
         judged: list[Judged] = []
         for log in validate or ():
-            drive = at_the_wheels(_load(log, map_file, dbc, no_fix, progress), known)
+            drive = at_the_wheels(_load(log, map_file, dbc, no_fix, known, progress), known)
             judged += judge(record, drive, log.name)
     write_whole(out, map_text(record).encode("utf-8"))
     if as_json:
@@ -94,9 +95,16 @@ def _name(vehicle: Vehicle, logs: Sequence[Path]) -> str:
 
 
 def _load(
-    log: Path, map_file: Path | None, dbc: Sequence[Path] | None, no_fix: bool, progress: ProgressLine
+    log: Path,
+    map_file: Path | None,
+    dbc: Sequence[Path] | None,
+    no_fix: bool,
+    known: Vehicle,
+    progress: ProgressLine,
 ) -> Drive:
     from cogest_cli.options import load_options
     from parsers.load import load_drive
+    from pipelines.vehicles.wheel_radius import wheel_radius
 
-    return load_drive([log], load_options([log], map_file, dbc, not no_fix, progress))
+    options = load_options([log], map_file, dbc, not no_fix, progress)
+    return load_drive([log], replace(options, radius=wheel_radius(known)))

@@ -13,6 +13,7 @@ from parsers.can.tally import AS_WRITTEN, SUMMED
 from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
 from parsers.channels import ByteArray, IntArray
 from parsers.importer import HEAD_BYTES, TAKEN_AS_UTC, ImportLog, ReadOptions
+from parsers.wide_text import narrow_text
 
 _DATE = re.compile(r"^\s*date\s+(\S.*)", re.IGNORECASE)
 _TRIGGER = re.compile(r"^\s*begin\s+triggerblock\s+(\S.*)", re.IGNORECASE)
@@ -45,14 +46,15 @@ class AscImporter:
 
     def open(self, path: Path, options: ReadOptions, log: ImportLog) -> CanReader:
         """Raises LogError where the file cannot be read."""
-        header = read_header(first_lines(path, HEAD_BYTES))
+        text = narrow_text(path, log)
+        header = read_header(first_lines(text, HEAD_BYTES))
         for note in header.notes:
             log.note(note)
         if header.start is not None:
             log.began(header.start)
 
         clock = "log time since the start of measurement"
-        source = TextSource(path, log, options.progress, _Parser(header), clock=clock, absolute=False)
+        source = TextSource(text, log, options.progress, _Parser(header), clock=clock, absolute=False)
         return CanReader(source, options, log, path)
 
 

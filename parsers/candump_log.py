@@ -17,6 +17,7 @@ from parsers.can.textlines import TextSource, Work, first_lines, head_lines, loo
 from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
+from parsers.wide_text import narrow_text
 
 _STAMP = r"\(\s*(?P<stamp>\d+\.\d+|\d{4}-\d\d-\d\d \d\d:\d\d:\d\d\.\d+)\s*\)"
 _NAME = r"[A-Za-z_][\w.:-]{0,15}"
@@ -45,9 +46,10 @@ class CandumpImporter:
 
     def open(self, path: Path, options: ReadOptions, log: ImportLog) -> CanReader:
         """Raises LogError where the frames carry no time stamps."""
-        lines = first_lines(path, _SAMPLE_BYTES)
+        text = narrow_text(path, log)
+        lines = first_lines(text, _SAMPLE_BYTES)
         how, absolute, clock = _time_of(lines, path, log)
-        source = TextSource(path, log, options.progress, _Parser(how), clock=clock, absolute=absolute)
+        source = TextSource(text, log, options.progress, _Parser(how), clock=clock, absolute=absolute)
         return CanReader(source, options, log, path)
 
 

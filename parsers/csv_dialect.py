@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from itertools import islice, pairwise
 
-from parsers.table_cells import NumberStyle, best_style, is_missing, split_cells, value_share
+from parsers.table_cells import NO_BREAK, NumberStyle, best_style, is_missing, split_cells, value_share
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
@@ -117,7 +117,8 @@ def _style_notes(rules: RowRules, style: NumberStyle) -> list[str]:
     if style.decimal == ",":
         notes.append("the decimal sign is a comma")
     if style.thousands:
-        notes.append(f"digits are grouped by {style.thousands!r}")
+        sign = "no-break blanks" if style.thousands == NO_BREAK else repr(style.thousands)
+        notes.append(f"digits are grouped by {sign}")
     if rules.row_quotes:
         notes.append("every row stands in quotes as a whole")
     return notes
@@ -145,7 +146,9 @@ def _choose_rules(lines: Sequence[str], stated: str | None) -> tuple[RowRules, N
     if best is None or best[0] < 0.15:
         return None
     _, rules, style, share = best
-    point, groups = ord(style.decimal), ord(style.thousands) if style.thousands else -1
+    # what is beyond ASCII the kernel knows whatever the rules say
+    groups = ord(style.thousands) if style.thousands.isascii() and style.thousands else -1
+    point = ord(style.decimal)
     return replace(rules, decimal=point, thousands=groups), style, share
 
 

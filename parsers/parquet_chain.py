@@ -14,6 +14,7 @@ from parsers.importer import ImportLog
 from parsers.native_stderr import quiet_panics
 from parsers.parquet_columns import SAMPLE_ROWS, is_number, time_of
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
+from parsers.parquet_units import same_unit
 from parsers.table_names import ColumnName, unique_names
 from parsers.table_stamps import DAY_NS
 from parsers.timebase import JUMP_BACK_NS
@@ -43,7 +44,7 @@ def _in_order(parts: Sequence[ParquetGroup], path: Path, log: ImportLog) -> list
     # the longest part shows best in which unit a column without one counts
     model = max(parts, key=lambda part: part.rows)
     alike = [_like(model, part, path) for part in parts]
-    alike = _without_texts(alike, log)
+    alike = _with_units(_without_texts(alike, log), path)
     day = model.time.kind == "calendar" and not model.time.absolute
     spans = {part.path: _span(part) for part in alike}
     known = [part for part in alike if spans[part.path] is not None]
@@ -68,6 +69,25 @@ def _in_order(parts: Sequence[ParquetGroup], path: Path, log: ImportLog) -> list
     return known + [part for part in alike if spans[part.path] is None]
 
 
+def _with_units(parts: Sequence[ParquetGroup], path: Path) -> list[ParquetGroup]:
+    """The parts with the units that any of them states. Raises LogError where two state different ones for a column."""
+    names = list(parts[0].names)
+    teller = [parts[0]] * len(names)
+    for part in parts[1:]:
+        for k, column in enumerate(part.names):
+            before = names[k].unit
+            if before is None and column.unit is not None:
+                names[k], teller[k] = column, part
+            elif before is not None and column.unit is not None and not same_unit(before, column.unit):
+                raise LogError(
+                    f'{teller[k].path.name} has column "{column.header}" in {before}, {part.path.name} in {column.unit}, '
+                    "and both are parts of one table",
+                    path=path,
+                    hint=_HINT,
+                )
+    return [replace(part, names=tuple(names)) for part in parts]
+
+
 def _by_name(part: ParquetGroup) -> tuple[int, str]:
     """Names with numbers in order: part-2 before part-10."""
     return len(part.path.name), part.path.name
@@ -85,7 +105,7 @@ def _like(model: ParquetGroup, part: ParquetGroup, path: Path) -> ParquetGroup:
         )
     return replace(
         part,
-        names=model.names,
+        names=tuple(part.names[k] for k in order),
         headers=model.headers,
         types=types,
         time=model.time,

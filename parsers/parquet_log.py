@@ -21,6 +21,7 @@ from parsers.parquet_chain import chained
 from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
 from parsers.parquet_torn import read_slice, torn_pages
+from parsers.parquet_units import file_metadata, with_stated_units
 from parsers.places import remote
 from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
@@ -126,7 +127,12 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
             frame = pl.scan_parquet(far.path if far else path, glob=False)
             schema = frame.collect_schema()
             rows = int(frame.select(pl.len()).collect().item())
-            names = tuple(split_header(name) for name in schema.names())
+            stated = with_stated_units(
+                [split_header(name) for name in schema.names()],
+                schema.names(),
+                file_metadata(far.path if far else path),
+            )
+            names = stated.names
             types = tuple(schema.dtypes())
             if far is not None:
                 frame = frame.select(_fetched_sample(far, names, schema, options))
@@ -153,7 +159,7 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
         raise damaged(path, ValueError(f"the time in column {lost[0]!r} cannot be decoded"))
     left_out, said = without_other_rasters(columns, plan, options, path)
     spelt -= {*plan.columns}
-    for note in filter(None, [said, _nested_note(names, types), _spelt_note(names, spelt)]):
+    for note in filter(None, [*stated.notes, said, _nested_note(names, types), _spelt_note(names, spelt)]):
         log.note(note)
     types = tuple(pl.Float64() if k in spelt else kind for k, kind in enumerate(types))
     return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, 0, far, left_out)

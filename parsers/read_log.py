@@ -16,9 +16,11 @@ from parsers.errors import LogError, MappingError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
 from parsers.intake import Group, Intake, LogRows
 from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose_and_say
+from parsers.mapping.wheel_radius import WheelRadius
 from parsers.places import remote
 from parsers.registry import find_importer
 from parsers.ros.frame_topics import with_frame_topics
+from parsers.ros.joint_topics import with_joint_names
 from parsers.signals import SIGNALS
 from parsers.timebase import LATEST_NS, usual_period_s
 from parsers.units import SI_TEXT
@@ -47,7 +49,7 @@ def quiet(what: str, share: float) -> None:
 class LoadOptions:
     """How to load. map: a mapping file that was read. fix: apply what the physics checks are sure of.
 
-    dbc, dbc_given: as in `ReadOptions`.
+    dbc, dbc_given: as in `ReadOptions`. radius: of the wheels, as the vehicle file has it.
     """
 
     map: MapFile | None = None
@@ -55,6 +57,7 @@ class LoadOptions:
     fix: bool = True
     progress: Progress = quiet
     dbc_given: bool = True
+    radius: WheelRadius | None = None
 
 
 @dataclass(frozen=True)
@@ -145,6 +148,7 @@ def open_log(
     )
     try:
         reader = importer.open(path, read_options, log)
+        reader = with_joint_names(reader, lambda book: importer.open(path, read_options, book), log)
         reader = with_frame_topics(
             reader, lambda book: importer.open(path, read_options, book), read_options, log, path
         )
@@ -300,7 +304,7 @@ def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Bind
                 f"{options.map.path.name} maps {len(sentences) - MOST_MISSING} more channels that are not in this log: is it for another one?"
             )
     try:
-        proposals, left_out = propose_and_say(opened.reader.channels, options.map)
+        proposals, left_out = propose_and_say(opened.reader.channels, options.map, options.radius)
     except MappingError as error:
         # a channel may be missing because the log is damaged: then the map is not what is to be looked at first
         if not opened.log.notes:

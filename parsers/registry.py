@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import importlib
 import itertools
 import stat
@@ -12,6 +11,7 @@ from typing import cast
 
 from parsers.errors import LogError
 from parsers.importer import HEAD_BYTES, Importer
+from parsers.wide_text import narrow, wide_encoding
 
 FORMATS: tuple[str, ...] = (
     # binary formats, by their magic bytes
@@ -29,7 +29,6 @@ FORMATS: tuple[str, ...] = (
     "parsers.csv_log:CsvImporter",
 )
 
-_WIDE = ((codecs.BOM_UTF16_LE, "utf-16-le"), (codecs.BOM_UTF16_BE, "utf-16-be"))
 _OF_FRAMES = ("parsers.trc_log", "parsers.asc_log", "parsers.candump_log")
 
 _PACKED = ((b"\x1f\x8b", "gzip", "gunzip"), (b"PK\x03\x04", "ZIP", "unzip"), (b"7z\xbc\xaf\x27\x1c", "7-Zip", "7z x"),
@@ -114,27 +113,23 @@ def _unknown(path: Path, head: bytes) -> LogError:
     )
 
 
-def _refuse_wide_frames(path: Path, head: bytes) -> None:
-    """Raise LogError for a text log of frames that was saved as UTF-16, as PowerShell's ">" does: a table it is not."""
-    codec = next((codec for mark, codec in _WIDE if head.startswith(mark)), None)
-    if codec is None:
-        return
-    text = head[2 : len(head) // 2 * 2].decode(codec, "replace").encode("ascii", "replace")
-    for line in FORMATS:
-        if line.startswith(_OF_FRAMES) and importer_at(line).claims(path, text):
-            title = importer_at(line).title
-            raise LogError(
-                f"a {title} log that was saved as UTF-16, two bytes a letter: not read",
-                path=path,
-                hint="save it as UTF-8, or give the file as it was recorded",
-            )
+def _of_wide_frames(path: Path, head: bytes) -> Importer | None:
+    """The importer of a text log of frames that was saved as UTF-16, as PowerShell's ">" does: a table it is not."""
+    encoding = wide_encoding(head)
+    if encoding is None:
+        return None
+    text = narrow(head, encoding)
+    lines = (line for line in FORMATS if line.startswith(_OF_FRAMES))
+    return next((importer_at(line) for line in lines if importer_at(line).claims(path, text)), None)
 
 
 def find_importer(path: Path) -> Importer:
     """The importer for a log, by its first bytes. Raises LogError where none claims it."""
     head = read_head(path)
     try:
-        _refuse_wide_frames(path, head)
+        wide = _of_wide_frames(path, head)
+        if wide is not None:
+            return wide
         for line in FORMATS:
             importer = importer_at(line)
             if importer.claims(path, head):

@@ -13,6 +13,8 @@ from parsers.table_stamps import MONTHS
 
 MINUS = "\N{MINUS SIGN}"
 """Written for the hyphen by spreadsheets of some languages, R and matplotlib."""
+NO_BREAK = "\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE}"
+"""Written between groups of three digits by French, Russian, Swedish and other spreadsheets."""
 _SIGN = f"[+{MINUS}-]?"
 _EXPONENT = rf"(?:[eEdD]{_SIGN}\d+)?"
 _CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?(?:\s*[AaPp][Mm])?"
@@ -45,7 +47,7 @@ _MISSING = frozenset(MISSING_WORDS) | {"inf", "-inf", "+inf", "infinity", "-infi
 
 @dataclass(frozen=True)
 class NumberStyle:
-    """How numbers are written. thousands: "" where digits are not grouped."""
+    """How numbers are written. thousands: what stands between groups of digits, any of these; "" where they are not grouped."""
 
     decimal: str
     thousands: str = ""
@@ -64,7 +66,7 @@ class NumberStyle:
         point = re.escape(self.decimal)
         whole = r"\d+"
         if self.thousands:
-            whole = rf"(?:\d{{1,3}}(?:{re.escape(self.thousands)}\d{{3}})+|\d+)"
+            whole = rf"(?:\d{{1,3}}(?:[{re.escape(self.thousands)}]\d{{3}})+|\d+)"
         return rf"{_SIGN}(?:{whole}(?:{point}\d*)?|{point}\d+){_EXPONENT}"
 
     def count(self, cells: Sequence[str]) -> int:
@@ -75,7 +77,7 @@ class NumberStyle:
         """A cell as a number, for looking at samples; None where it is none."""
         if not self.pattern.fullmatch(cell):
             return None
-        text = cell.replace(self.thousands, "") if self.thousands else cell
+        text = cell.translate({ord(sign): None for sign in self.thousands})
         return float(re.sub("[dD]", "e", text.replace(self.decimal, ".").replace(MINUS, "-")))
 
 
@@ -87,6 +89,9 @@ STYLES: tuple[NumberStyle, ...] = (
     NumberStyle(",", " "),
     NumberStyle(".", "'"),
     NumberStyle(".", " "),
+    NumberStyle(",", NO_BREAK),
+    NumberStyle(".", NO_BREAK),
+    NumberStyle(".", "\N{RIGHT SINGLE QUOTATION MARK}"),
 )
 """Tried in this order; the first that reads the most cells wins."""
 
@@ -105,7 +110,10 @@ def best_style(cells: Iterable[str]) -> NumberStyle:
     """The style that reads most of the cells as numbers."""
     kept = [cell for cell in cells if not is_missing(cell)]
     best, most = STYLES[0], -1
+    there = set().union(*kept)
     for style in STYLES:
+        if style.thousands and there.isdisjoint(style.thousands):
+            continue
         count = style.count(kept)
         if count > most:
             best, most = style, count

@@ -142,6 +142,28 @@ def after_sign(start: int, stop: int) -> tuple[int, bool]:
 
 
 @kernel
+def group_sign(at: int, stop: int) -> int:
+    """How many bytes a no-break blank, a thin blank or an apostrophe (U+2019) before a group of three digits has; 0 where there is none.
+
+    Between digits of one cell these mean nothing else, in UTF-8 and in cp1252 alike.
+    """
+    c = byte_at(at)
+    size = 1 if c == 0xA0 or c == 0x92 else 0
+    if c == 0xC2 and at + 1 < stop and byte_at(at + 1) == 0xA0:
+        size = 2
+    elif c == 0xE2 and at + 2 < stop and byte_at(at + 1) == 0x80:
+        last = byte_at(at + 2)
+        size = 3 if last == 0xAF or last == 0x89 or last == 0x99 else 0
+    end = at + size + 3
+    if size == 0 or end > stop or (end < stop and 48 <= byte_at(end) <= 57):
+        return 0
+    for k in range(at + size, end):
+        if not 48 <= byte_at(k) <= 57:
+            return 0
+    return size
+
+
+@kernel
 def parse_number(start: int, stop: int, decimal: int, thousands: int) -> tuple[int, float]:
     """The number in the text between two addresses and OK, or NaN and what stands there instead."""
     i, negative = after_sign(start, stop)
@@ -167,6 +189,8 @@ def parse_number(start: int, stop: int, decimal: int, thousands: int) -> tuple[i
                     power += 1
         elif c == decimal and not fraction:
             fraction = True
+        elif seen and not fraction and c != thousands and group_sign(i, stop) > 0:
+            i += group_sign(i, stop) - 1
         elif not (c == thousands and seen and not fraction):
             break
         i += 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -14,6 +15,8 @@ _HARD_ROOM = 4096
 """Cells that a kernel leaves to Python's float before it comes back to have them read; real logs have next to none."""
 
 _MINUS = "\N{MINUS SIGN}".encode()
+_GROUPS = re.compile(rb"\xc2\xa0|\xe2\x80[\xaf\x89\x99]|[\xa0\x92]")
+"""Between groups of digits, in UTF-8 and cp1252: as `table_numbers.group_sign`."""
 
 
 @dataclass(frozen=True)
@@ -214,5 +217,5 @@ def plain_float(text: bytes, rules: RowRules) -> float:
     """A number's text read by Python: for the few cells whose nearest double the kernel could not settle."""
     if rules.thousands > 0:
         text = text.replace(bytes([rules.thousands]), b"")
-    text = text.replace(_MINUS, b"-").replace(bytes([rules.decimal]), b".")
+    text = _GROUPS.sub(b"", text.replace(_MINUS, b"-")).replace(bytes([rules.decimal]), b".")
     return float(text.lower().replace(b"d", b"e"))

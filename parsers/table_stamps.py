@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from parsers.channels import IntArray
 from parsers.jit import kernel
 from parsers.table_bytes import byte_at
-from parsers.table_numbers import after_sign
+from parsers.table_numbers import after_sign, group_sign
 
 BoolArray = NDArray[np.bool_]
 
@@ -80,6 +80,8 @@ def decimal_stamp(
                 return False, 0
         elif c == decimal and not fraction:
             fraction = True
+        elif seen and not fraction and c != thousands and group_sign(i, stop) > 0:
+            i += group_sign(i, stop) - 1
         elif not (c == thousands and seen and not fraction):
             break
         i += 1

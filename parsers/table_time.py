@@ -217,9 +217,9 @@ def _no_time(column: ColumnName, cells: Sequence[str], path: Path) -> LogError:
     grouped = next((cell for cell in cells if _GROUPED.search(cell)), None)
     if grouped is not None:
         return LogError(
-            f'the digits in column "{column.name}" are grouped by no-break blanks ({grouped!r}): not read',
+            f'the digits in column "{column.name}" are grouped by no-break blanks, and not by threes ({grouped!r}): not read',
             path=path,
-            hint="write the numbers without groups, or with plain blanks",
+            hint="write the numbers without groups",
         )
     return LogError(
         f'column "{column.name}" holds no time that cogest knows ({_first(cells)!r})',

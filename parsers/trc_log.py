@@ -17,6 +17,7 @@ from parsers.can.trc_kernel import parse_trc, walk_trc
 from parsers.channels import ByteArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
+from parsers.wide_text import narrow_text
 
 COLUMNS_OF_VERSION = {
     "1.0": "NOILD",
@@ -57,15 +58,16 @@ class TrcImporter:
 
     def open(self, path: Path, options: ReadOptions, log: ImportLog) -> CanReader:
         """Raises LogError where the file's version is not known."""
-        header = read_header(first_lines(path, _HEADER_BYTES), path)
+        text = narrow_text(path, log)
+        header = read_header(first_lines(text, _HEADER_BYTES), path)
         if header.start is not None:
-            text = header.start.isoformat(sep=" ", timespec="milliseconds")
+            started = header.start.isoformat(sep=" ", timespec="milliseconds")
             log.began(header.start)
-            log.note(f"recorded from {text} (clock of the recorder, time zone unknown: {TAKEN_AS_UTC})")
+            log.note(f"recorded from {started} (clock of the recorder, time zone unknown: {TAKEN_AS_UTC})")
 
         clock = "receive time since the start of the trace"
         parser = _Parser(header.columns)
-        source = TextSource(path, log, options.progress, parser, clock=clock, absolute=False)
+        source = TextSource(text, log, options.progress, parser, clock=clock, absolute=False)
         return CanReader(source, options, log, path)
 
 

@@ -29,6 +29,7 @@ from parsers.table_text import Encoding, decode, find_encoding
 from parsers.vbo_degrees import told_degrees
 from parsers.vbo_fix import NAVIGATION, TOLD_BY, NoFix
 from parsers.vbo_header import VboColumn, name_columns, read_head
+from parsers.wide_text import narrow, narrow_text
 
 _GROUP = "vbo"
 _HEAD_LIMIT = 4 * 1024 * 1024
@@ -51,7 +52,7 @@ class VboImporter:
         encoding = find_encoding(head)
         if encoding is None:
             return False
-        lower = _narrow(head, encoding).lower()
+        lower = (narrow(head, encoding) if encoding.wide else head).lower()
         sections = (b"[header]", b"[column names]", b"[channel units]", b"[data]")
         return sum(section in lower for section in sections) >= 2 or (
             lower.lstrip(b"\xef\xbb\xbf \r\n").startswith(b"file created on") and b"[" in lower
@@ -60,6 +61,7 @@ class VboImporter:
     def open(self, path: Path, options: ReadOptions, log: ImportLog) -> VboReader:
         """Read the head; raises LogError where there is no data, no time column, or no text."""
         try:
+            path = narrow_text(path, log)
             start, at = _read_start(path)
             size = path.stat().st_size
         except OSError as error:
@@ -69,17 +71,12 @@ class VboImporter:
                 "the file is empty (0 bytes)", path=path, hint="check that the recording was copied whole"
             )
         if at < 0:
-            wide = find_encoding(start)
-            if wide is not None and wide.wide:
-                raise _wide(path)
             raise LogError(
                 "no [data] section: the log breaks off within its head",
                 path=path,
                 hint="nothing was recorded in it",
             )
         encoding = find_encoding(start[:at]) or Encoding("cp1252")
-        if encoding.wide:
-            raise _wide(path)
         body = start.find(b"\n", at) + 1 or len(start)
         rules, first = _rules(start[body : body + _ROWS_BYTES], encoding, path)
         head = read_head(decode(start[encoding.mark : at], encoding))
@@ -107,22 +104,6 @@ class VboImporter:
         return VboReader(
             path, encoding, named, time_at, rules, body - encoding.mark, midnight, options, log, size
         )
-
-
-def _narrow(head: bytes, encoding: Encoding) -> bytes:
-    """A file's first bytes, one for each letter of those that VBO's own words are made of."""
-    if not encoding.wide:
-        return head
-    text = head[encoding.mark :]
-    return text[: len(text) // 2 * 2].decode(encoding.codec, "replace").encode("ascii", "replace")
-
-
-def _wide(path: Path) -> LogError:
-    return LogError(
-        "a VBO file that was saved as UTF-16, two bytes a letter: not read",
-        path=path,
-        hint="save it as UTF-8, or give the file as the unit wrote it",
-    )
 
 
 def _read_start(path: Path) -> tuple[bytes, int]:

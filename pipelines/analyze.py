@@ -36,6 +36,7 @@ from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
 from pipelines.vehicles.priors import standing
 from pipelines.vehicles.vehicle import Vehicle, read_vehicle, with_suspension_map
+from pipelines.vehicles.wheel_radius import wheel_radius
 from pipelines.verdict.combine import verdict_of
 from pipelines.verdict.two_loads import holding_both_loads, taught_with_both_loads
 
@@ -171,7 +172,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     inputs = _inputs(request, vehicle)
     mapping = read_map(request.map, strict=request.map_given) if request.map else None
     drive = load_drive(
-        request.logs, LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given)
+        request.logs,
+        LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given, wheel_radius(vehicle)),
     )
     drive = at_the_wheels(drive, vehicle)
     lateral = lateral_doubt(drive, vehicle)

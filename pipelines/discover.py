@@ -1,4 +1,4 @@
-"""Files that belong to a log: its own or the nearest vehicle.toml and map.toml up the folders, the DBCs beside it."""
+"""Files that belong to a log: its own or the nearest vehicle.toml, map.toml and settings.toml up the folders, the DBCs beside it."""
 
 from __future__ import annotations
 

@@ -223,7 +223,7 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
         drive = load_drive([path], options)
     except LogError as error:
         problem = error.problem + (f"; {error.hint}" if error.hint else "")
-    proposals = propose(channels, options.map)
+    proposals = propose(channels, options.map, options.radius)
     signals = drive.signals.keys() if drive else ()
     fate = _fates(proposals, drive)
     return Inspection(

@@ -1,7 +1,8 @@
 """Rebuild every sample log: `python sample_logs/make_sample_logs.py` (needs the `test` extra).
 
 One simulated drive with known truth in every format that cogest reads, each in a folder of its own, and a small fleet:
-four vehicles with two or three drives each, in several formats, one of them cut off in the middle.
+four vehicles with two or three drives each, in several formats, one of them cut off in the middle and one that
+cannot be read.
 """
 
 from __future__ import annotations

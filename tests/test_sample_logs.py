@@ -10,6 +10,7 @@ import numpy as np
 import polars as pl
 import pytest
 
+from parsers.errors import LogError
 from parsers.load import load_drive
 from pipelines.discover import databases_beside, nearest
 from pipelines.simulation.logs.loads import parse_load
@@ -56,12 +57,14 @@ def test_the_sample_drive_brakes_corners_and_stands(samples: Path) -> None:
     assert {"cg_height_m", "mass_kg", "cg_to_front_axle_m", "roll_stiffness_nmprad"} <= set(reference)
 
 
-def test_the_fleet_has_vehicles_loads_formats_and_one_broken_log(samples: Path) -> None:
+def test_the_fleet_has_vehicles_loads_formats_one_broken_log_and_one_unreadable(samples: Path) -> None:
     suffixes = {drive.file.rpartition(".")[2] for vehicle in FLEET for drive in vehicle.drives}
     assert len(FLEET) == 4
     assert len(suffixes) >= 6
     broken = [drive.file for vehicle in FLEET for drive in vehicle.drives if drive.broken]
     assert broken == [CUT]
+    unreadable = [drive.file for vehicle in FLEET for drive in vehicle.drives if drive.unreadable]
+    assert unreadable == ["harbour.parquet"]
     for vehicle in FLEET:
         folder = samples / "fleet" / vehicle.folder
         assert 2 <= len(vehicle.drives) <= 3
@@ -84,6 +87,10 @@ def test_every_log_of_the_fleet_is_read(samples: Path, vehicle) -> None:
         log = samples / "fleet" / vehicle.folder / drive.file
         assert nearest("vehicle.toml", log) == (log.parent / "vehicle.toml").resolve()
         assert len(databases_beside(log)) == (vehicle.folder == "van")
+        if drive.unreadable:
+            with pytest.raises(LogError, match="truncated: its table of contents"):
+                load_drive([log], options_for(log))
+            continue
         found = load_drive([log], options_for(log))
         assert found.record.status == ("truncated" if drive.broken else "complete")
         assert {"accel_y", "speed", "roll", "brake_pressure", "suspension_deflection_rr"} <= set(

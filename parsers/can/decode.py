@@ -11,22 +11,25 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.can.definitions import BitField, SignalDef
-from parsers.channels import ByteArray, FloatArray, IntArray
+from parsers.can.slots import LengthArray
+from parsers.channels import FloatArray, IntArray
 from parsers.jit import kernel
 
 WordArray = NDArray[np.uint64]
+LONGEST = (1 << 16) - 1
+"""More than any payload has."""
 # places in the kernel's tally
 NOT_AVAILABLE, ERROR, RESERVED, INVALID = range(4)
 
 
 @dataclass(frozen=True)
 class Payloads:
-    """n payloads of one message. time_ns: (n,) int64. length: (n,) uint8, bytes in the log. words: (n, w) uint64, first byte
+    """n payloads of one message. time_ns: (n,) int64. length: (n,) uint16, bytes in the log. words: (n, w) uint64, first byte
     lowest; bytes beyond a payload's length are of no meaning. shortest: least of length. flat: words of which these are some
     that lie together, from the `first` on; first is -1 where they lie elsewhere."""
 
     time_ns: IntArray
-    length: ByteArray
+    length: LengthArray
     words: WordArray
     shortest: int
     flat: WordArray = field(default_factory=lambda: np.empty(0, np.uint64))
@@ -35,7 +38,7 @@ class Payloads:
     def rows(self, which: IntArray | slice) -> Payloads:
         """Some of the payloads, in this order."""
         length = self.length[which]
-        return Payloads(self.time_ns[which], length, self.words[which], int(length.min(initial=255)))
+        return Payloads(self.time_ns[which], length, self.words[which], int(length.min(initial=LONGEST)))
 
 
 @dataclass(frozen=True)
@@ -150,7 +153,7 @@ def is_plain(payloads: Payloads, signal: SignalDef, place: Place, *, codes: bool
 
 @kernel
 def _raw(
-    words: WordArray, length: ByteArray, first: int, second: int, left: int, right: int, bits: int, swap: bool, last: int,
+    words: WordArray, length: LengthArray, first: int, second: int, left: int, right: int, bits: int, swap: bool, last: int,
     raw: WordArray,
 ) -> None:  # fmt: skip
     """Raw values, unsigned; 0 where the payload is too short."""
@@ -179,7 +182,7 @@ def _special(raw: np.uint64, codes: WordArray, invalid: WordArray, tally: IntArr
 
 @kernel
 def _careful(
-    raw: WordArray, length: ByteArray, last: int, bits: int, signed: bool, scale: float, offset: float, codes: WordArray,
+    raw: WordArray, length: LengthArray, last: int, bits: int, signed: bool, scale: float, offset: float, codes: WordArray,
     invalid: WordArray, tally: IntArray, out: FloatArray,
 ) -> None:  # fmt: skip
     """Physical values of raw ones, NaN where there is none."""

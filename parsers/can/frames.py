@@ -20,7 +20,7 @@ class CanFrames:
     """A batch of data frames (no error and no remote frames: the format counts those as rejected).
 
     time_ns: (n,) int64. can_id: (n,) uint32, EXTENDED bit included. bus: (n,) int16, 1 for the first channel.
-    length: (n,) uint8, payload bytes (0-64). offset: (n,) int64, where each payload begins in `data`.
+    length: (n,) uint8, payload bytes (0-64), or uint16 (J1939 messages of several packets have up to 1785). offset: (n,) int64, where each payload begins in `data`.
     data: (m,) uint8, the buffer that holds the payloads; it may hold anything else between them. The arrays may be used
     again for the next batch: a batch is good until then.
     """
@@ -28,7 +28,7 @@ class CanFrames:
     time_ns: IntArray
     can_id: NDArray[np.uint32]
     bus: NDArray[np.int16]
-    length: NDArray[np.uint8]
+    length: NDArray[np.uint8] | NDArray[np.uint16]
     offset: IntArray
     data: ByteArray
 

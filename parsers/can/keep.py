@@ -24,6 +24,7 @@ from parsers.can.slots import (
     SLOTS,
     STATE_SIZE,
     USED,
+    LengthArray,
     SlotArray,
     WordArray,
     fill_table,
@@ -39,8 +40,8 @@ PICKS = 1 << 14
 """Frames that are looked at before those of use are kept."""
 MOST_IDS = 1 << 20
 """Different identifiers that are told apart; no bus has more than a few thousand."""
-MOST_WORDS = 8
-"""Of a payload of 64 bytes."""
+MOST_WORDS = 224
+"""Of a payload of 1785 bytes, the most that J1939 sends in packets; frames have 64."""
 
 
 @dataclass(frozen=True)
@@ -62,12 +63,12 @@ class KnownIds:
 
 @dataclass(frozen=True)
 class Kept:
-    """n frames. time_ns (n,) int64, slot (n,) int32, length (n,) uint8 payload bytes; words (m,) uint64: the payloads'
+    """n frames. time_ns (n,) int64, slot (n,) int32, length (n,) uint16 payload bytes; words (m,) uint64: the payloads'
     first bytes in words of eight, first byte lowest, as many words a frame as its slot has (`Keeper.words`)."""
 
     time_ns: IntArray
     slot: SlotArray
-    length: ByteArray
+    length: LengthArray
     words: WordArray
 
     @property
@@ -132,9 +133,13 @@ class Keeper:
             np.ascontiguousarray(frames.can_id, np.uint32),
             np.ascontiguousarray(frames.bus, np.int16),
         )
+        # of frames a byte, of J1939 messages in packets two
+        size: ByteArray | LengthArray = (
+            frames.length if frames.length.flags.c_contiguous else frames.length.copy()
+        )
         payloads = (
             np.ascontiguousarray(frames.time_ns, np.int64),
-            np.ascontiguousarray(frames.length, np.uint8),
+            size,
             np.ascontiguousarray(frames.offset, np.int64),
             np.ascontiguousarray(frames.data, np.uint8),
         )
@@ -180,11 +185,11 @@ class Keeper:
         fill_table(self._table, self._keys, slots)
 
 
-def _room() -> tuple[IntArray, SlotArray, ByteArray, WordArray]:
-    slab = Slab(13 * ROWS + 8 * WORDS)
+def _room() -> tuple[IntArray, SlotArray, LengthArray, WordArray]:
+    slab = Slab(14 * ROWS + 8 * WORDS)
     return (
         slab.empty(ROWS, np.int64),
         slab.empty(ROWS, np.int32),
-        slab.empty(ROWS, np.uint8),
+        slab.empty(ROWS, np.uint16),
         slab.empty(WORDS, np.uint64),
     )

@@ -21,6 +21,7 @@ from parsers.can.piece_decode import Cut, PieceDecoder
 from parsers.can.plain import PlainGroups
 from parsers.can.slots import GROUP
 from parsers.can.spread import Piece, pieces
+from parsers.can.transport import Transport, without_carriers
 from parsers.can.whole import Places, whole_columns
 from parsers.channels import ChannelInfo, Chunk, IntArray
 from parsers.importer import ImportLog, ReadOptions
@@ -59,12 +60,14 @@ class CanReader:
             return _known((*given, *builtin))
 
         self._keeper = Keeper(_known(given), with_extended)
-        self._kept = self._first_pass()
+        transport = Transport()
+        self._kept = self._first_pass(transport)
         seen = self._keeper.seen()
         streams = match_streams(seen, given, builtin, log, options.buses)
+        transport.say((*given, *builtin), streams, log)
         _say_unknown(options, log)
         if streams:
-            note_unknown(seen, streams, log)
+            note_unknown(without_carriers(seen, transport), streams, log)
         else:
             explain_no_match(seen, given, log)
         self._groups = tuple(group for stream in streams for group in groups_of(stream))
@@ -135,12 +138,12 @@ class CanReader:
                 if chunk is not None:
                     yield chunk
 
-    def _first_pass(self) -> deque[Kept] | None:
+    def _first_pass(self, transport: Transport) -> deque[Kept] | None:
         """Count all frames and keep the known ones; None where they are too many."""
         keeper = self._keeper
         kept: deque[Kept] = deque()
         size, fits = 0, True
-        for batch in _batches(self._source, keeper, counting=True):
+        for batch in _batches(self._source, keeper, transport, counting=True):
             size += batch.size
             fits = fits and size <= KEPT_BYTES
             if fits:
@@ -154,7 +157,7 @@ class CanReader:
     def _next_pass(self, words: IntArray) -> Iterator[Kept]:
         """The frames of the slots that have words."""
         self._keeper.keep_only(words)
-        yield from _batches(self._source, self._keeper, counting=False)
+        yield from _batches(self._source, self._keeper, Transport(), counting=False)
         self._options.progress(1, 1)
 
 
@@ -165,10 +168,14 @@ def _say_unknown(options: ReadOptions, log: ImportLog) -> None:
         log.note(f"[buses] of the mapping file names databases that were not read: {', '.join(unknown)}")
 
 
-def _batches(source: FrameSource, keeper: Keeper, *, counting: bool) -> Iterator[Kept]:
-    """What is kept of one pass through a log."""
+def _batches(source: FrameSource, keeper: Keeper, transport: Transport, *, counting: bool) -> Iterator[Kept]:
+    """What is kept of one pass through a log: of its frames, and of the messages that these carry in packets."""
     for frames in source.frames(counting=counting):
         yield from keeper.take(frames)
+        messages = transport.take(frames)
+        if messages is not None:
+            yield from keeper.take(messages)
+    transport.end()
     yield from keeper.rest()
 
 

@@ -12,6 +12,8 @@ SlotArray = NDArray[np.int32]
 WordArray = NDArray[np.uint64]
 IdArray = NDArray[np.uint32]
 BusArray = NDArray[np.int16]
+LengthArray = NDArray[np.uint16]
+"""Payload bytes: 64 at most in a frame, 1785 in a J1939 message of several packets."""
 
 # places in the state vector: slots given; frames and words kept; whether 29-bit ids were met; frames whose id has no room any
 # more (-1 as long as there is some); frames picked, and how many of them were kept already
@@ -148,7 +150,7 @@ def _word(data: ByteArray, at: int) -> np.uint64:
 @kernel
 def _keep_rows(
     time_ns: IntArray,
-    length: ByteArray,
+    length: ByteArray | LengthArray,
     offset: IntArray,
     data: ByteArray,
     picks: SlotArray,
@@ -157,7 +159,7 @@ def _keep_rows(
     words: IntArray,
     kept_time: IntArray,
     kept_slot: SlotArray,
-    kept_length: ByteArray,
+    kept_length: LengthArray,
     kept_words: WordArray,
     state: IntArray,
 ) -> int:
@@ -195,7 +197,7 @@ def take_frames(
     can_id: IdArray,
     bus: BusArray,
     time_ns: IntArray,
-    length: ByteArray,
+    length: ByteArray | LengthArray,
     offset: IntArray,
     data: ByteArray,
     begin: int,
@@ -209,7 +211,7 @@ def take_frames(
     pick_slots: SlotArray,
     kept_time: IntArray,
     kept_slot: SlotArray,
-    kept_length: ByteArray,
+    kept_length: LengthArray,
     kept_words: WordArray,
     state: IntArray,
 ) -> tuple[int, int]:

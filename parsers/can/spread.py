@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from parsers.allocator import Slab
-from parsers.can.decode import Payloads
+from parsers.can.decode import LONGEST, Payloads
 from parsers.can.keep import Kept
-from parsers.can.slots import SlotArray, WordArray
-from parsers.channels import ByteArray, IntArray
+from parsers.can.slots import LengthArray, SlotArray, WordArray
+from parsers.channels import IntArray
 from parsers.jit import kernel
 
 
@@ -63,7 +63,7 @@ def pieces(kept: Kept, slot_words: IntArray, part_of: IntArray, parts: int, step
 def _spread(
     time_ns: IntArray,
     slot: SlotArray,
-    length: ByteArray,
+    length: LengthArray,
     words: WordArray,
     slot_words: IntArray,
     part_of: IntArray,
@@ -72,7 +72,7 @@ def _spread(
     row_at: IntArray,
     word_at: IntArray,
     out_time: IntArray,
-    out_length: ByteArray,
+    out_length: LengthArray,
     out_words: WordArray,
 ) -> None:
     """Put every frame behind the last one of its part. time_at, row_at, word_at: where each part's next stamp, row and word
@@ -117,8 +117,8 @@ def spread(
     rows, words = np.cumsum(counts), np.cumsum(counts * widths)
     total, total_words = (int(rows[-1]), int(words[-1])) if parts else (0, 0)
     first_row, first_word = rows - counts, words - counts * widths
-    slab = Slab(9 * total + 8 * total_words + 128)
-    length, out = slab.empty(total, np.uint8), slab.empty(total_words, np.uint64)
+    slab = Slab(10 * total + 8 * total_words + 128)
+    length, out = slab.empty(total, np.uint16), slab.empty(total_words, np.uint64)
     if stamps is None or stamps_at is None:
         stamps, stamps_at = slab.empty(total, np.int64), first_row
     _spread(
@@ -130,7 +130,7 @@ def spread(
             stamps[stamps_at[k] : stamps_at[k] + counts[k]],
             length[first_row[k] : rows[k]],
             out[first_word[k] : words[k]].reshape(-1, width[k]),
-            int(length[first_row[k] : rows[k]].min(initial=255)),
+            int(length[first_row[k] : rows[k]].min(initial=LONGEST)),
             out,
             int(first_word[k]),
         )

@@ -5,11 +5,13 @@ from parsers.mapping.map_file import MapEntry, MapFile, read_map
 from parsers.mapping.propose import missing_channels, propose, propose_and_say
 from parsers.mapping.reasons import unmapped_reason
 from parsers.mapping.starter import starter_map
+from parsers.mapping.wheel_radius import WheelRadius
 
 __all__ = [
     "Binding",
     "MapEntry",
     "MapFile",
+    "WheelRadius",
     "bind",
     "missing_channels",
     "needed_channels",

@@ -7,6 +7,9 @@ unit = "s"                 # s, min, ms, us, ns, iso8601 or hhmmss
 [buses]                    # CAN only: of which buses of the log a database is, where several define one identifier
 "susp.dbc" = 2             # or a list
 
+[wheels]                   # the radius that the wheels roll on: wheel speeds in rad/s or rpm are taken with it
+radius_m = 0.31            # or radius_front_m and radius_rear_m
+
 [signals.accel_y]          # a canonical signal without its unit
 channel = "AY"
 unit = "g"                 # of the channel; the log's own unit, else SI, where it is left out
@@ -33,14 +36,16 @@ from typing import Any, cast
 
 from parsers.errors import MappingError
 from parsers.finite import is_number
+from parsers.mapping.wheel_radius import RADII_M, WheelRadius, turn_rate
 from parsers.signals import COLUMNS, SIGNALS
 from parsers.small_text import read_small_text
 from parsers.units import Unit, require_unit
 
 TIME_UNITS = ("s", "min", "ms", "us", "ns", "iso8601", "hhmmss")
-_TABLES = ("time", "buses", "signals")
+_TABLES = ("time", "buses", "wheels", "signals")
 MOST_BUS = 32_767
 _TIME_KEYS = ("channel", "unit")
+_WHEEL_KEYS = ("radius_m", "radius_front_m", "radius_rear_m")
 _SIGNAL_KEYS = (
     "channel",
     "unit",
@@ -83,7 +88,8 @@ class MapEntry:
 @dataclass(frozen=True)
 class MapFile:
     """A mapping file. strict: a channel that the log lacks is an error (False for a file that was found, not
-    given: then the entry is passed over and `missing_channels` says so). buses: of a CAN database, by its file's name."""
+    given: then the entry is passed over and `missing_channels` says so). buses: of a CAN database, by its file's name. radius: of the
+    wheels, where [wheels] tells it."""
 
     path: Path
     signals: Mapping[str, MapEntry]
@@ -91,6 +97,7 @@ class MapFile:
     time_unit: str | None = None
     strict: bool = True
     buses: Mapping[str, tuple[int, ...]] = field(default_factory=dict)
+    radius: WheelRadius | None = None
 
 
 def read_map(path: Path, *, strict: bool = True) -> MapFile:
@@ -112,8 +119,9 @@ def read_map(path: Path, *, strict: bool = True) -> MapFile:
     tables = _table(data.get("signals", {}), path, "[signals]")
     entries = {name: _read_signal(name, table, path) for name, table in tables.items()}
     buses = _table(data.get("buses", {}), path, "[buses]")
+    radius = _read_radius(data.get("wheels", {}), path)
     return MapFile(
-        path, entries, channel, unit, strict, {name: _read_buses(name, buses, path) for name in buses}
+        path, entries, channel, unit, strict, {name: _read_buses(name, buses, path) for name in buses}, radius
     )
 
 
@@ -160,6 +168,24 @@ def _read_buses(name: str, table: Mapping[str, Any], path: Path) -> tuple[int, .
             hint="`cogest inspect` names the buses of channels: @bus2 is bus 2",
         )
     return tuple(numbers)
+
+
+def _read_radius(value: object, path: Path) -> WheelRadius | None:
+    """[wheels]: one radius for all wheels, or one for each axle."""
+    table = _table(value, path, "[wheels]")
+    check_keys(table, _WHEEL_KEYS, path, "[wheels]")
+    if not table:
+        return None
+    reader = _Values(table, path, "[wheels]")
+    both = reader.number("radius_m", 0.0)
+    front, rear = reader.number("radius_front_m", both), reader.number("radius_rear_m", both)
+    for radius in (front, rear):
+        if not RADII_M[0] <= radius <= RADII_M[1]:
+            hint = "radius_m, or radius_front_m and radius_rear_m, in metres"
+            raise MappingError(
+                f"no wheel has a radius of {radius:g} m", path=path, place="[wheels]", hint=hint
+            )
+    return WheelRadius(front, rear, path.name)
 
 
 def _read_signal(name: str, value: object, path: Path) -> MapEntry:
@@ -218,6 +244,9 @@ def _read_signal(name: str, value: object, path: Path) -> MapEntry:
 
 
 def _unit(text: str, signal: str, path: Path, place: str) -> Unit:
+    turning = turn_rate(text, signal)
+    if turning is not None:
+        return turning
     try:
         return require_unit(text, SIGNALS[signal].quantity, place=place)
     except MappingError as error:

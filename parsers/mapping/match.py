@@ -10,6 +10,7 @@ from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import foreign_words
 from parsers.mapping.profiles import Expression, Pattern, Profile, Rule, Sibling, fits, tags_of
+from parsers.mapping.wheel_radius import TURN_RATE, turn_rate
 from parsers.signals import SIGNALS
 from parsers.unit_words import is_unit, plain_unit, says_unit
 from parsers.units import SI_TEXT, Unit, find_unit, quantities_of
@@ -87,18 +88,20 @@ def choose_unit(
     fallback, and without one SI is assumed (and said, for the checks to judge).
     """
     quantity = SIGNALS[signal].quantity
-    stated = find_unit(channel.unit, quantity)
+    stated = find_unit(channel.unit, quantity) or turn_rate(channel.unit, signal)
     if stated is not None:
         return stated, "log"
     text = plain_unit(channel.unit) if says_unit(channel.unit) else None
     if text is not None and is_unit(text):
         article = "an" if quantity[0] in "aeiou" else "a"
-        hint = ""
-        if quantity == "speed" and quantities_of(text) == {"angular_rate"}:
-            hint = " without the wheel's radius"
+        hint = (
+            " without the wheel's radius"
+            if quantity == "speed" and quantities_of(text) == {TURN_RATE}
+            else ""
+        )
         return f"unit {text} is no unit of {article} {quantity.replace('_', ' ')}{hint}"
     if fallback is not None:
-        guess = find_unit(fallback, quantity)
+        guess = find_unit(fallback, quantity) or turn_rate(fallback, signal)
         if guess is not None:
             return guess, fallback_from
     if text is not None:
@@ -173,6 +176,8 @@ def _say(sibling: Sibling) -> str:
 
 def _what(tags: Mapping[str, str], channel: ChannelInfo) -> str:
     """What was recognised, in the format's own words."""
+    if "joint" in tags and "type" in tags:
+        return f"{tags['type']} {tags.get('field', '')} of joint {tags['joint']}"
     if "type" in tags and "field" in tags:
         return f"{tags['type']} {tags['field']}"
     if "pgn" in tags and "spn" in tags:

@@ -44,6 +44,7 @@ from typing import Any, cast
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
 from parsers.mapping.bindings import BindingKind
+from parsers.mapping.wheel_radius import turn_rate
 from parsers.signals import SIGNALS
 from parsers.table_names import split_header
 from parsers.units import find_unit
@@ -236,7 +237,8 @@ def _one_rule(table: Mapping[str, Any], rank: int, place: str, wheel: str, word:
     if signal not in SIGNALS:
         raise MappingError(f"unknown signal {signal!r}", place=place)
     unit = table.get("unit")
-    if unit is not None and find_unit(unit, SIGNALS[signal].quantity) is None:
+    known = find_unit(unit, SIGNALS[signal].quantity) or turn_rate(unit, signal)
+    if unit is not None and known is None:
         raise MappingError(f"unit {unit!r} is no unit of {signal}", place=place)
     span: Sequence[float] | None = table.get("valid_range")
     return Rule(

@@ -19,32 +19,38 @@ from parsers.mapping.overlooked import overlooked
 from parsers.mapping.profiles import load_profiles, may_be_named
 from parsers.mapping.sign_channels import with_signs
 from parsers.mapping.triads import triads
-from parsers.signals import SIGNALS
+from parsers.mapping.turning import as_speed, say_turning, with_radius
+from parsers.mapping.wheel_radius import HOW, TURN_RATE, WheelRadius
+from parsers.signals import SIGNALS, WHEEL_SPEEDS
 
 _BUILTIN = 100
 """What is added to the rank of cogest's own definitions beside a user's: more than any two ranks differ by."""
 
 
-def propose(channels: Sequence[ChannelInfo], user: MapFile | None) -> Mapping[str, tuple[Binding, ...]]:
+def propose(
+    channels: Sequence[ChannelInfo], user: MapFile | None, radius: WheelRadius | None = None
+) -> Mapping[str, tuple[Binding, ...]]:
     """The proposals of `propose_and_say`."""
-    return propose_and_say(channels, user)[0]
+    return propose_and_say(channels, user, radius)[0]
 
 
 def propose_and_say(
-    channels: Sequence[ChannelInfo], user: MapFile | None
+    channels: Sequence[ChannelInfo], user: MapFile | None, radius: WheelRadius | None = None
 ) -> tuple[Mapping[str, tuple[Binding, ...]], tuple[str, ...]]:
     """Candidates for each signal that the log can give, best first, in the order of the canonical table; and a sentence
     for each signal that it lacks because its channel's unit is none of the signal's, on those that it lacks because the channel tells of the
     damper alone, and on channels that look like what it lacks.
 
-    An entry of the user's mapping file wins outright: it is then the only candidate. Raises MappingError where such
+    radius: of the vehicle's wheels, where the mapping file tells none. An entry of the user's mapping file wins outright: it is then the only candidate. Raises MappingError where such
     an entry names a channel that the log lacks (unless the file is not strict), or channels of two groups.
     """
+    if user is not None and user.radius is not None:
+        radius = user.radius
     found: dict[str, list[Binding]] = defaultdict(list)
     refused: dict[str, Refusal] = {}
     dampers: dict[str, Refusal] = {}
     refusals: set[str] = set()
-    for candidate in candidates(channels):
+    for candidate in candidates(channels, radius):
         if isinstance(candidate, Binding):
             found[candidate.signal].append(candidate)
             continue
@@ -57,7 +63,7 @@ def propose_and_say(
             dampers.setdefault(candidate.signal, candidate)
     proposals = with_signs(_ranked(found, channels), channels)
     if user is not None:
-        proposals = _with_user(proposals, channels, user)
+        proposals = _with_user(proposals, channels, user, radius)
     proposals = _with_places(proposals, channels)
     wanted = set(SIGNALS) - proposals.keys() - (user.signals.keys() if user is not None else set())
     bound = {name for bindings in proposals.values() for each in bindings for name in each.channels}
@@ -71,7 +77,8 @@ def propose_and_say(
     free = [channel for channel in channels if channel.name not in refusals]
     missed = overlooked(free, proposals, user.signals.keys() if user is not None else ())
     texts, joints = texts_of_signals(channels, wanted), say_joints(proposals, channels)
-    return proposals, (*said, *texts, *say_dampers(at_dampers, channels), *joints, *missed)
+    turning = say_turning(proposals, radius)
+    return proposals, (*said, *texts, *say_dampers(at_dampers, channels), *joints, *turning, *missed)
 
 
 def _ranked(
@@ -103,8 +110,14 @@ def _ranked(
     return proposals
 
 
-def candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
+def candidates(
+    channels: Sequence[ChannelInfo], radius: WheelRadius | None = None
+) -> Iterator[Binding | Refusal]:
     """Every binding that a profile or a name gives, and every refusal with its reason."""
+    return with_radius(_candidates(channels), radius)
+
+
+def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
     index = index_channels(channels)
     families = {channel.family for channel in index.channels}
     for profile in load_profiles():
@@ -205,7 +218,10 @@ def _resolved(entry: MapEntry, whole: Mapping[str, str]) -> MapEntry:
 
 
 def _with_user(
-    proposals: dict[str, tuple[Binding, ...]], channels: Sequence[ChannelInfo], user: MapFile
+    proposals: dict[str, tuple[Binding, ...]],
+    channels: Sequence[ChannelInfo],
+    user: MapFile,
+    radius: WheelRadius | None,
 ) -> dict[str, tuple[Binding, ...]]:
     known = {channel.name: channel for channel in channels}
     whole = _whole_headers(channels)
@@ -219,7 +235,8 @@ def _with_user(
         if missing and user.strict:
             raise _missing(missing[0], entry, user, list(known))
         if not missing:
-            result[signal] = (_from_entry(entry, known, user),)
+            binding = _from_entry(entry, known, user)
+            result[signal] = (_rolling(binding, entry, user, radius),)
     return {signal: result[signal] for signal in SIGNALS if signal in result}
 
 
@@ -231,6 +248,20 @@ def _missing(name: str, entry: MapEntry, user: MapFile, known: list[str]) -> Map
     hint = hint or "`cogest inspect` lists the channels of a log"
     place = f"[signals.{entry.signal}]"
     return MappingError(f"channel {name!r} is not in the log", path=user.path, place=place, hint=hint)
+
+
+def _rolling(binding: Binding, entry: MapEntry, user: MapFile, radius: WheelRadius | None) -> Binding:
+    """A binding of the mapping file, with a wheel's turn rate made its speed. Raises MappingError without a radius."""
+    if binding.unit.quantity != TURN_RATE or entry.signal not in WHEEL_SPEEDS:
+        return binding
+    if radius is None:
+        raise MappingError(
+            f"{entry.channel!r}: unit {binding.unit.text} is no unit of a speed without the wheel's radius",
+            path=user.path,
+            place=f"[signals.{entry.signal}]",
+            hint=HOW,
+        )
+    return as_speed(binding, radius)
 
 
 def _from_entry(entry: MapEntry, known: Mapping[str, ChannelInfo], user: MapFile) -> Binding:

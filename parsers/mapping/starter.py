@@ -9,6 +9,7 @@ from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.propose import candidates
+from parsers.mapping.wheel_radius import turn_rate
 from parsers.signals import SIGNALS, SignalSpec
 from parsers.units import SI_TEXT, find_unit, quantities_of
 
@@ -27,6 +28,7 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
         '# channel = "time"',
         '# unit = "s"        # s, min, ms, us, ns, iso8601 or hhmmss',
     ]
+    lines += _wheels(proposals)
     for signal, found in proposals.items():
         lines += ["", *_mapped(found)] if found[0].kind == "scale" else ["", *_derived(signal, found[0])]
     lines += ["", "# Not found in this log. Remove the # and fill in a channel where it has one."]
@@ -40,11 +42,25 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
     return "\n".join(lines) + "\n"
 
 
+def _wheels(proposals: Mapping[str, tuple[Binding, ...]]) -> list[str]:
+    """The radii with which wheels' turn rates were made speeds: without them their unit would be an error."""
+    radii: dict[str, float] = {}
+    for signal, (best, *_) in proposals.items():
+        turns = turn_rate(best.unit.text, signal)
+        if turns is not None and best.unit.quantity == "speed":
+            radii["front" if signal[-2] == "f" else "rear"] = best.unit.scale / turns.scale
+    if not radii:
+        return []
+    one = next(iter(radii.values()))
+    front, rear = radii.get("front", one), radii.get("rear", one)
+    return ["", "[wheels]", f"radius_front_m = {front:.6g}", f"radius_rear_m = {rear:.6g}"]
+
+
 def _mapped(found: tuple[Binding, ...]) -> list[str]:
     best = found[0]
     lines = [f"[signals.{best.signal}]  # {_comment(best.rule)}"]
     lines += [f"channel = {quote(best.channels[0])}"]
-    unit = find_unit(best.unit.text, SIGNALS[best.signal].quantity)
+    unit = find_unit(best.unit.text, SIGNALS[best.signal].quantity) or turn_rate(best.unit.text, best.signal)
     if unit is not None:
         lines += [f"unit = {quote(best.unit.text)}  # from: {_comment(best.unit_from)}"]
     if len(best.channels) > 1:

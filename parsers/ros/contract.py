@@ -13,7 +13,8 @@ from parsers.channels import ByteArray, FloatArray, IntArray
 
 @dataclass(frozen=True)
 class FieldInfo:
-    """One scalar inside a message type. path: "angular_velocity.z", "wheel_speeds[0]"; kind as in ChannelInfo."""
+    """One scalar inside a message type. path: "angular_velocity.z", "wheel_speeds[0]"; kind as in ChannelInfo, or "letter": of
+    a text, as the number of its byte, which can be asked for and is no channel."""
 
     path: str
     kind: str

@@ -48,6 +48,8 @@ NO_NUMBER = 10
 LISTED_SEQUENCE = 64
 LISTED_STRUCTS = 4
 LISTED_ARRAY = 512
+JOINTS, LETTERS = 16, 40
+"""Of a joint state's names so many can be asked for, letter by letter, as numbers of bytes: what a place in the other lists means."""
 MAX_FIELDS = 20_000
 MAX_OPS = 20_000
 MAX_DEPTH = 24
@@ -139,6 +141,8 @@ def _field(
         return _single(builder, spec, below, above, loops)
     if spec.base and spec.base not in ("string", "wstring"):
         return _primitives(builder, spec, below)
+    if spec.base == "string" and spec.shape == "sequence" and _names_joints(spec, above):
+        return _letters(builder, spec, loops)
     if spec.base and below:
         builder.fields.extend(FieldInfo(path, "text", None, "list of texts") for path in below)
         below = []
@@ -222,6 +226,29 @@ def _loop(
     exact = least if fixed and builder.encoding == "ros1" else 0
     builder.ops[start][CODE], builder.ops[start][SIZE], builder.ops[start][JUMP] = exact, least, end
     return (4, False) if count < 0 else (least * count, fixed)
+
+
+def _names_joints(spec: FieldSpec, above: tuple[str, ...]) -> bool:
+    return len(above) == 1 and spec.name == "name" and short_name(above[0]) == "sensor_msgs/JointState"
+
+
+def _letters(builder: _Builder, spec: FieldSpec, loops: int) -> tuple[int, bool]:
+    """The names of a joint state: texts whose letters have slots. They are fields of no kind that is listed."""
+    paths = [letter_path(k, j) for k in range(JOINTS) for j in range(LETTERS)]
+    builder.fields.append(FieldInfo(spec.name, "text", None, "list of texts"))
+    start = builder.op(OP_LOOP, 0, 4, -1, JOINTS)
+    builder.depth = max(builder.depth, loops + 1)
+    slot = len(builder.paths)
+    builder.paths.extend(paths)
+    builder.fields.extend(FieldInfo(path, "letter") for path in paths)
+    builder.op(OP_STRING, 0, 1, -1, LETTERS, slot)
+    builder.ops[start][JUMP] = builder.op(OP_END, 0, 0, 0, 0, -1, start)
+    return 4, False
+
+
+def letter_path(joint: int, letter: int) -> str:
+    """The path of a letter of a joint's name."""
+    return f"name[{joint}][{letter}]"
 
 
 def specialise(layout: Layout, wanted: Sequence[str], encoding: Encoding) -> tuple[IntArray, IntArray]:

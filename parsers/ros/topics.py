@@ -42,6 +42,7 @@ class Topic:
                 tags=MappingProxyType({"topic": self.topic, "type": self.type_name, "field": info.path}),
             )
             for info in self.decoder.fields
+            if info.kind != "letter"
         ]
 
     def wanted_paths(self, wanted: frozenset[str]) -> tuple[str, ...]:
@@ -49,7 +50,7 @@ class Topic:
         return tuple(
             info.path
             for info in self.decoder.fields
-            if info.kind == "number" and f"{self.group}.{info.path}" in wanted
+            if info.kind != "text" and f"{self.group}.{info.path}" in wanted
         )
 
 

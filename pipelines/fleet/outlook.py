@@ -14,6 +14,7 @@ from pipelines.fleet.listing import path_of
 from pipelines.fleet.records import FoundDrive
 from pipelines.needs import Readiness, readiness
 from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+from pipelines.vehicles.wheel_radius import wheel_radius
 
 MOST_BYTES = 256 << 20
 """CAN logs are gone through once to see what is in them: those of more bytes are not opened."""
@@ -57,7 +58,12 @@ def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
     try:
         vehicle = read_vehicle(path_of(drive.vehicle)) if drive.vehicle else None
         mapping = read_map(path_of(drive.map), strict=False) if drive.map else None
-        options = LoadOptions(map=mapping, dbc=tuple(path_of(place) for place in drive.dbc), dbc_given=False)
+        options = LoadOptions(
+            map=mapping,
+            dbc=tuple(path_of(place) for place in drive.dbc),
+            dbc_given=False,
+            radius=wheel_radius(vehicle),
+        )
         signals: set[str] = set()
         dated = False
         for place in drive.logs:
@@ -67,7 +73,7 @@ def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
                 return Outlook(problem=f"not looked at: {drive.size / 1e9:.1f} GB of CAN frames")
             opened = open_log(path, options)
             dated |= _has_date(opened)
-            signals |= propose(opened.reader.channels, options.map).keys()
+            signals |= propose(opened.reader.channels, options.map, options.radius).keys()
         if not signals:
             return Outlook(problem="no channel maps to a signal: name the channels in a map.toml")
         return replace(_compared(signals, vehicle), dated=dated)

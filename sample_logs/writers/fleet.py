@@ -1,4 +1,4 @@
-"""A small fleet: four vehicles, each with a folder, a vehicle file and drives of its own; one log is cut off."""
+"""A small fleet: four vehicles, each with a folder, a vehicle file and drives of its own; one log is cut off, and of one nothing can be read."""
 
 from __future__ import annotations
 
@@ -19,6 +19,7 @@ from sample_logs.writers.common import SampleDrive, on_one_clock, one_clock_sens
 
 RATE_HZ = 20.0
 KEPT_OF_THE_BROKEN = 0.6
+KEPT_OF_THE_UNREADABLE = 0.4
 
 
 def _blf(drive: SampleDrive, path: Path) -> None:
@@ -46,13 +47,15 @@ WRITERS: dict[str, Callable[[SampleDrive, Path], None]] = {
 
 @dataclass(frozen=True)
 class FleetDrive:
-    """One log. loads: as for `cogest simulate --load`. broken: cut off in the middle, as by a dead battery."""
+    """One log. loads: as for `cogest simulate --load`. broken: cut off in the middle, as by a dead battery. unreadable: a copy
+    that broke off before what says where its data are."""
 
     file: str
     manoeuvre: str
     loads: tuple[str, ...]
     duration_s: float | None = None
     broken: bool = False
+    unreadable: bool = False
 
 
 @dataclass(frozen=True)
@@ -101,6 +104,9 @@ FLEET: tuple[FleetVehicle, ...] = (
         (
             FleetDrive("hill.csv", "hills", ("2000@x=3.2,y=0,z=1.6",), 120.0),
             FleetDrive("depot.bag", "launch_and_stop", ("800@x=3.0,y=0.2,z=1.9",), 80.0),
+            FleetDrive(
+                "harbour.parquet", "launch_and_stop", ("1200@x=3.1,y=0,z=1.7",), 40.0, unreadable=True
+            ),
         ),
         (("map.toml", ros.MAP),),
     ),
@@ -120,9 +126,10 @@ def _drive(vehicle: PlantVehicle, item: FleetDrive, seed: int, folder: Path) -> 
     )
     path = folder / item.file
     WRITERS[path.suffix](on_one_clock(simulated.log), path)
-    if item.broken:
+    if item.broken or item.unreadable:
         data = path.read_bytes()
-        path.write_bytes(data[: int(len(data) * KEPT_OF_THE_BROKEN)])
+        kept = KEPT_OF_THE_BROKEN if item.broken else KEPT_OF_THE_UNREADABLE
+        path.write_bytes(data[: int(len(data) * kept)])
     write_truth(truth_record(simulated, "samples"), folder / f"{path.stem}.truth.json")
 
 

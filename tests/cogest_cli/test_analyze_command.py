@@ -211,3 +211,26 @@ def test_databases_lie_beside_the_log_or_are_given(inside, samples, tmp_path):
     given = inside("inspect", log, "--dbc", tmp_path / "databases" / "chassis.dbc")
     assert given.code == 0
     assert given.out == beside.out
+
+
+def test_settings_beside_the_log_are_found_and_named(inside, drive, quick, tmp_path):
+    """As `cogest batch` does: the log's own before the folder's, and what was given before both."""
+    options = ("--estimators", "roll_map", "--format", "json", "--out", tmp_path / "out")
+    (tmp_path / "settings.toml").write_text(quick.read_text(encoding="utf-8"), encoding="utf-8")
+    run = inside("analyze", drive, *options)
+    assert (run.code, run.err) == (0, "")
+    assert f"settings file: {tmp_path / 'settings.toml'}" in run.out.splitlines()
+    assert results_in(tmp_path / "out")["inputs"]["settings"] == str(tmp_path / "settings.toml")
+    found = numbers_in(tmp_path / "out")
+    assert inside("analyze", drive, *options, "--settings", quick).code == 0
+    assert numbers_in(tmp_path / "out") == found
+    own = tmp_path / "drive.settings.toml"
+    own.write_text("[no_such_estimator]\nx = 1\n", encoding="utf-8")
+    run = inside("analyze", drive, *options)
+    assert run.code != 0
+    assert str(own) in run.err
+    own.unlink()
+    (tmp_path / "settings.toml").unlink()
+    assert "settings file" not in inside("analyze", drive, *options, "--settings", quick).out.replace(
+        f"settings file: {quick}", ""
+    )

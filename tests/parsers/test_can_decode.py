@@ -23,7 +23,7 @@ def payloads_of(payloads: list[bytes]) -> Payloads:
     padded = b"".join(p.ljust(8 * width, b"\xa5") for p in payloads)
     return Payloads(
         np.arange(len(payloads), dtype=np.int64) * 10_000_000,
-        np.array([len(p) for p in payloads], np.uint8),
+        np.array([len(p) for p in payloads], np.uint16),
         np.frombuffer(padded, "<u8").astype(np.uint64).reshape(-1, width),
         min(len(p) for p in payloads),
     )

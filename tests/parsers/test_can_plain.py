@@ -19,7 +19,7 @@ def payloads(width: int, seed: int) -> Payloads:
     """Payloads of so many words behind those of another message."""
     rng = np.random.default_rng(seed)
     flat = rng.integers(0, 2**64, 7 + ROWS * width, dtype=np.uint64)
-    length = np.full(ROWS, 8 * width, np.uint8)
+    length = np.full(ROWS, 8 * width, np.uint16)
     return Payloads(np.arange(ROWS), length, flat[7:].reshape(-1, width), 8 * width, flat, 7)
 
 

@@ -87,3 +87,36 @@ HARD_DECIMALS = [
 @pytest.mark.parametrize("text", HARD_DECIMALS)
 def test_hard_decimals(text: str) -> None:
     assert read_number(text) == float(text)
+
+
+GROUPS = [
+    "\N{NO-BREAK SPACE}",
+    "\N{NARROW NO-BREAK SPACE}",
+    "\N{THIN SPACE}",
+    "\N{RIGHT SINGLE QUOTATION MARK}",
+]
+
+
+@pytest.mark.parametrize("codec", ["utf-8", "cp1252"])
+@pytest.mark.parametrize("sign", GROUPS)
+def test_groups_of_three_digits_behind_a_no_break_blank(sign: str, codec: str) -> None:
+    if codec == "cp1252" and sign in GROUPS[1:3]:
+        pytest.skip("not in that code page")
+
+    def grouped(text: str) -> tuple[int, float]:
+        data = text.replace("_", sign).encode(codec)
+        return parse_bytes(np.frombuffer(data, dtype=np.uint8), ord(","), -1)
+
+    assert grouped("1_234,5") == (OK, 1234.5)
+    assert grouped("-12_345_678") == (OK, -12345678.0)
+    assert grouped("1_234e2") == (OK, 123400.0)
+    for text in ("1_23", "1_2345", "_123", "1,5_000", "1_", "1__234", "1_23a", "1_234_5"):
+        assert grouped(text)[0] == TEXT
+    hard = "1_234_567_890_123_456_789_012,5".replace("_", sign).encode(codec)
+    assert plain_float(hard, RowRules(59, 1, 1, decimal=44)) == 1234567890123456789012.5
+
+
+@settings(max_examples=200, deadline=None)
+@given(st.integers(-(10**15), 10**15), st.sampled_from(GROUPS))
+def test_any_whole_number_in_groups(value: int, sign: str) -> None:
+    assert number(f"{value:,}".replace(",", sign)) == (OK, float(value))

@@ -269,13 +269,21 @@ def test_a_log_of_nothing_but_time(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("codec", ["utf-16", "utf-16-le", "utf-16-be"])
-def test_a_log_saved_with_two_bytes_a_letter_is_named(codec: str, tmp_path: Path) -> None:
-    data = vbo([row("083856.300"), row("083856.400")]).decode("cp1252").encode(codec)
+def test_a_log_saved_with_two_bytes_a_letter_is_read(codec: str, tmp_path: Path) -> None:
+    plain = vbo([row("083856.300"), row("083856.400", "+2.5E+01"), row("083856.500")])
+    data = plain.decode("cp1252").encode(codec)
     assert VboImporter().claims(tmp_path, data[:4096])
-    path = tmp_path / "a.vbo"
-    path.write_bytes(data)
-    with pytest.raises(LogError, match="a VBO file that was saved as UTF-16"):
-        VboImporter().open(path, ReadOptions(), ImportLog())
+    expected, log = read(tmp_path, plain), read(tmp_path, data)
+    assert log.time.tolist() == expected.time.tolist()
+    assert {name: column.tolist() for name, column in log.columns.items()} == {
+        name: column.tolist() for name, column in expected.columns.items()
+    }
+    assert {name: channel.unit for name, channel in log.info.items()} == {
+        name: channel.unit for name, channel in expected.info.items()
+    }
+    assert "UTF-16" in log.said
+    cut = read(tmp_path, data[:-31])
+    assert (len(cut.time), cut.log.status) == (2, "truncated")
     assert not VboImporter().claims(tmp_path, "time,speed\n0,1\n1,2\n".encode(codec))
 
 

@@ -101,7 +101,7 @@ def test_lines_stay_within_the_terminal(samples):
         told = text(found, {}, width=width)
         # a long name of a drive has a line of its own
         assert all(len(line) <= width for line in told.splitlines())
-    assert "24 drives of 5 vehicles" in told
+    assert "25 drives of 5 vehicles" in told
 
 
 def test_drives_of_no_vehicle_stand_in_one_table():
@@ -114,7 +114,7 @@ def test_drives_of_no_vehicle_stand_in_one_table():
 def test_the_same_as_json(samples):
     found = find_drives(str(samples / "fleet"))
     plain = json.loads(json.dumps(plan_dict(found, {found.drives[0].drive_id: "kept"}, {})))
-    assert [entry["would"] for entry in plain["drives"]] == ["kept"] + ["new"] * 9
+    assert [entry["would"] for entry in plain["drives"]] == ["kept"] + ["new"] * 10
     assert plain["left_out"] == []
 
 

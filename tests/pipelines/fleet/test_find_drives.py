@@ -37,7 +37,7 @@ def reasons(found: FoundFleet) -> dict[str, str]:
 
 def test_the_sample_fleet(samples):
     found = find_drives(str(samples / "fleet"))
-    assert len(found.drives) == 10
+    assert len(found.drives) == 11
     assert {drive.vehicle_id for drive in found.drives} == {"sedan", "suv", "truck", "van"}
     assert found.left_out == ()
     assert not any(drive.lacks for drive in found.drives)
