@@ -22,15 +22,22 @@ _RANK_WORSE = 4
 def with_radius(
     candidates: Iterable[Binding | Refusal], radius: WheelRadius | None
 ) -> Iterator[Binding | Refusal]:
-    """The candidates, with turn rates made speeds, or refused without a radius."""
+    """The candidates, with turn rates made speeds, or refused without a radius.
+
+    What a profile knows to be a turn rate is no speed by its name either ("WheelSpd_FL" without a unit).
+    """
+    turning: set[tuple[str, str]] = set()
     for each in candidates:
-        if (
-            not isinstance(each, Binding)
-            or each.unit.quantity != TURN_RATE
-            or each.signal not in WHEEL_SPEEDS
-        ):
+        if not isinstance(each, Binding) or each.signal not in WHEEL_SPEEDS:
             yield each
-        elif radius is None:
+            continue
+        wheel = (each.channels[0], each.signal)
+        if each.unit.quantity != TURN_RATE:
+            if wheel not in turning:
+                yield each
+            continue
+        turning.add(wheel)
+        if radius is None:
             reason = f"unit {each.unit.text} is no unit of a speed without the wheel's radius: {HOW}"
             yield Refusal(each.channels[0], each.signal, reason, unit=True)
         else:

@@ -57,6 +57,9 @@ def of_ford() -> list[ChannelInfo]:
         (of_ros(), 1.0),
         (of_ros("rad/s"), 1.0),
         (of_ford(), 1.0),
+        ([column(f"Car.WheelSpd_{w}", None) for w in ("FL", "FR", "RL", "RR")], 1.0),
+        ([column(f"AVy_{w}", None) for w in ("L1", "R1", "L2", "R2")], math.pi / 30),
+        ([column(f"omega_{w} [rad/s]", None) for w in ("fl", "fr", "rl", "rr")], 1.0),
     ],
 )
 def test_a_turn_rate_is_a_speed_with_the_radius_and_refused_without(
