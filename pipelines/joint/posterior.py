@@ -70,6 +70,11 @@ class Joint:
         """The relations that were counted."""
         return tuple(part.evidence for part in self.parts)
 
+    def last_step(self) -> FloatArray:
+        """(k,) from u to where the linear posterior has no slope: what the search, which ends by what it would gain, left undone."""
+        pulled = [p.slope.T @ p.residual for p in self.parts]
+        return np.asarray(self.covariance @ (np.sum(pulled, axis=0) - self.u)) if pulled else -self.u
+
     def without(self, left_out: int) -> FloatArray:
         """(k, k) covariance had one relation not been there."""
         rest = [p.information for i, p in enumerate(self.parts) if i != left_out]

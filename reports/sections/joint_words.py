@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from pipelines.joint.conflict import WIDEST
 from pipelines.results import DriveResults, JointVerdict, Learned, NextMeasurement, RelationCheck
 from reports.sections.values import NORMAL_95, half_width
 from reports.sections.verdict import LEADING, ordered
@@ -57,12 +58,19 @@ def times(factor: float) -> str:
     return f"{number(factor, 1 if factor >= 1.05 else 2)} times"
 
 
+def agreeing(check: RelationCheck) -> str:
+    """How much wider a relation would have to be to agree with the rest."""
+    if check.widened >= WIDEST:
+        return "no spread of it would hold both"
+    return f"to agree, its spread would have to be {times(check.widened)} as wide"
+
+
 def conflict_text(check: RelationCheck) -> str:
     """One conflict as a sentence."""
     source = f" ({clean(check.source, 60)})" if check.source else ""
     return sentence(
         f"{clean(check.relation, 120)}{source} contradicts the rest: chi² {number(check.chi2, 1)} for "
-        f"{count(check.numbers, 'figure')}, by chance {chance(check.probability)}; to agree, its spread would have to be {times(check.widened)} as wide",
+        f"{count(check.numbers, 'figure')}, by chance {chance(check.probability)}; {agreeing(check)}",
         600,
     )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from pipelines.joint.conflict import WIDEST
 from pipelines.results import DriveResults, JointVerdict, Learned, RelationCheck, Share
 from reports.blocks import Bar, Block, Bullets, Cell, Column, Folded, Heading, Item, Paragraph, Table, Tone
 from reports.sections.contract import Plots
@@ -173,6 +174,10 @@ def _verdict_of(check: RelationCheck) -> Cell:
     return Cell("agrees", kind="badge", tone="good")
 
 
+def _wider(check: RelationCheck) -> str:
+    return "no spread would do" if check.widened >= WIDEST else f"{times(check.widened)} as wide"
+
+
 def _relation_row(check: RelationCheck) -> tuple[Cell, ...]:
     return (
         Cell(sentence(clean(check.relation, 120)).rstrip(".")),
@@ -181,7 +186,7 @@ def _relation_row(check: RelationCheck) -> tuple[Cell, ...]:
         Cell(number(check.chi2, 1)),
         Cell(chance(check.probability)),
         _verdict_of(check),
-        Cell(f"{times(check.widened)} as wide" if is_conflict(check) else DASH),
+        Cell(_wider(check) if is_conflict(check) else DASH),
         Cell(sentence(check.text, 500)),
     )
 

@@ -40,10 +40,11 @@ SOURCE = "brake_roll_batch"
 ARM, BANK = "torque_arm", "banked_bends"
 BEND_S = 4.0
 BANKED, BANKED_STD, FLAT_STD = 0.15, 0.4, 0.05
-AIR_SHARE, ROLLING_DOUBT, SCALE_DOUBT = 0.08, 0.0015, 0.01
+AIR_SHARE, ROLLING_DOUBT, SCALE_DOUBT = 0.12, 0.0015, 0.01
 """BEND_S: what lasts longer is a bend of the road, which may be banked; what is quicker was steered on flat ground. BANKED,
 BANKED_STD: what bends that lean inwards take off the roll against the horizon, as a share of it: two thirds on country roads that are
-banked by 2.5 to 6 %, nothing in towns. FLAT_STD: the spread of anything else that does. AIR_SHARE: of the drag area: wind, and air that is thinner or denser. ROLLING_DOUBT: of
+banked by 2.5 to 6 %, nothing in towns. FLAT_STD: the spread of anything else that does. AIR_SHARE: of the drag area: a wind of 2 m/s along a
+drive of 20 m/s is a fifth of it, of which turns take about half; air that is thinner or denser. ROLLING_DOUBT: of
 rolling resistance, which warms up. SCALE_DOUBT: by how much a torque's scale changes within a drive."""
 
 BODY = (
