@@ -21,6 +21,8 @@ from reports.text import DASH, NARROW, NO_BREAK, clean, gist, sentence, spec_of,
 
 WIDTH = 100
 MOST_REASONS = 2
+LEFT_OUT = "left out"
+"""How an action begins that leaves a signal out."""
 MOST_LEADING = 400
 """Characters of the reason of the parameter that a reader looks for first: whole clauses of it."""
 _STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}
@@ -70,13 +72,14 @@ def _turned(results: DriveResults) -> list[str]:
 
 def _left_out(results: DriveResults) -> list[str]:
     """Signals that the log holds and the checks do not use, each reason once: else the next measurement would ask for what is there."""
-    of: dict[str, list[str]] = {}
+    of: dict[tuple[str, str], list[str]] = {}
     for d in results.record.decisions:
-        if d.kind == "range" and d.applied and d.action.startswith("left out"):
-            of.setdefault(d.found, []).append(d.signal)
+        if d.applied and d.action.startswith(LEFT_OUT):
+            reason = d.found.removeprefix(f"{d.signal} "), d.action.removeprefix(LEFT_OUT).lstrip(":; ")
+            of.setdefault(reason, []).append(d.signal)
     return [
-        f"Left out: {', '.join(names)}: {clean(found, 200)} (report: data quality)."
-        for found, names in of.items()
+        f"Left out: {', '.join(names)}: {'; '.join(clean(text, 200) for text in reason if text)} (report: data quality)."
+        for reason, names in of.items()
     ]
 
 

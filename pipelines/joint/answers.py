@@ -36,6 +36,7 @@ LARGEST: Mapping[str, float] = {
     "mass_kg": 0.035, "sprung_mass_kg": 0.035, "cg_height_m": 0.06, "sprung_cg_height_m": 0.07,
     "cg_to_front_axle_m": 0.05, "roll_stiffness_nmprad": 0.08, "roll_arm_m": 0.08, "roll_inertia_kgm2": 0.12,
     "roll_damping_nmsprad": 0.2, "pitch_arm_m": 0.08, "pitch_inertia_kgm2": 0.12, "drag_area_m2": 0.15,
+    "corner_mass_fl_kg": 0.06, "corner_mass_fr_kg": 0.06, "corner_mass_rl_kg": 0.06, "corner_mass_rr_kg": 0.06,
 }  # fmt: skip
 """Relative spread beyond which nothing is called identified, however little was known before."""
 

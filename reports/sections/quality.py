@@ -37,7 +37,10 @@ def decision_item(decision: Decision) -> Item:
         found = sentence(found).rstrip(".")
     lead = "" if not signal or signal.lower() in found.lower() else f"{signal}: "
     text = f"{lead}{found}{evidence}: {action}." if action else f"{lead}{found}{evidence}."
-    return Item(text, "corrected", "good") if decision.applied else Item(text, "only reported", "warn")
+    if not decision.applied:
+        return Item(text, "only reported", "warn")
+    left = action.startswith("left out")
+    return Item(text, "left out", "warn") if left else Item(text, "corrected", "good")
 
 
 def _place_on_card(decision: Decision) -> int:

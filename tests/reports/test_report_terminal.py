@@ -12,7 +12,7 @@ from parsers.drive import Decision
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from pipelines.parameters import PARAMETERS
 from pipelines.results import DriveResults, ParameterEstimate
-from reports.sections.quality import checks_card
+from reports.sections.quality import checks_card, decision_item
 from reports.terminal import verdict_table
 
 
@@ -131,11 +131,14 @@ def test_signals_that_the_checks_left_out_are_named_with_each_reason_once() -> N
         Decision(f"suspension_deflection_{wheel}", "range", wide, "left out; say the unit", "", True)
         for wheel in ("fl", "fr")
     ]
-    said = [replace(left[0], applied=False), replace(left[0], kind="unit")]
+    said = [replace(left[0], applied=False), replace(left[0], action="divided by 10")]
     told = " ".join(
         verdict_table(replace(sample, record=replace(sample.record, decisions=(*left, *said)))).split()
     )
-    assert f"Left out: suspension_deflection_fl, suspension_deflection_fr: {wide} (report: data" in told
+    assert (
+        f"Left out: suspension_deflection_fl, suspension_deflection_fr: {wide}; say the unit (report: data"
+        in told
+    )
     assert told.count("0.46 m") == 1
     plain = replace(sample.record, decisions=tuple(said))
     assert "Left out:" not in verdict_table(replace(sample, record=plain))
@@ -154,3 +157,23 @@ def test_titles_and_reasons_are_not_cut_within_a_word() -> None:
             assert word.rstrip(",;") in words
     for found in re.findall(r"(\S+) ?…", words):
         assert found in reason.split(), found
+
+
+def test_signals_left_out_are_named_with_what_to_do() -> None:
+    """Whatever check left them out, one reason once, in the terminal and with their own badge in the report."""
+    crossed = [
+        Decision(
+            f"suspension_deflection_{wheel}", "sign", f"suspension_deflection_{wheel} moves in bends as on the other side",
+            "left out: say which channel is which wheel", "correlation -0.9", applied=True,
+        )
+        for wheel in ("fl", "fr")
+    ]  # fmt: skip
+    sample = rich()
+    record = replace(sample.record, decisions=tuple(crossed))
+    told = " ".join(verdict_table(replace(sample, record=record)).split())
+    assert (
+        "Left out: suspension_deflection_fl, suspension_deflection_fr: moves in bends as on the other side; "
+        "say which channel is which wheel (report: data quality)."
+    ) in told
+    assert "Signs turned" not in told
+    assert (decision_item(crossed[0]).badge, decision_item(crossed[0]).tone) == ("left out", "warn")
