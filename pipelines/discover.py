@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
+
+from parsers.small_text import read_small_text
+
+SETTINGS = "settings.toml"
 
 
 def nearest(name: str, log: Path) -> Path | None:
     """The file `name` in the log's folder or the nearest folder above it. A log that is not there has none.
 
-    A file of the log's own (drive.vehicle.toml beside drive.csv) goes before the folder's.
+    A file of the log's own (drive.vehicle.toml beside drive.csv) goes before the folder's. A settings.toml above the log's folder in
+    which no estimator is named is another program's: many have a file of that name.
     """
     try:
         start = log.resolve()
@@ -20,11 +26,24 @@ def nearest(name: str, log: Path) -> Path | None:
     own = [start.with_name(f"{start.stem}.{name}")] if start.name else []
     for place in (*own, *(folder / name for folder in folders)):
         try:
-            if place.is_file():
+            if place.is_file() and (
+                name != SETTINGS or place.parent == folders[0] or _names_an_estimator(place)
+            ):
                 return place
         except OSError:
             continue
     return None
+
+
+def _names_an_estimator(path: Path) -> bool:
+    """Whether a settings file is cogest's, by its tables; one that cannot be read is taken for that, so that it is said."""
+    from pipelines.estimators.registry import estimators
+
+    try:
+        tables = tomllib.loads(read_small_text(path))
+    except (OSError, ValueError, RecursionError):
+        return True
+    return any(estimator.name in tables for estimator in estimators())
 
 
 def databases_beside(log: Path) -> tuple[Path, ...]:

@@ -81,3 +81,21 @@ def test_what_is_not_there_has_nothing_beside_it(tmp_path):
 def test_the_root_folder_has_no_file_of_its_own():
     root = Path(Path.cwd().anchor)
     assert nearest("vehicle.toml-that-nobody-has", root) is None
+
+
+def test_another_programs_settings_above_the_log_are_passed_over(tmp_path: Path) -> None:
+    """Many programs keep a settings.toml: one above the log's folder counts where it names an estimator, or cannot be read."""
+    log = tmp_path / "trips" / "may" / "drive.csv"
+    log.parent.mkdir(parents=True)
+    log.write_text("t\n", encoding="utf-8")
+    theirs, ours = tmp_path / "trips" / "settings.toml", tmp_path / "settings.toml"
+    theirs.write_text("[default]\ndebug = true\n", encoding="utf-8")
+    assert nearest("settings.toml", log) is None
+    ours.write_text("[roll_map]\ncutoff_hz = 6\n", encoding="utf-8")
+    assert nearest("settings.toml", log) == ours
+    theirs.write_text("[roll_map\n", encoding="utf-8")
+    assert nearest("settings.toml", log) == theirs
+    # beside the log it is meant, and a wrong name in it is said
+    here = log.parent / "settings.toml"
+    here.write_text("[rollmap]\n", encoding="utf-8")
+    assert nearest("settings.toml", log) == here
