@@ -117,7 +117,7 @@ def test_behind_a_url_heads_are_read_and_no_more(samples, s3_store, counted):
     source = samples / "fleet"
     url = s3_store.put(source, "heads")
     found = find_drives(url)
-    assert len(found.drives) == 10
+    assert len(found.drives) == 11
     assert counted.calls["list_objects_v2"] == 1
     # logs, maps and vehicle files; a second look at a table's first rows, or at a list of columns
     assert counted.calls["get_object"] < 10 + 4 + 4 + 6
