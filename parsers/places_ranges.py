@@ -6,11 +6,12 @@ fetched ahead in ever larger ranges. All streams of one file share what is kept,
 
 from __future__ import annotations
 
-import io
 from collections import OrderedDict
 from collections.abc import Callable
 from threading import Condition
 from typing import TYPE_CHECKING
+
+from parsers.placed_stream import PlacedStream
 
 if TYPE_CHECKING:
     from _typeshed import WriteableBuffer
@@ -119,33 +120,16 @@ class Ranges:
             self._kept.popitem(last=False)
 
 
-class RangeFile(io.RawIOBase):
-    """A stream over `Ranges`: as `open(path, "rb", buffering=0)` gives, but for the file descriptor."""
+class RangeFile(PlacedStream):
+    """A stream over `Ranges`."""
 
     def __init__(self, ranges: Ranges) -> None:
         super().__init__()
         self._ranges = ranges
-        self._at = 0
 
-    def readable(self) -> bool:
-        """Yes."""
-        return True
-
-    def seekable(self) -> bool:
-        """Yes."""
-        return True
-
-    def tell(self) -> int:
-        """The place of the next byte."""
-        return self._at
-
-    def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
-        """Go to a place; nothing is fetched. Raises ValueError for one before the beginning."""
-        base = {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: self._ranges.size}[whence]
-        if base + offset < 0:
-            raise ValueError(f"negative seek position {base + offset}")
-        self._at = base + offset
-        return self._at
+    def length(self) -> int:
+        """As the store said; nothing is fetched."""
+        return self._ranges.size
 
     def readinto(self, buffer: WriteableBuffer) -> int:
         """Fill the buffer, short only at the end of the file. Raises OSError."""

@@ -15,6 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from parsers.importer import HEAD_BYTES, ImportLog
+from parsers.placed_stream import PlacedStream
 from parsers.table_text import Encoding, find_encoding
 
 _UNKNOWN = ord("?")
@@ -83,30 +84,17 @@ class WideText:
         return raw if buffering == 0 else io.BufferedReader(raw)
 
 
-class _WideFile(io.RawIOBase):
+class _WideFile(PlacedStream):
     """A file whose places count letters."""
 
     def __init__(self, path: Path, encoding: Encoding) -> None:
+        super().__init__()
         self._file = path.open("rb", buffering=0)
         self._mark, self._big = encoding.mark, encoding.codec.endswith("be")
-        self._at = 0
 
-    def readable(self) -> bool:
-        return True
-
-    def seekable(self) -> bool:
-        return True
-
-    def tell(self) -> int:
-        return self._at
-
-    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
-        if whence == os.SEEK_CUR:
-            offset += self._at
-        elif whence == os.SEEK_END:
-            offset += max(self._file.seek(0, os.SEEK_END) - self._mark, 0) // 2
-        self._at = max(offset, 0)
-        return self._at
+    def length(self) -> int:
+        """In letters."""
+        return max(self._file.seek(0, os.SEEK_END) - self._mark, 0) // 2
 
     def readinto(self, buffer: Any) -> int:
         view = memoryview(buffer).cast("B")

@@ -8,6 +8,7 @@ from parsers.mapping.overlooked import SAID as OVERLOOKED
 from pipelines.results import DriveResults
 from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
+from reports.sections.quality import LEFT_OUT
 from reports.sections.values import (
     STATUS_WORDS,
     bracketed_text,
@@ -21,8 +22,6 @@ from reports.text import DASH, NARROW, NO_BREAK, clean, gist, sentence, spec_of,
 
 WIDTH = 100
 MOST_REASONS = 2
-LEFT_OUT = "left out"
-"""How an action begins that leaves a signal out."""
 MOST_LEADING = 400
 """Characters of the reason of the parameter that a reader looks for first: whole clauses of it."""
 _STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}

@@ -10,10 +10,10 @@ from pathlib import PurePosixPath
 from parsers.errors import CogestError, VehicleError
 from parsers.importer import ReadOptions
 from parsers.small_text import read_small_text
-from pipelines.discover import nearest
+from pipelines.discover import SETTINGS, nearest
 from pipelines.fleet.listing import Listing, Placed, path_of
 
-VEHICLE, MAP, SETTINGS = "vehicle.toml", "map.toml", "settings.toml"
+VEHICLE, MAP = "vehicle.toml", "map.toml"
 OWN = tuple(f".{name}" for name in (VEHICLE, MAP, SETTINGS))
 """How files of a log's own end: drive.vehicle.toml beside drive.csv."""
 

@@ -13,7 +13,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from parsers.places import masked
-from pipelines.fleet.belongings import MAP, OWN, SETTINGS, Belongings, VehicleFacts, distinct, top_folder
+from pipelines.discover import SETTINGS
+from pipelines.fleet.belongings import MAP, OWN, Belongings, VehicleFacts, distinct, top_folder
 from pipelines.fleet.find_facts import LookedUp
 from pipelines.fleet.find_said import said_drives
 from pipelines.fleet.group import group_folder

@@ -24,6 +24,8 @@ UNCHECKED = "not checked against physics: "
 MOST_DECISIONS = 100
 MOST_GAPS = 40
 MOST_REASONS = 30
+LEFT_OUT = "left out"
+"""How an action begins that leaves a signal out."""
 
 
 def decision_item(decision: Decision) -> Item:
@@ -39,8 +41,8 @@ def decision_item(decision: Decision) -> Item:
     text = f"{lead}{found}{evidence}: {action}." if action else f"{lead}{found}{evidence}."
     if not decision.applied:
         return Item(text, "only reported", "warn")
-    left = action.startswith("left out")
-    return Item(text, "left out", "warn") if left else Item(text, "corrected", "good")
+    left = action.startswith(LEFT_OUT)
+    return Item(text, LEFT_OUT, "warn") if left else Item(text, "corrected", "good")
 
 
 def _place_on_card(decision: Decision) -> int:
