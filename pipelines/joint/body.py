@@ -17,6 +17,9 @@ from pipelines.models.roll import GRAVITY
 TYRE_SHARE = 1.15
 """Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
 
+SOFTEST = 20.0
+"""Spring rate over the mass on it that no vehicle is below, 1/s²: 0.7 Hz."""
+
 Values = Mapping[str, float]
 """The unknowns by name, SI."""
 
@@ -41,6 +44,14 @@ class Body:
         return self.mass * self.whole_h
 
 
+def carrying(p: Values, axle: str) -> Any:
+    """Rate of a spring that carries a load, N/m, one vehicle's or many's.
+
+    Where the file has no rates some vehicles of a search or of draws have next to none, or less, and would sink without end.
+    """
+    return np.maximum(p[f"spring_{axle}"], 0.25 * SOFTEST * p["empty_mass"])
+
+
 @once
 def body_of(p: Values, sag: float | None) -> Body:
     """Put empty vehicle and load together.
@@ -48,7 +59,7 @@ def body_of(p: Values, sag: float | None) -> Body:
     sag: how much lower the loaded body stands than the empty one, m; None: not measured, so what springs and tyres give.
     """
     if sag is None:
-        sag = TYRE_SHARE * GRAVITY * p["load"] / (2 * (p["spring_front"] + p["spring_rear"]))
+        sag = TYRE_SHARE * GRAVITY * p["load"] / (2 * (carrying(p, "front") + carrying(p, "rear")))
     unsprung = p["unsprung_front"] + p["unsprung_rear"]
     empty = p["empty_mass"] - unsprung
     sprung = empty + p["load"]

@@ -55,6 +55,10 @@ LEVELS = "springs that level themselves, so that deflections tell no load"
 BELLOWS = "axle loads that are what the springs carry"
 
 WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips a pitched body"
+LEAN, HUBS = "no gravity that tips a leaning body", "no braked wheels' inertia in the springs"
+SELDOM = {LEAN: 0.2}
+"""Pieces that simple models leave out less often than a coin falls: what the accelerometer reads and the springs have nothing of is an
+author's mistake rather than his choice."""
 
 WEIGHED = 0.005
 """The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
@@ -72,6 +76,7 @@ Figures = Mapping[str, tuple[float, float]]
 """Unknowns by name: where they are, and how surely; SI."""
 
 PATCH, GAIN = "patch_lag", "axle_pitch_gain"
+PATCH_SIDE, LEAN_PATH, HUBS_PAST = "patch_side", "lean_path", "hubs_past"
 
 NAMED = 0.7
 """Weight from which on a doubt is named."""
@@ -202,6 +207,9 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
     known = joint.known
     # who had these measured has a vehicle on the road, or a model of all of it
     tyres = vehicle.get("tire_longitudinal_rate_npm") is not None
+    sideways = vehicle.get("tire_lateral_rate_npm") is not None
+    past = vehicle.get("wheel_recession_front") is not None
+    used = {name for e in joint.evidence for name in e.unknowns}
     pitches = vehicle.get("patch_path_pitch_mprad") is not None
     kilos, radius = (float(known.mean[known.index(n)]) for n in ("empty_mass", "radius"))
     low = 0.02 * radius
@@ -210,8 +218,12 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
         "pitch_center_height_drive_m": ("pitch_center_drive", low),
     }
     pieces = {
-        WHEELS: {} if tyres else {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002)},
+        WHEELS: {}
+        if tyres
+        else {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002), **({} if sideways else _no_give(known))},
         UPRIGHT: {} if pitches else _upright(joint),
+        LEAN: {} if pitches or tyres else _level(joint),
+        HUBS: {} if past or HUBS_PAST not in used else {HUBS_PAST: (1.0, 0.1)},
         # a model with a pitch centre in braking is not without one in driving
         "no anti-dive": _silent(vehicle, centres) if vehicle.get("pitch_center_height_m") is None else {},
         "a roll axis in the ground": _silent(
@@ -222,6 +234,21 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
         ),
     }
     return {text: figures for text, figures in pieces.items() if figures}
+
+
+def _no_give(known: Known) -> Figures:
+    """Patches that stay under their wheels sideways: who leaves one way of theirs out knows none."""
+    return {PATCH_SIDE: (0.0, 0.1 * float(known.std[known.index(PATCH_SIDE)]))}
+
+
+def _level(joint: Place) -> Figures:
+    """Springs and loads of tyres by m a h alone: the accelerometer reads gravity's share as the body leans, they have nothing of it."""
+    if not any(LEAN_PATH in e.unknowns for e in joint.evidence):
+        return {}
+    known = joint.known
+    mean = dict(zip(known.names, known.mean.tolist(), strict=True))
+    arm = mean["empty_h"] - 0.5 * (mean["roll_center_front"] + mean["roll_center_rear"])
+    return {LEAN_PATH: (arm, 0.15 * arm)}
 
 
 def _upright(joint: Place) -> Figures:
@@ -249,7 +276,10 @@ def _physics_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
     found = []
     for chosen in choices:
         figures = {name: value for text in chosen for name, value in pieces[text].items()}
-        chance = (SIMPLE + (4 * BARE if {WHEELS, UPRIGHT} <= {*chosen} else 0.0)) / 2 ** len(pieces)
+        usual = SIMPLE * math.prod(
+            SELDOM.get(p, 0.5) if p in chosen else 1 - SELDOM.get(p, 0.5) for p in pieces
+        )
+        chance = usual + (4 * BARE / 2 ** len(pieces) if {WHEELS, UPRIGHT} <= {*chosen} else 0.0)
         found.append(_physics(BETWEEN.join(chosen), joint.known, figures, chance))
     return found
 

@@ -79,6 +79,11 @@ def _pitch_path(book: Book) -> None:
     )
 
 
+def _lean_path(book: Book) -> None:
+    """m above the roll axis about which weight does not tip a leaning body. 0 is physics; some models know no such weight (`doubts`)."""
+    book.put("lean_path", 0.0, 0.01)
+
+
 LAG_FOLLOWS = (1.0, 0.15)
 """Share of a tyre's give along by which its vertical force goes along, and how sure that is."""
 
@@ -137,6 +142,7 @@ def feet(book: Book) -> None:
     """The paths of patches and hubs. Roll and pitch centres are in the book."""
     _patch_paths(book)
     _pitch_path(book)
+    _lean_path(book)
     _patch_lag(book)
     _sideways_give(book)
     _standing(book)

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.joint.body import Body
+from pipelines.joint.body import Body, carrying
 from pipelines.joint.remembered import once
 from pipelines.joint.suspension import STOP_POWER
 from pipelines.models.roll import GRAVITY
@@ -38,10 +38,9 @@ def _on_wheel(p: Values, axle: str) -> Number:
 def pressed(p: Values, axle: str) -> Number:
     """How much shorter the load makes a spring, at the wheel, m: no more than a suspension has travel.
 
-    Where rates are hardly known some vehicles of a search have next to none, and would sink without end. Beyond `free_*` a bump
-    stop holds along, with `stop_*` times the travel into it to the power STOP_POWER.
+    Beyond `free_*` a bump stop holds along, with `stop_*` times the travel into it to the power STOP_POWER.
     """
-    rate, free, stop = p[f"spring_{axle}"], p[f"free_{axle}"], np.maximum(p[f"stop_{axle}"], 0.0)
+    rate, free, stop = carrying(p, axle), p[f"free_{axle}"], np.maximum(p[f"stop_{axle}"], 0.0)
     alone = _on_wheel(p, axle) / rate
     left = np.maximum(alone - free, 0.0) * rate
     if not np.any(left > 0):
@@ -140,6 +139,8 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     what the springs hold. Wide tyres that lean stand on their edges instead, and models of feet that are points have none of it
     (`wheel_plane`: 1 a thin disc).
 
+    Simple models' weight does not tip a leaning body, as if it eased nothing (`lean_path`, m above the roll axis).
+
     A rig that rolls the body over pads has both in one (`path_*`, where `paths_told` is 1): the stiffness by the pads' forces, where
     they stand, less that by wheel rates and bars, over the load. It sinks with the roll centre.
     """
@@ -148,7 +149,7 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     disc = p["wheel_plane"] * p["camber"] ** 2 * p["radius"]
     by_geometry = p["side_path"] * roll_center(p, axle) - disc
     measured = p[f"path_{axle}"] + roll_center(p, axle) - p[f"roll_center_{axle}"]
-    return weight * (by_geometry + p["paths_told"] * (measured - by_geometry))
+    return weight * (by_geometry + p["paths_told"] * (measured - by_geometry) + p["lean_path"])
 
 
 def roll_springs(p: Values, body: Body, springs: Number) -> Number:
@@ -159,11 +160,13 @@ def roll_springs(p: Values, body: Body, springs: Number) -> Number:
 def leans(p: Values, body: Body, axis: Number, springs: Number) -> tuple[Number, Number]:
     """rad by which the load has the body lean at rest: back, and to the left.
 
-    axis: height of the roll axis, m. springs: roll stiffness of the suspension, N m/rad.
+    axis: height of the roll axis, m. springs: roll stiffness of the suspension, N m/rad. No vehicle's is below twice what its weight
+    takes off it, as hardly known springs are in some draws.
     """
     down = [pressed(p, axle) + _on_wheel(p, axle) / p["tyre_rate"] for axle in AXLES]
     width = 0.5 * (p["track_front"] + p["track_rear"])
     tyres = p["tyre_rate"] * width**2
-    stiffness = springs * tyres / (springs + tyres) - GRAVITY * body.sprung * (body.h - axis)
-    left = GRAVITY * p["load"] * p["load_y"] / np.maximum(stiffness, 0.3 * springs)
+    tips = GRAVITY * body.sprung * np.maximum(body.h - axis, 0.1)
+    held = np.maximum(springs, 2 * tips)
+    left = GRAVITY * p["load"] * p["load_y"] / np.maximum(held * tyres / (held + tyres) - tips, 0.3 * held)
     return (down[1] - down[0]) / p["wheelbase"], left

@@ -60,6 +60,10 @@ FORCE_SENSORS = {"suspension": (0.006, 40.0), "tyre": (0.006, 50.0), "axle": (0.
 """Scale error of an axle's sensors together, and zero of a wheel's in N: strain gauges and measuring wheels are calibrated to 0.8 %
 each, load sensors in springs to about one per cent. What the two of an axle differ by is a zero beside these."""
 
+CROSSTALK = {("pitch", "tyre"): 0.02, ("roll", "tyre"): 0.015}
+"""Spread of a balance's gain by measuring wheels, beyond other balances': one per cent of the force along or across reads as a vertical
+one, with the half wheelbase or half track as its lever, where load transfer has the CG's height."""
+
 
 @dataclass(frozen=True)
 class Known:
@@ -216,7 +220,7 @@ def _sensors(book: Book) -> None:
             *(["attitude"] if relation == "pitch" else []),
         ):
             book.put(f"late_{relation}_{kind}", 0.0, 0.05)
-            book.put(f"gain_{relation}_{kind}", 0.0, 0.005)
+            book.put(f"gain_{relation}_{kind}", 0.0, CROSSTALK.get((relation, kind), 0.005))
 
 
 def _long(book: Book, kilos: float) -> None:

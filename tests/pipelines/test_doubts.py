@@ -12,7 +12,10 @@ from scipy.stats import t as student
 from pipelines.joint.answers import Told
 from pipelines.joint.doubts import (
     BETWEEN,
+    HUBS,
+    LEAN,
     OFTEN_WRONG,
+    SIMPLE,
     UNLIKE,
     UPRIGHT,
     WEIGHED,
@@ -101,8 +104,40 @@ def test_what_a_rig_found_is_not_left_out_by_a_simple_author() -> None:
         return {piece for d in doubts_of(joint, file) for piece in d.doubt.text.split(BETWEEN)}
 
     assert left_out(vehicle()) >= {WHEELS, UPRIGHT}
+    assert not left_out(vehicle()) & {LEAN, HUBS}
     assert UPRIGHT not in left_out(_with(patch_path_pitch_mprad=0.38))
     assert WHEELS not in left_out(_with(tire_longitudinal_rate_npm=3e5))
+
+
+def test_weight_that_does_not_tip_and_hubs_that_load_no_spring_are_doubts_of_relations_that_hang_on_them() -> (
+    None
+):
+    leaning, hubs = linear({"lean_path": 1.0}, 0.0, 1.0), linear({"hubs_past": 1.0}, 0.1, 1.0)
+    joint = find_mode([leaning, hubs], KNOWN)
+
+    def chance(piece: str, file: Vehicle) -> float:
+        every = doubts_of(joint, file)
+        return sum(d.doubt.chance for d in every if piece in d.doubt.text.split(BETWEEN))
+
+    assert chance(HUBS, vehicle()) > 1.5 * chance(LEAN, vehicle()) > 0.05
+    assert chance(HUBS, _with(wheel_recession_front=0.05, wheel_recession_rear=0.1)) == 0
+    assert chance(LEAN, _with(patch_path_pitch_mprad=0.38)) == 0
+    assert sum(d.doubt.chance for d in doubts_of(joint, vehicle()) if BETWEEN in d.doubt.text) < SIMPLE + 0.1
+
+
+def test_loads_that_know_no_lean_are_heard_of() -> None:
+    """As a relation that sees the CG's arm above the roll axis would have it, where nobody thought of such a model."""
+    arm = 0.5
+    joint = find_mode([linear({"lean_path": 1.0}, arm, 0.02)], KNOWN)
+    doubts = doubts_of(joint, vehicle())
+    spoken = sum(d.weight for d in doubts if LEAN in d.doubt.text.split(BETWEEN))
+    assert spoken > 0.9
+    gradient = np.zeros(len(joint.u))
+    gradient[KNOWN.index("lean_path")] = KNOWN.std[KNOWN.index("lean_path")]
+    answer = Told(0.0, 0.01, -0.02, 0.02, None)
+    assert doubted(answer, gradient, doubts).value + 0.01 * joint.u[
+        KNOWN.index("lean_path")
+    ] == pytest.approx(arm, abs=0.12)
 
 
 @pytest.mark.parametrize("seen", [1900.0, 1960.0, 2100.0])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from benchmarks.vehicle_data import upright
-from pipelines.joint.body import body_of
+from pipelines.joint.body import SOFTEST, body_of
 from pipelines.joint.laden import (
     axis_lever,
     leans,
@@ -42,7 +42,7 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
         "empty_mass": empty["mass_kg"], "empty_x": empty["cg_to_front_axle_m"], "empty_y": empty["cg_lateral_offset_m"],
         "empty_h": empty["cg_height_m"], "wheelbase": plant.wheelbase_m, "radius": plant.wheel_radius_front_m,
         "tyre_rate": 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm),
-        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0,
+        "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": 0.0, "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0, "lean_path": 0.0,
     }  # fmt: skip
     for axle in ("front", "rear"):
         values |= {
@@ -62,7 +62,7 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
 
 def test_known_answers() -> None:
     p = {
-        "load": 400.0, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "spring_front": 25e3, "square_rear": 0.0,
+        "empty_mass": 1500.0, "load": 400.0, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "spring_front": 25e3, "square_rear": 0.0,
         "cube_rear": 25e3 * 8, "free_front": 10.0, "free_rear": 10.0, "stop_front": 0.0, "stop_rear": 0.0, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
         "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0, "bar_front": 0.0, "bar_rear": 0.0,
     }  # fmt: skip
@@ -81,6 +81,7 @@ def test_known_answers() -> None:
 
 def test_springs_of_next_to_no_rate_sink_no_further_than_they_can() -> None:
     p = {
+        "empty_mass": 1500.0,
         "load": 400.0,
         "load_x": 2.0,
         "wheelbase": 2.6,
@@ -88,13 +89,31 @@ def test_springs_of_next_to_no_rate_sink_no_further_than_they_can() -> None:
         "free_rear": 10.0,
         "stop_rear": 0.0,
     }
-    assert pressed(p, "rear") == pytest.approx([0.25, -0.1, 0.0], abs=1e-5)
+    softest = 0.25 * SOFTEST * 1500.0
+    down = 0.5 * GRAVITY * 400.0 * 2.0 / 2.6 / softest
+    assert pressed(p, "rear") == pytest.approx([down, down, 0.0], abs=1e-5)
+    heavy = {**p, "load": 2000.0}
+    assert pressed(heavy, "rear") == pytest.approx([0.25, 0.25, 0.0], abs=1e-5)
+
+
+def test_a_body_on_springs_of_next_to_no_rate_sinks_and_leans_no_further_than_vehicles_do() -> None:
+    """Of a file without springs some draws have none, or less: heights of such drives were told with ± 10 m."""
+    p = values_of(plain(1), Load(300.0, 1.2, 0.2, 0.8)) | {"pitch_path": 0.2}
+    usual = body_of(p, None)
+    stiff = roll_stiffness_of(p)
+    for rate in (1e-9, -1e3, -0.999 * p["spring_rear"]):
+        soft = body_of(p | {"spring_front": rate, "spring_rear": 1e-3}, None)
+        assert 0 < usual.h - soft.h < 0.12
+    axis = 0.1
+    for stiffness in (-1e5, -1.0, 0.0, 1.0, GRAVITY * usual.sprung * (usual.h - axis)):
+        assert abs(leans(p, usual, axis, stiffness)[1]) < 0.2
+    assert leans(p, usual, axis, stiff)[1] > 0
 
 
 def test_a_stop_takes_its_share_of_the_load_and_is_in_the_rate() -> None:
     loads = np.linspace(0.0, 900.0, 19)
     p = {
-        "load": loads, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "square_rear": 0.0, "cube_rear": 0.0,
+        "empty_mass": 1500.0, "load": loads, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "square_rear": 0.0, "cube_rear": 0.0,
         "free_rear": 0.06, "stop_rear": 25.0 * 25e3,
     }  # fmt: skip
     d = pressed(p, "rear")

@@ -46,6 +46,7 @@ def test_compliance_equals_the_hand_calculation() -> None:
         "spring_rear": 20e3,
         "tyre_rate": 200e3,
         "wheelbase": 2.5,
+        "empty_mass": 1500.0,
         "load": 0.0,
         "load_x": 1.0,
     }

@@ -172,7 +172,7 @@ def _cornering(fit: LateralFit, data: BrakeRollData) -> Evidence:
         return [roll_gain(values) * (1 - values[BANK])]
 
     names = (
-        *BODY, *SPRINGS, "track_front", "track_rear", "bar_front", "bar_rear", "roll_center_front", "roll_center_rear", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "patch_side", "side_path", "wheel_plane", "paths_told", "path_front", "path_rear",
+        *BODY, *SPRINGS, "track_front", "track_rear", "bar_front", "bar_rear", "roll_center_front", "roll_center_rear", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "patch_side", "side_path", "wheel_plane", "paths_told", "path_front", "path_rear", "lean_path",
         "camber", "wheel_inertia", "tyre_rate",
     )  # fmt: skip
     return evidence_of(

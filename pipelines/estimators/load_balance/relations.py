@@ -207,7 +207,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         if shaft and not whole:
             _by_shaft(p, body, gain * p["shaft_roll"], terms)
         if whole:
-            add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * axis)
+            add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * (axis + p["lean_path"]))
         add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
         mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
         add(terms, "fz", -mass * left)

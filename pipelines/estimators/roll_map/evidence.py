@@ -45,7 +45,7 @@ DEPENDS = (
     "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "load_wide", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear", "free_front", "free_rear", "stop_front", "stop_rear",
     "bar_front", "bar_rear", "bump_front", "bump_rear", "friction_front", "friction_rear", "rebound_front", "rebound_rear", "roll_center_front",
-    "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "side_path", "wheel_plane", "paths_told", "path_front", "path_rear", "camber",
+    "roll_center_rear", "roll_inertia", "imu_h", "tyre_rate", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "side_path", "wheel_plane", "paths_told", "path_front", "path_rear", "lean_path", "camber",
 )  # fmt: skip
 
 GAIN = "rate_gain"
