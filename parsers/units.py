@@ -180,6 +180,7 @@ _CASED: dict[tuple[str, str], float] = {
     ("pressure", "mPa"): 1e-3,
     ("force", "kN"): 1000.0,
     ("force", "kn"): 1000.0,
+    ("speed", "kN"): math.nan,
     ("acceleration", "Mg"): math.nan,
 }
 
@@ -230,7 +231,7 @@ def find_unit(text: str | None, quantity: str) -> Unit | None:
     """The unit that `text` means for a quantity, or None where the text is empty or means nothing there."""
     if text is None or not text.strip():
         return None
-    cased = _CASED.get((quantity, text.strip()))
+    cased = _CASED.get((quantity, text.strip().strip("[]()").strip()))
     scale = cased if cased is not None else _LOOKUP.get((quantity, _plain(text)))
     if scale is None or math.isnan(scale):
         return None

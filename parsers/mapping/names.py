@@ -207,7 +207,9 @@ def _without_suffix(name: str) -> Iterator[tuple[str, str | None]]:
         # "yawRateDegPerSec", "speedKmh", "accelYMps2"
         pieces = _CAMEL.sub(" ", name.replace("Per", "p")).split()
     for count in (4, 3, 2, 1):
-        unit = _SUFFIX_UNITS.get("_".join(pieces[-count:]).lower())
+        ending = "_".join(pieces[-count:])
+        # a kilonewton is no knot: this unit alone needs its capital letter
+        unit = ending if ending == "kN" else _SUFFIX_UNITS.get(ending.lower())
         if unit is not None and len(pieces) > count:
             yield "_".join(pieces[:-count]), unit
 

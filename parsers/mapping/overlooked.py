@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,6 +15,8 @@ from parsers.mapping.words import known_words, load_names, words_of
 from parsers.signals import WHEELS
 from parsers.units import quantities_of
 
+_FORCE = re.compile(r"force|load|strut|kraft|last(?![a-z])|^f[xyz]?_", re.IGNORECASE)
+"""In a name whose unit may be knots or kilonewtons: what says that it is no speed."""
 SAID = "not mapped, but they look like signals that the log lacks otherwise"
 MOST_NAMED = 4
 
@@ -137,7 +140,13 @@ def _looks_like(kind: _Kind, channel: ChannelInfo, words: frozenset[str]) -> boo
             word in kind.words or word in _vocabulary() or word.isdigit() for word in words
         )
     marked = bool(wheels) if kind.wheels else not kind.words or bool(known_words(words, kind.words))
-    return marked and bool(kind.quantities & {*quantities_of(channel.unit)})
+    return marked and bool(kind.quantities & _quantities(channel))
+
+
+def _quantities(channel: ChannelInfo) -> frozenset[str]:
+    """The quantities that a channel's unit may be of: "kn" is knots, or kilonewtons where the name says so."""
+    found = quantities_of(channel.unit)
+    return found - {"speed"} if "force" in found and _FORCE.search(channel.name) else found
 
 
 @cache

@@ -25,6 +25,8 @@ FOREIGN = [
     ("Brake pressure [0.1 bar]", None, "unit 0.1 bar is not known"),
     ("Speed [furlong]", None, "unit furlong is not known"),
     ("Speed (km/h*100)", None, "unit km/h*100 is not known"),
+    ("Speed [kN]", None, "unit kN is no unit of a speed"),
+    ("speed_kN", None, "unit kN is no unit of a speed"),
 ]
 
 
@@ -68,6 +70,12 @@ HEADERS = [
     ("Vehicle Speed / km/h", "speed", 1 / 3.6),
     ("speed_knots", "speed", 0.5144444),
     ("speedKnots", "speed", 0.5144444),
+    ("speed_kn", "speed", 0.5144444),
+    ("SPEED_KN", "speed", 0.5144444),
+    ("wheel_load_fl_kN", "tire_normal_force_fl", 1000.0),
+    ("wheel_load_fl_kn", "tire_normal_force_fl", 1000.0),
+    ("Wheel load FL kN", "tire_normal_force_fl", 1000.0),
+    ("Wheel load FL [kN]", "tire_normal_force_fl", 1000.0),
     ("brake_pressure_psi", "brake_pressure", 6894.757),
     ("brake_torque_ftlb", "brake_torque", 1.355818),
 ]
