@@ -48,6 +48,7 @@ def signals_page() -> str:
         + _table(["signal", "column", "unit", "what", "possible range"], signals)
         + "\n## Units that are understood\n\nUpper and lower case, spaces, brackets and `²` make no difference (but `mPa` is not `MPa`, and `kN` no knot).\n\n"
         + _table(["quantity", "inside", "spellings"], units)
+        + "\nA `road_grade` in per cent is rise over run: 100 % is 45°. No other angle is taken in per cent.\n"
         + "\n## Parameters\n\n"
         + _table(["parameter", "what", "unit", "exactly"], parameters)
     )

@@ -50,6 +50,8 @@ from parsers.units import SI_TEXT, find_unit, quantities_of, require_unit, spell
         ("mm", "length", 0.001),
         ("N·m", "torque", 1.0),
         ("%", "ratio", 0.01),
+        ("%", "slope", 0.01),
+        ("deg", "slope", math.pi / 180),
     ],
 )
 def test_known_answers(text, quantity, scale):
@@ -67,6 +69,8 @@ def test_known_answers(text, quantity, scale):
         ("km/h", "angular_rate"),
         ("m/s", "acceleration"),
         ("Mg", "acceleration"),
+        ("%", "angle"),
+        ("%", "torque"),
         ("kN", "speed"),
         ("[kN]", "speed"),
         ("(kN)", "speed"),
@@ -99,7 +103,7 @@ def test_every_spelling_reads_back_however_it_is_written():
 
 
 def test_quantities_and_the_error_with_its_hint():
-    assert quantities_of("deg") == {"angle", "geographic_angle"}
+    assert quantities_of("deg") == {"angle", "geographic_angle", "slope"}
     assert quantities_of("") == quantities_of(None) == frozenset()
     with pytest.raises(
         MappingError, match=r"\[signals.roll\]: unit 'km/h' is no unit of angle; use one of rad, deg"
