@@ -17,6 +17,7 @@ from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_
 from parsers.mapping.names import name_bindings, vendor_prefixes
 from parsers.mapping.overlooked import overlooked
 from parsers.mapping.profiles import load_profiles, may_be_named
+from parsers.mapping.quads import quads
 from parsers.mapping.sign_channels import with_signs
 from parsers.mapping.triads import triads
 from parsers.mapping.turning import as_speed, say_turning, with_radius
@@ -124,7 +125,7 @@ def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
         if families & profile.families:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
-    pitches, rates = attitudes(index.channels), triads(index.channels)
+    pitches, rates = attitudes(index.channels), triads(index.channels) | quads(index.channels)
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches, rates)
