@@ -96,8 +96,8 @@ KINDS = (
 
 def overlooked(
     channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[Binding, ...]], known: Collection[str]
-) -> tuple[str, ...]:
-    """One sentence on the channels that may be what the log lacks; none where there are none.
+) -> tuple[tuple[str, ...], frozenset[str]]:
+    """One sentence on the channels that may be what the log lacks, none where there are none, and their names.
 
     known: signals that the user's mapping file speaks of.
     """
@@ -125,8 +125,9 @@ def overlooked(
             more = "" if len(found) <= MOST_NAMED else f" and {len(found) - MOST_NAMED} more"
             parts.append(f"{kind.title} ({names}{more})")
     if not parts:
-        return ()
-    return (f"{SAID}: {'; '.join(parts)}; `cogest inspect --write-map` begins a mapping file",)
+        return (), frozenset()
+    sentence = f"{SAID}: {'; '.join(parts)}; `cogest inspect --write-map` begins a mapping file"
+    return (sentence,), frozenset(told)
 
 
 def _looks_like(kind: _Kind, channel: ChannelInfo, words: frozenset[str]) -> bool:
