@@ -46,8 +46,9 @@ def signals_page() -> str:
         "empty vehicle at rest; a log in which all four stand within half a millimetre of zero before the first motion is taken as zeroed under its load\n"
         "(`deflection_zero` in [vehicle files](vehicle.md)).\n\n## Signals\n\nIn a mapping file a signal goes by its name, in the store by its column.\n\n"
         + _table(["signal", "column", "unit", "what", "possible range"], signals)
-        + "\n## Units that are understood\n\nUpper and lower case, spaces, brackets and `²` make no difference (but `mPa` is not `MPa`).\n\n"
+        + "\n## Units that are understood\n\nUpper and lower case, spaces, brackets and `²` make no difference (but `mPa` is not `MPa`, and `kN` no knot).\n\n"
         + _table(["quantity", "inside", "spellings"], units)
+        + "\nA `road_grade` in per cent is rise over run: 100 % is 45°. No other angle is taken in per cent.\n"
         + "\n## Parameters\n\n"
         + _table(["parameter", "what", "unit", "exactly"], parameters)
     )

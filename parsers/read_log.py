@@ -15,7 +15,7 @@ from parsers.drive import MappedChannel, Signal
 from parsers.errors import LogError, MappingError
 from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
 from parsers.intake import Group, Intake, LogRows
-from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose_and_say
+from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose_all
 from parsers.mapping.wheel_radius import WheelRadius
 from parsers.places import remote
 from parsers.registry import find_importer
@@ -304,16 +304,16 @@ def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Bind
                 f"{options.map.path.name} maps {len(sentences) - MOST_MISSING} more channels that are not in this log: is it for another one?"
             )
     try:
-        proposals, left_out = propose_and_say(opened.reader.channels, options.map, options.radius)
+        found = propose_all(opened.reader.channels, options.map, options.radius)
     except MappingError as error:
         # a channel may be missing because the log is damaged: then the map is not what is to be looked at first
         if not opened.log.notes:
             raise
         hint = "; ".join(filter(None, [error.hint, "of the log is said: " + "; ".join(opened.log.notes[:3])]))
         raise MappingError(error.problem, path=error.path, place=error.place, hint=hint) from error
-    for sentence in left_out:
+    for sentence in (*found.said, *found.unknown):
         opened.log.note(sentence)
-    return proposals
+    return found.bindings
 
 
 def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:

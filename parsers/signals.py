@@ -74,7 +74,7 @@ _TABLE: list[SignalSpec] = [
     *_one("axle_load_front", "n", "force", "load on the front axle", 0, 4e5),
     *_one("axle_load_rear", "n", "force", "load on the rear axle or axles", 0, 4e5),
     *_wheels("tire_normal_force", "n", "force", "normal force between tyre and road", -1e4, 2e5),
-    *_one("road_grade", "rad", "angle", "slope of the road, + uphill", -0.8, 0.8),
+    *_one("road_grade", "rad", "slope", "slope of the road, + uphill", -0.8, 0.8),
     *_one("brake_torque", "nm", "torque", "brake torque, sum over the wheels", -1e5, 1e5),
     *_one("drive_torque", "nm", "torque", "drive torque, sum over the wheels", -1e5, 1e5),
     *_wheels("brake_torque", "nm", "torque", "brake torque", -5e4, 5e4),

@@ -55,7 +55,7 @@ _ENDINGS: dict[str, str] = {
     "cm": "cm",
     "m": "m",
     "nm": "N·m",
-    "kn": "kN",
+    "kn": "kn",
     "bar": "bar",
     "kpa": "kPa",
     "mpa": "MPa",
@@ -166,6 +166,8 @@ def unit_ending(name: str) -> str | None:
             continue
         ending = "_".join(pieces[1:])
         unit = _ENDINGS.get(ending)
+        if unit == "kn" and name.endswith("kN"):
+            return "kN"
         if unit is not None and not (unit == "s" and not _TIME_WORDS.search(pieces[0])):
             return unit
     return None

@@ -16,6 +16,8 @@ STANDARD_GRAVITY = 9.80665
 class Unit:
     """SI value = value * scale + offset, for one quantity.
 
+    rise: that is a rise over run, and its angle (rad) is the SI value: a road's slope in per cent.
+
     quantity "angle" and "geographic_angle" share texts; wheel speeds in rad/s need a wheel radius, so an
     "angular_rate" is never taken for a "speed".
     """
@@ -24,6 +26,7 @@ class Unit:
     quantity: str
     scale: float
     offset: float = 0.0
+    rise: bool = False
 
 
 _DEG = math.pi / 180
@@ -81,6 +84,7 @@ _SPELLINGS: dict[str, list[tuple[float, str]]] = {
         (2 * math.pi, "turn turns rev revs revolution revolutions"),
         (math.pi / 200, "gon gons gradian gradians"),
     ],
+    "slope": [],
     "geographic_angle": [
         (1.0, "deg ° degree degrees º ˚ degn °n degreesn degreesnorth dege °e degreese degreeseast"),
         (1 / _DEG, "rad radian radians"),
@@ -157,10 +161,15 @@ _SPELLINGS: dict[str, list[tuple[float, str]]] = {
     "count": [(1.0, "- 1 none # sats")],
 }
 
+_SPELLINGS["slope"] = [*_SPELLINGS["angle"], (0.01, "% percent pct")]
+_RISES = frozenset({"%", "percent", "pct"})
+"""Of a slope: rise over run."""
+
 SI_TEXT: dict[str, str] = {
     "acceleration": "m/s²",
     "angular_rate": "rad/s",
     "angle": "rad",
+    "slope": "rad",
     "geographic_angle": "°",
     "speed": "m/s",
     "length": "m",
@@ -180,6 +189,7 @@ _CASED: dict[tuple[str, str], float] = {
     ("pressure", "mPa"): 1e-3,
     ("force", "kN"): 1000.0,
     ("force", "kn"): 1000.0,
+    ("speed", "kN"): math.nan,
     ("acceleration", "Mg"): math.nan,
 }
 
@@ -230,11 +240,11 @@ def find_unit(text: str | None, quantity: str) -> Unit | None:
     """The unit that `text` means for a quantity, or None where the text is empty or means nothing there."""
     if text is None or not text.strip():
         return None
-    cased = _CASED.get((quantity, text.strip()))
+    cased = _CASED.get((quantity, text.strip().strip("[]()").strip()))
     scale = cased if cased is not None else _LOOKUP.get((quantity, _plain(text)))
     if scale is None or math.isnan(scale):
         return None
-    return Unit(text.strip(), quantity, scale)
+    return Unit(text.strip(), quantity, scale, rise=quantity == "slope" and _plain(text) in _RISES)
 
 
 def spellings() -> dict[str, list[str]]:

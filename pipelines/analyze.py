@@ -186,7 +186,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         progress(f"estimating: {estimator.title}", number / len(chosen))
         results.append(run_estimator(estimator, drive, vehicle, settings[estimator.name], request.seed))
     progress("weighing the evidence", 1.0)
-    whole = verdict_of(results, vehicle, np.random.default_rng([request.seed, zlib.crc32(b"verdict")]))
+    rng = np.random.default_rng([request.seed, zlib.crc32(b"verdict")])
+    whole = verdict_of(results, vehicle, rng, drive.signals.keys())
     verdict = holding_both_loads(as_sure_as_the_scale(whole.parameters, lateral), step, vehicle)
     # what predicts is code, and no result
     results = [replace(estimate, evidence=()) for estimate in results]

@@ -14,6 +14,7 @@ from pipelines.results import Estimate, JointVerdict, ParameterEstimate
 from pipelines.vehicles.measured import known_body
 from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Vehicle
+from pipelines.verdict.missing import by_lack
 
 
 def _data_limits(record: ImportRecord) -> list[str]:
@@ -81,15 +82,16 @@ def _changed(record: ImportRecord) -> list[str]:
 
 
 def _not_run(estimates: Sequence[Estimate], record: ImportRecord) -> list[str]:
-    """What was skipped; where nothing ran, what the log gives and what the first method lacks, as an example."""
+    """What was skipped; where nothing ran, what the log gives and what the method that lacks least lacks, as an example."""
     skipped = [e for e in estimates if e.status == "skipped"]
     if not skipped:
         return []
     if not any(e.status == "ran" for e in estimates):
+        nearest = by_lack(skipped)[0]
         given = ", ".join(entry.signal for entry in record.mapped if entry.used) or "none"
         return [
             f"No method could run. Signals that this log gives: {given}.",
-            f"For example, {skipped[0].estimator} {skipped[0].reason}.",
+            f"For example, {nearest.estimator} {nearest.reason}.",
             "What each of the others lacks stands under Estimators.",
         ]
     methods = f"{len(skipped)} of {len(estimates)} methods"

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 
 from parsers.mapping.overlooked import SAID as OVERLOOKED
+from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.results import DriveResults
 from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
@@ -83,7 +84,7 @@ def _left_out(results: DriveResults) -> list[str]:
 
 
 def _next_and_conflicts(results: DriveResults) -> list[str]:
-    """A log that is not whole, signals turned or left out, a load that changed, what the drive speaks for, conflicts between relations, and the measurement that would help most; nothing where there are none."""
+    """A log that is not whole, signals turned or left out, a load that changed, what the drive speaks for, conflicts between relations, the measurement that would help most, and channels that nobody knows; nothing where there are none."""
     told = [*_log(results), *_turned(results), *_left_out(results)]
     told += [
         f"{sentence(clean(note, 600)).rstrip('.')}."
@@ -111,6 +112,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
     following = next_line(results)
     if following:
         told.append(f"next, most useful: {following}")
+    told += [sentence(clean(note, 600)) for note in results.record.notes if note.startswith(UNRECOGNISED)]
     return [
         _spaced(line)
         for text in told

@@ -8,6 +8,7 @@ from parsers.signals import SIGNALS
 
 _SHOWN: dict[str, tuple[float, str]] = {
     "angle": (180 / math.pi, "°"),
+    "slope": (180 / math.pi, "°"),
     "angular_rate": (180 / math.pi, " °/s"),
     "speed": (3.6, " km/h"),
     "acceleration": (1.0, " m/s²"),

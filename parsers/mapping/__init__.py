@@ -2,7 +2,7 @@
 
 from parsers.mapping.bindings import Binding, bind, needed_channels
 from parsers.mapping.map_file import MapEntry, MapFile, read_map
-from parsers.mapping.propose import missing_channels, propose, propose_and_say
+from parsers.mapping.propose import missing_channels, propose, propose_all, propose_and_say
 from parsers.mapping.reasons import unmapped_reason
 from parsers.mapping.starter import starter_map
 from parsers.mapping.wheel_radius import WheelRadius
@@ -16,6 +16,7 @@ __all__ = [
     "missing_channels",
     "needed_channels",
     "propose",
+    "propose_all",
     "propose_and_say",
     "read_map",
     "starter_map",

@@ -105,6 +105,8 @@ def bind(binding: Binding, columns: Mapping[str, FloatArray]) -> FloatArray:
     if binding.invert:
         values = -values
     values = values * binding.unit.scale + binding.unit.offset
+    if binding.unit.rise:
+        values = np.arctan(values)
     return np.where(valid, values, np.nan)
 
 

@@ -14,8 +14,9 @@ from parsers.mapping.contexts import blocking_words, without_device
 from parsers.mapping.dampers import damper_reason
 from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
+from parsers.mapping.wheel_radius import TURN_RATE
 from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
-from parsers.signals import COLUMNS, SIGNALS, WHEELS
+from parsers.signals import COLUMNS, SIGNALS, WHEEL_SPEEDS, WHEELS
 from parsers.table_names import split_header, split_unit
 from parsers.unit_words import is_remark, says_unit
 from parsers.units import SI_TEXT, STANDARD_GRAVITY, Unit, find_unit
@@ -74,7 +75,7 @@ def name_bindings(
     """What a channel could be by its name: at most one signal.
 
     prefixes: those of `vendor_prefixes`; pitches: those of `parsers.mapping.doubts.attitudes`; rates: those of
-    `parsers.mapping.triads`.
+    `parsers.mapping.triads` and `parsers.mapping.quads`.
     """
     table = load_names()
     texts = _texts(channel)
@@ -181,9 +182,12 @@ class _Found:
 def _find(name: str, table: NameTable) -> _Found | None:
     """Look a name up, with and without a unit glued to its end; a command as what it commands, so that it can be said."""
     for text, suffix in _without_suffix(name):
-        words = [word for word in words_of(text, table) if word not in table.noise]
-        words = [word for word in words if not known_words([word], table.commands)]
+        words = [word for word in words_of(text, table) if not known_words([word], table.commands)]
         kept = [word for word in words if word not in table.worse]
+        if tuple(sorted(kept)) not in table.sets:
+            # "body" is noise in a vehicle's own signals, and not in "Body acc FL"
+            words = [word for word in words if word not in table.noise]
+            kept = [word for word in words if word not in table.worse]
         hit = table.sets.get(tuple(sorted(kept)))
         if hit is not None and hit[0] in ("latitude", "longitude") and _spelt_out(text, table):
             continue
@@ -207,7 +211,9 @@ def _without_suffix(name: str) -> Iterator[tuple[str, str | None]]:
         # "yawRateDegPerSec", "speedKmh", "accelYMps2"
         pieces = _CAMEL.sub(" ", name.replace("Per", "p")).split()
     for count in (4, 3, 2, 1):
-        unit = _SUFFIX_UNITS.get("_".join(pieces[-count:]).lower())
+        ending = "_".join(pieces[-count:])
+        # a kilonewton is no knot: this unit alone needs its capital letter
+        unit = ending if ending == "kN" else _SUFFIX_UNITS.get(ending.lower())
         if unit is not None and len(pieces) > count:
             yield "_".join(pieces[:-count]), unit
 
@@ -265,6 +271,8 @@ def _named(
     if isinstance(chosen, str):
         return Refusal(channel.name, found.signal, chosen, unit=True)
     unit, unit_from = chosen
+    if unit_from == "assumed SI" and "gyro" in found.key and found.signal in WHEEL_SPEEDS:
+        unit = Unit(SI_TEXT[TURN_RATE], TURN_RATE, 1.0)
     if unit_from == "assumed SI" and "g" in found.key and quantity == "acceleration":
         unit, unit_from = Unit("g", quantity, STANDARD_GRAVITY), "name"
     weak = found.key in table.weak

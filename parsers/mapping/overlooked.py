@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
@@ -14,6 +15,8 @@ from parsers.mapping.words import known_words, load_names, words_of
 from parsers.signals import WHEELS
 from parsers.units import quantities_of
 
+_FORCE = re.compile(r"force|load|strut|kraft|last(?![a-z])|^f[xyz]?_", re.IGNORECASE)
+"""In a name whose unit may be knots or kilonewtons: what says that it is no speed."""
 SAID = "not mapped, but they look like signals that the log lacks otherwise"
 MOST_NAMED = 4
 
@@ -93,8 +96,8 @@ KINDS = (
 
 def overlooked(
     channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[Binding, ...]], known: Collection[str]
-) -> tuple[str, ...]:
-    """One sentence on the channels that may be what the log lacks; none where there are none.
+) -> tuple[tuple[str, ...], frozenset[str]]:
+    """One sentence on the channels that may be what the log lacks, none where there are none, and their names.
 
     known: signals that the user's mapping file speaks of.
     """
@@ -122,8 +125,9 @@ def overlooked(
             more = "" if len(found) <= MOST_NAMED else f" and {len(found) - MOST_NAMED} more"
             parts.append(f"{kind.title} ({names}{more})")
     if not parts:
-        return ()
-    return (f"{SAID}: {'; '.join(parts)}; `cogest inspect --write-map` begins a mapping file",)
+        return (), frozenset()
+    sentence = f"{SAID}: {'; '.join(parts)}; `cogest inspect --write-map` begins a mapping file"
+    return (sentence,), frozenset(told)
 
 
 def _looks_like(kind: _Kind, channel: ChannelInfo, words: frozenset[str]) -> bool:
@@ -137,7 +141,13 @@ def _looks_like(kind: _Kind, channel: ChannelInfo, words: frozenset[str]) -> boo
             word in kind.words or word in _vocabulary() or word.isdigit() for word in words
         )
     marked = bool(wheels) if kind.wheels else not kind.words or bool(known_words(words, kind.words))
-    return marked and bool(kind.quantities & {*quantities_of(channel.unit)})
+    return marked and bool(kind.quantities & _quantities(channel))
+
+
+def _quantities(channel: ChannelInfo) -> frozenset[str]:
+    """The quantities that a channel's unit may be of: "kn" is knots, or kilonewtons where the name says so."""
+    found = quantities_of(channel.unit)
+    return found - {"speed"} if "force" in found and _FORCE.search(channel.name) else found
 
 
 @cache

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
@@ -17,9 +17,11 @@ from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_
 from parsers.mapping.names import name_bindings, vendor_prefixes
 from parsers.mapping.overlooked import overlooked
 from parsers.mapping.profiles import load_profiles, may_be_named
+from parsers.mapping.quads import quads
 from parsers.mapping.sign_channels import with_signs
 from parsers.mapping.triads import triads
 from parsers.mapping.turning import as_speed, say_turning, with_radius
+from parsers.mapping.unknown import say_unknown
 from parsers.mapping.wheel_radius import HOW, TURN_RATE, WheelRadius
 from parsers.signals import SIGNALS, WHEEL_SPEEDS
 
@@ -37,6 +39,23 @@ def propose(
 def propose_and_say(
     channels: Sequence[ChannelInfo], user: MapFile | None, radius: WheelRadius | None = None
 ) -> tuple[Mapping[str, tuple[Binding, ...]], tuple[str, ...]]:
+    """Those of `propose_all`, without the channels that nobody knows."""
+    found = propose_all(channels, user, radius)
+    return found.bindings, found.said
+
+
+@dataclass(frozen=True)
+class Proposals:
+    """bindings: candidates for each signal, best first. said, unknown: sentences, the latter on channels that nobody knows."""
+
+    bindings: Mapping[str, tuple[Binding, ...]]
+    said: tuple[str, ...]
+    unknown: tuple[str, ...]
+
+
+def propose_all(
+    channels: Sequence[ChannelInfo], user: MapFile | None, radius: WheelRadius | None = None
+) -> Proposals:
     """Candidates for each signal that the log can give, best first, in the order of the canonical table; and a sentence
     for each signal that it lacks because its channel's unit is none of the signal's, on those that it lacks because the channel tells of the
     damper alone, and on channels that look like what it lacks.
@@ -67,18 +86,18 @@ def propose_and_say(
     proposals = _with_places(proposals, channels)
     wanted = set(SIGNALS) - proposals.keys() - (user.signals.keys() if user is not None else set())
     bound = {name for bindings in proposals.values() for each in bindings for name in each.channels}
-    left_out = (refused[signal] for signal in SIGNALS if signal in refused and signal in wanted)
-    said = [
-        f"{each.channel} is not taken for {each.signal}: {each.reason}"
-        for each in left_out
-        if each.channel not in bound
-    ]
+    of_units = [refused[signal] for signal in SIGNALS if signal in refused and signal in wanted]
+    left_out = [each for each in of_units if each.channel not in bound]
+    said = [f"{each.channel} is not taken for {each.signal}: {each.reason}" for each in left_out]
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
     free = [channel for channel in channels if channel.name not in refusals]
-    missed = overlooked(free, proposals, user.signals.keys() if user is not None else ())
+    missed, told = overlooked(free, proposals, user.signals.keys() if user is not None else ())
     texts, joints = texts_of_signals(channels, wanted), say_joints(proposals, channels)
     turning = say_turning(proposals, radius)
-    return proposals, (*said, *texts, *say_dampers(at_dampers, channels), *joints, *turning, *missed)
+    needed = {name for bindings in proposals.values() for each in bindings for name in each.needed}
+    unknown = say_unknown(channels, refusals | needed | told, {each.channel for each in left_out})
+    sentences = (*said, *texts, *say_dampers(at_dampers, channels), *joints, *turning, *missed)
+    return Proposals(proposals, sentences, unknown)
 
 
 def _ranked(
@@ -124,7 +143,7 @@ def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
         if families & profile.families:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
-    pitches, rates = attitudes(index.channels), triads(index.channels)
+    pitches, rates = attitudes(index.channels), triads(index.channels) | quads(index.channels)
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches, rates)

@@ -8,6 +8,7 @@ from pipelines.joint.book import AXLES, SILENT, Book
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.spring_base import rigid_axle
+from pipelines.vehicles.usual import usual_tyre_rate
 
 
 def _patch_paths(book: Book) -> None:
@@ -47,6 +48,8 @@ def _sideways_give(book: Book) -> None:
 STANDING = {False: (0.8, 0.5), True: (0.4, 0.4)}
 """Of a standing tyre's sideways rate what resists that its wheel goes up, by the way it then goes sideways: by whether the axle is
 rigid, whose wheels go straight up on the road, if not in every simulator."""
+HARDEST = 2.0
+"""Times the usual vertical rate: no tyre is harder."""
 USUAL_SIDE_RATE = 0.5
 """A tyre's sideways rate over its vertical one, where nobody says; no tyre is stiffer sideways than upright."""
 
@@ -54,7 +57,8 @@ USUAL_SIDE_RATE = 0.5
 def _standing(book: Book) -> None:
     """N/m of a tyre by which a vehicle that stands is held where it is sideways."""
     rate = book.vehicle.get("tire_lateral_rate_npm")
-    upright = book.rows["tyre_rate"][0]
+    # tyres that are stated not to give (1e9) hold a standing vehicle no harder than real ones
+    upright = min(book.rows["tyre_rate"][0], HARDEST * usual_tyre_rate(book.vehicle)[0])
     usual = USUAL_SIDE_RATE * upright if rate is None else min(rate.value, upright)
     for axle in AXLES:
         share, spread = STANDING[rigid_axle(book.vehicle, axle)]

@@ -48,7 +48,7 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "damper_rate_rear_nspm": (5.0, 1e6, "N·s/m a wheel, not in N·s/mm"),
     "anti_roll_stiffness_front_nmprad": (0.0, 1e8, "N·m/rad"),
     "anti_roll_stiffness_rear_nmprad": (0.0, 1e8, "N·m/rad"),
-    "tire_vertical_rate_npm": (1e3, 1e8, "N/m, not in N/mm"),
+    "tire_vertical_rate_npm": (1e3, 1e12, "N/m of one tyre, not in N/mm"),
     "patch_path_front_mprad": (-1.0, 1.5, "m a rad, not mm a degree"),
     "patch_path_rear_mprad": (-1.0, 1.5, "m a rad, not mm a degree"),
     "patch_path_pitch_mprad": (-1.5, 2.0, "m a rad, not mm a degree"),

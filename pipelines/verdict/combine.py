@@ -10,7 +10,7 @@ identified contradict each other, the interval is widened to hold them, and it i
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -34,6 +34,7 @@ from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.beyond import beyond_measured
 from pipelines.verdict.loaded import with_its_load
+from pipelines.verdict.missing import WAYS, why_nobody
 
 ORDER = ("identified", "weak", "not_identifiable")
 QUANTILE = 1.96
@@ -50,21 +51,6 @@ LOADED: dict[str, tuple[float, float]] = {
     "cg_height_m": (0.0, 0.06),
 }
 """What an unknown load does to the empty vehicle's figure: by what share it changes it in the mean, and the spread of that."""
-
-MISSING: dict[str, str] = {
-    "cg_height_m": "it needs roll motion with a known roll stiffness, or braking with known axle loads",
-    "mass_kg": "it needs axle loads, suspension forces, or drive and brake torques",
-    "cg_to_front_axle_m": "it needs axle loads or suspension deflections of both axles",
-    "cg_lateral_offset_m": "it needs suspension deflections or forces of both sides",
-    "roll_gradient_degpg": "it needs lateral acceleration and roll (or roll rate) while cornering",
-    "roll_natural_frequency_hz": "it needs lateral acceleration and roll (or roll rate) in quick steering",
-    "roll_damping_ratio": "it needs lateral acceleration and roll (or roll rate) in quick steering",
-    "roll_stiffness_nmprad": "it needs lateral acceleration, roll, and the vehicle's mass",
-    "roll_damping_nmsprad": "it needs lateral acceleration, roll, and the vehicle's mass",
-    "roll_inertia_kgm2": "it needs quick roll motion and the vehicle's mass",
-}
-"""The core parameters, which the verdict always holds, and what each one needs."""
-
 
 BY_DEFLECTIONS = "roll_gradient_degpg"
 """What one estimator tells from the roll angle alone: where that is by deflections, their scale is its scale."""
@@ -140,14 +126,6 @@ def _unanswered(name: str, reason: str, vehicle: Vehicle) -> ParameterEstimate:
         prior,
         reference,
         ("prior",),
-    )
-
-
-def _why_nobody(name: str, estimates: Sequence[Estimate]) -> str:
-    """Why no estimator gave a parameter: what it needs, and what the estimators said that did not run."""
-    told = [f"{e.estimator} {e.status}: {e.reason}" for e in estimates if e.status != "ran"]
-    return "; ".join(
-        (f"no estimator gave it: {MISSING.get(name, 'the signals for it are not there')}", *told)
     )
 
 
@@ -312,11 +290,14 @@ class Verdict:
 
 
 def verdict_of(
-    estimates: Sequence[Estimate], vehicle: Vehicle, rng: np.random.Generator | None = None
+    estimates: Sequence[Estimate],
+    vehicle: Vehicle,
+    rng: np.random.Generator | None = None,
+    signals: Collection[str] = (),
 ) -> Verdict:
     """The joint posterior's answers; for what it does not hold the best single one; else why there is none.
 
-    rng: for draws (a fixed seed without it).
+    rng: for draws (a fixed seed without it). signals: those of the log, for what it lacks.
     """
     rng = np.random.default_rng(0) if rng is None else rng
     told = [e for e in estimates if e.status == "ran" and not e.witness]
@@ -350,9 +331,9 @@ def verdict_of(
         for name, entry in verdict.items()
         if name not in held and entry.status != "not_identifiable"
     }
-    for name in MISSING:
+    for name in WAYS:
         if name not in verdict:
-            verdict[name] = _unanswered(name, _why_nobody(name, estimates), vehicle)
+            verdict[name] = _unanswered(name, why_nobody(name, estimates, signals), vehicle)
     if found is None:
         verdict |= _known_before(verdict, vehicle, rng)
     return Verdict(beyond_measured(verdict, vehicle), joint, None if found is None else found.kept)

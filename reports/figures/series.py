@@ -31,6 +31,7 @@ SI_OF_QUANTITY = {
     "acceleration": "m/s²",
     "angular_rate": "rad/s",
     "angle": "rad",
+    "slope": "rad",
     "speed": "m/s",
     "geographic_angle": "deg",
     "length": "m",

@@ -117,12 +117,17 @@ def _figures(name: str, value: str) -> str | None:
     return with_unit(shown, unit)
 
 
+RIGID_NPM = 1e8
+"""A tyre's rate that says that it does not give: no tyre has one."""
 _LONG = re.compile(r"(?<![\w.])\d+(?:\.\d+)?e[-+]?\d+|(?<![\w.])\d{6,}(?![\w.])")
 
 
 def given(name: str, value: str) -> Given:
     """One entry in words."""
     figures = _figures(name, value)
+    rate = _FIGURES.fullmatch(value.strip()) if name.startswith("tire_vertical_rate_npm") else None
+    if rate is not None and float(rate[1]) >= RIGID_NPM:
+        return Given(words_of(name), "it does not give", True)
     if figures is not None:
         return Given(words_of(name), figures, True)
     plain = _LONG.sub(lambda found: significant(float(found[0]), 4), clean(value, 300))

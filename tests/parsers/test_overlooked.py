@@ -195,3 +195,27 @@ def test_names_with_units_spelt_out_are_mapped() -> None:
         "accel_z": 1.0,
         "steering_wheel_angle": 1.0,
     }
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "StrutForce_fl_kN",
+        "F_strut_fl_kN",
+        "strutforce_fl_kn",
+        "Last_Feder_vl [kn]",
+        "Strut FL [kN]",
+        "Q7_fl (kN)",
+    ],
+)
+def test_kilonewtons_are_no_knots(header: str) -> None:
+    split = split_header(header)
+    (text,) = said(column(split.name, split.unit))
+    assert "suspension or tyre forces" in text
+    assert "wheel speeds" not in text
+
+
+def test_knots_stay_knots() -> None:
+    split = split_header("Q7_fl_kn")
+    (text,) = said(column(split.name, split.unit))
+    assert "wheel speeds (Q7_fl_kn [kn])" in text

@@ -43,10 +43,15 @@ from parsers.units import SI_TEXT, find_unit, quantities_of, require_unit, spell
         ("mPa", "pressure", 1e-3),
         ("kN", "force", 1000.0),
         ("kn", "speed", 1852 / 3600),
+        ("KN", "speed", 1852 / 3600),
+        ("[kN]", "force", 1000.0),
+        ("[mPa]", "pressure", 1e-3),
         ("kg", "force", 9.80665),
         ("mm", "length", 0.001),
         ("N·m", "torque", 1.0),
         ("%", "ratio", 0.01),
+        ("%", "slope", 0.01),
+        ("deg", "slope", math.pi / 180),
     ],
 )
 def test_known_answers(text, quantity, scale):
@@ -64,6 +69,11 @@ def test_known_answers(text, quantity, scale):
         ("km/h", "angular_rate"),
         ("m/s", "acceleration"),
         ("Mg", "acceleration"),
+        ("%", "angle"),
+        ("%", "torque"),
+        ("kN", "speed"),
+        ("[kN]", "speed"),
+        ("(kN)", "speed"),
         ("furlong", "length"),
     ],
 )
@@ -93,7 +103,7 @@ def test_every_spelling_reads_back_however_it_is_written():
 
 
 def test_quantities_and_the_error_with_its_hint():
-    assert quantities_of("deg") == {"angle", "geographic_angle"}
+    assert quantities_of("deg") == {"angle", "geographic_angle", "slope"}
     assert quantities_of("") == quantities_of(None) == frozenset()
     with pytest.raises(
         MappingError, match=r"\[signals.roll\]: unit 'km/h' is no unit of angle; use one of rad, deg"

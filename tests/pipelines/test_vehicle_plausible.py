@@ -24,6 +24,10 @@ FILE = Path("car.toml")
         ("[vehicle]\nspring_rate_front_npm = 28", ("spring_rate_front_npm", "not in N/mm")),
         ("[vehicle]\nmass_kg = 1500\nspring_rate_rear_npm = 150", ("would sink", "not in N/mm")),
         ("[vehicle]\nmass_kg = 1355\nroll_stiffness_nmprad = 1082", ("would fall over", "not per degree")),
+        (
+            "[vehicle]\ntire_vertical_rate_npm = 250",
+            ("tire_vertical_rate_npm", "1000 to 1e+12", "not in N/mm"),
+        ),
         ("[vehicle]\nrolling_resistance = 1.2", ("rolling_resistance", "not in %")),
         ("[vehicle]\nbrake_gain_nmppa = 40", ("brake_gain_nmppa", "not per bar")),
         ("[sensors]\nimu_above_ground_m = 650", ("[sensors] imu_above_ground_m", "not in mm")),

@@ -11,7 +11,8 @@ from pipelines.joint.information import PRIOR_DRAWS
 from pipelines.joint.load_places import ROOF, ROOF_LOAD
 from pipelines.results import Estimate, Identification, ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Quantity, Vehicle
-from pipelines.verdict.combine import MISSING, between_methods, combine
+from pipelines.verdict.combine import between_methods, combine
+from pipelines.verdict.missing import WAYS
 
 
 def answer(name: str, value: float, status: Identification, source: str) -> ParameterEstimate:
@@ -24,7 +25,7 @@ def test_one_estimator_speaks_for_itself() -> None:
     height = answer("cg_height_m", 0.6, "identified", "roll_map")
     verdict = combine([Estimate("roll_map", "ran", "fine", {"cg_height_m": height})], Vehicle())
     assert replace(verdict["cg_height_m"], inner=()) == height
-    assert set(MISSING) <= set(verdict)
+    assert set(WAYS) <= set(verdict)
 
 
 def test_the_better_identified_one_speaks_and_names_the_other() -> None:

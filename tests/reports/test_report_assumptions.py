@@ -48,6 +48,12 @@ def test_a_quantity_by_several_names_is_one() -> None:
     ]
 
 
+@pytest.mark.parametrize("value", ["1000000000 ± 50000000 N/m", "1e+12 ± 5e+10"])
+def test_a_tyre_that_is_stated_to_be_rigid_is_told_as_that(value: str) -> None:
+    rows = _table(("a", Assumption("tire_vertical_rate_npm", value, "vehicle file")))
+    assert rows == [("Tyre vertical rate, each", "it does not give", "Vehicle file")]
+
+
 def test_other_figures_or_sources_of_a_quantity_share_its_row() -> None:
     wider = replace(BASE, value="2.786 ± 0.1 m")
     guessed = replace(BASE, source="usual")

@@ -10,6 +10,7 @@ from sample_results import bare, hostile, rich
 
 from parsers.drive import Decision
 from parsers.mapping.overlooked import SAID as OVERLOOKED
+from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.parameters import PARAMETERS
 from pipelines.results import DriveResults, ParameterEstimate
 from reports.sections.quality import checks_card, decision_item
@@ -177,3 +178,13 @@ def test_signals_left_out_are_named_with_what_to_do() -> None:
     ) in told
     assert "Signs turned" not in told
     assert (decision_item(crossed[0]).badge, decision_item(crossed[0]).tone) == ("left out", "warn")
+
+
+def test_columns_that_nobody_knows_stand_in_the_last_line() -> None:
+    results = rich()
+    note = f"{UNRECOGNISED}Zug [Nm]\x1b[31m, Q7 (2 of 9 columns; `cogest inspect LOG --write-map map.toml` begins a mapping file for them)"
+    record = replace(results.record, notes=(*results.record.notes, note))
+    text = verdict_table(replace(results, record=record))
+    assert "\x1b" not in text
+    assert " ".join(text.split()).endswith("begins a mapping file for them).")
+    assert "Not recognised: Zug [Nm]" in text

@@ -56,8 +56,9 @@ def refused(data: RideData, fit: HeaveFit, vehicle: Vehicle) -> str:
         )
     if fit.explained < HEAVE_EXPLAINED:
         return (
-            f"springs and dampers explain {fit.explained:.0%} of the heave only ({HEAVE_EXPLAINED:.0%} on rough ground): dry friction, "
-            "bends and brakes have too large a share; drive straight over rough ground"
+            f"springs and dampers explain {fit.explained:.0%} of the heave only ({HEAVE_EXPLAINED:.0%} on rough ground); dry friction, "
+            "bends or brakes may have too large a share, or hubs that shake quicker than half the log's rate are folded into it, where nothing "
+            "filters before the sampling; drive straight over rough ground, and record filtered or quicker"
         )
     more = stiffer_axles(fit, vehicle)
     if max(more) > MOST_STIFFER:

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from pipelines.estimators.roll_map.fit import RollFit
 from pipelines.estimators.roll_map.model import WEAK_PRIOR
+from pipelines.estimators.roll_map.open_slope import BY_NOISE, why_open
 from pipelines.estimators.roll_map.posterior import (
     RollLikelihood,
     moments,
@@ -46,13 +48,17 @@ SOURCE = ("roll_map",)
 
 @dataclass(frozen=True)
 class Coefficients:
-    """First stage, as the second and the report use it: names, mean (k,), covariance (k, k) with discrepancy."""
+    """First stage, as the second and the report use it: names, mean (k,), covariance (k, k) with discrepancy.
+
+    open_by: what leaves the steady slope open, in words.
+    """
 
     names: tuple[str, ...]
     mean: FloatArray
     covariance: FloatArray
     prior_mean: FloatArray
     prior_std: FloatArray
+    open_by: str = BY_NOISE
 
 
 def coefficients_of(
@@ -81,6 +87,14 @@ def coefficients_of(
     own[0] = np.hypot(own[0], fit.doubt * x[0])
     scaled = np.where(np.array(names) == "rate_gain", -x, x) * scale_std
     prior_mean, prior_std = np.array([WEAK_PRIOR[name] for name in names]).T
+    levels = {name: math.exp(fit.values.get(f"log_{name}", -math.inf)) for name in ("bank", "roll_noise")}
+    open_by = why_open(
+        math.sqrt(spread[0, 0]) / x[0],
+        fit.doubts,
+        levels["bank"],
+        levels["roll_noise"],
+        angle="log_roll_noise" in fit.values,
+    )
     gain = np.array(names) == "rate_gain"
     if gain.any():
         # its weak prior is about as wide as what it is unsure by; those of the others are far wider
@@ -88,7 +102,7 @@ def coefficients_of(
         x, spread = with_discrepancy(x, spread, prior_mean, prior_std, error)
     own, scaled = np.where(gain, 0.0, own), np.where(gain, 0.0, scaled)
     total = spread + np.diag(own**2) + np.outer(scaled, scaled)
-    return Coefficients(names, x, total, prior_mean, prior_std)
+    return Coefficients(names, x, total, prior_mean, prior_std, open_by)
 
 
 def likelihood_of(coefficients: Coefficients, *, against_axles: bool) -> RollLikelihood:
@@ -105,9 +119,7 @@ def without_inertia(coefficients: Coefficients) -> Coefficients:
     wide = coefficients.covariance.copy()
     for i in (1, 2):
         wide[i, i] += (100 * coefficients.prior_std[i]) ** 2
-    return Coefficients(
-        coefficients.names, coefficients.mean, wide, coefficients.prior_mean, coefficients.prior_std
-    )
+    return replace(coefficients, covariance=wide)
 
 
 def status_against(std: float, value: float, prior: Prior | None) -> Identification:
@@ -183,15 +195,12 @@ def log_answers(
     what: str,
     reference: Mapping[str, float],
     rng: np.random.Generator,
-    *,
-    angle: bool = True,
 ) -> dict[str, ParameterEstimate]:
     """Roll gradient, natural frequency and damping ratio: what the log gives without a vehicle file.
 
     sensor: draws (n,) of the accelerometer's height above the roll axis, and of factor and summand that turn the
     apparent c into the body's own. The factor is also what share of the roll against the horizon the roll against the
-    axles is (1 where the angle is against the horizon): the gradient is told with the tyres' part. what: of which angle. angle: whether
-    it was measured, and not its rate alone.
+    axles is (1 where the angle is against the horizon): the gradient is told with the tyres' part. what: of which angle.
     """
     drawn = draw_coefficients(coefficients, rng, len(sensor[0]))
     count = drawn.shape[1]
@@ -200,11 +209,6 @@ def log_answers(
     a, _, c = drawn
     # what the tyres add to a roll against the axles is not in the log
     source = "the log alone" if bool(np.all(sensor[1] == 1)) else "the log and the tyres' rate"
-    weak = (
-        "little lateral acceleration in relation to the noise, to dry friction, or to how the road banks into its bends"
-        if angle
-        else "a roll rate shows little of a lean that lasts: a roll angle or suspension deflections would tell it"
-    )
     gradient = from_draws(
         "roll_gradient_degpg",
         np.asarray(roll_gradient_degpg(a)) / sensor[1][:count],
@@ -212,8 +216,8 @@ def log_answers(
         None,
         _alone(
             f"from {source}: roll {what} per g of sensed lateral acceleration (gravity's part included)",
-            weak,
-            weak,
+            coefficients.open_by,
+            coefficients.open_by,
         ),
         reference.get("roll_gradient_degpg"),
     )

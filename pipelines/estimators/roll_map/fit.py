@@ -10,7 +10,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.signal import lfilter
@@ -23,6 +23,7 @@ from pipelines.estimators.roll_map.held_out import FEWEST, SPAN_S
 from pipelines.estimators.roll_map.likelihood import Problem, Slopes, named
 from pipelines.estimators.roll_map.model import BANK_TIME_S, Known, run
 from pipelines.estimators.roll_map.motion import handed_on
+from pipelines.estimators.roll_map.open_slope import FRICTION, ROAD
 from pipelines.estimators.roll_map.polish import refine
 from pipelines.estimators.roll_map.select import Verdict
 from pipelines.estimators.roll_map.spectrum import Shifter
@@ -75,7 +76,7 @@ class RollFit:
     normalised: (n, m) innovations in standard deviations.
     explained: share of the roll signal's variance that the simulation gives (negative where it does worse than none).
     quickness: rad/s, of the input (RMS of its rate over its RMS). doubt: of a, relative: what friction and banked bends leave
-    open (`_doubt`). whole_band: see `fit_best`. mixed: of this and other models, None where it stands alone.
+    open, together and each (`_doubts`). whole_band: see `fit_best`. mixed: of this and other models, None where it stands alone.
     verdict: what spoke for the models' parts. names, handed (k,), jacobian (k, p): the coefficients
     that the second stage takes, and their slopes in the parameters. edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
     """
@@ -100,6 +101,7 @@ class RollFit:
     whole_band: bool = False
     mixed: Mixed | None = None
     verdict: Verdict | None = None
+    doubts: Mapping[str, float] = field(default_factory=dict)
 
     def index(self, name: str) -> int:
         """Place of a parameter in the matrices."""
@@ -192,8 +194,8 @@ def _few_banks(data: RollData) -> float:
     return 1 + data.slow_share**2 * (grown - 1)
 
 
-def _doubt(data: RollData, values: Mapping[str, float]) -> float:
-    """Relative spread of a that the likelihood does not know of.
+def _doubts(data: RollData, values: Mapping[str, float]) -> dict[str, float]:
+    """Relative spread of a that the likelihood does not know of: by friction, and by roads.
 
     Dry friction holds part of a small motion back, in phase with it, and one amplitude cannot tell how much. Roads bank
     into their bends: an angle against the horizon holds a bank that goes with the lateral acceleration, which looks like
@@ -205,7 +207,7 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     unchosen = UNCHOSEN if len(data.taken[0]) * data.every * data.step_s < FEWEST * SPAN_S else 0.0
     friction = math.hypot(missed / spread, unchosen)
     if data.against_axles:
-        return friction
+        return {FRICTION: friction}
     roll = spread / max(values["a"], 1e-6)
     # bends last: a bank that goes with them is as slow as they are, and a slalom's are too quick for it
     slow = math.sqrt(min(max(data.slow_share, 0.0), 1.0))
@@ -214,7 +216,10 @@ def _doubt(data: RollData, values: Mapping[str, float]) -> float:
     # a lean that goes with the bends altogether is no bank that the fit could find: it is in the angle as the springs' part is
     road = road_share(data.yaw if data.has_yaw else None, data.accel, data.step_s, data.starts)
     leant = INS_LEAN * values["a"] * _lasting(data) if data.has_roll else 0.0
-    return math.hypot(friction, BANKED * slow * bank / roll, LEANING_STD * slow**2 * road, leant)
+    return {
+        FRICTION: friction,
+        ROAD: math.hypot(BANKED * slow * bank / roll, LEANING_STD * slow**2 * road, leant),
+    }
 
 
 def _lasting(data: RollData) -> float:
@@ -334,6 +339,7 @@ def fit_roll(
     slopes = problem.of_motion(x, named(known, x))
     taught = problem.taught(x)
     scores = slopes.scores()
+    doubts = _doubts(data, named(known, x))
     white, wide = _covariances(problem, x, taught, slopes)
     values = named(known, x)
     names, handed, jacobian = handed_on(data, values, tuple(k.name for k in known))
@@ -353,7 +359,8 @@ def fit_roll(
         normalised=slopes.normalised,
         explained=_explained(data, values),
         quickness=data.quickness,
-        doubt=_doubt(data, values),
+        doubt=math.hypot(*doubts.values()),
+        doubts=doubts,
         names=names,
         handed=handed,
         jacobian=jacobian,

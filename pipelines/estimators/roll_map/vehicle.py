@@ -191,9 +191,7 @@ def explain_vehicle(
     )
     coefficients, sentences = usable(before, coefficients, data.against_axles)
     sensor = _sensor_draws(before, vehicle, coefficients, data, rng)
-    found = log_answers(
-        coefficients, sensor, before.imu_known, what, vehicle.reference, rng, angle=data.has_roll
-    )
+    found = log_answers(coefficients, sensor, before.imu_known, what, vehicle.reference, rng)
     if before.draws is None:
         missing = "the vehicle's mass is not known: give mass_kg (and body) in a vehicle file"
         names = ("cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_stiffness_nmprad", "roll_damping_nmsprad",

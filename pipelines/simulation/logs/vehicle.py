@@ -172,6 +172,10 @@ _SAME = frozenset(
 )  # fmt: skip
 
 
+_HARDEST_TYRE_NPM = 3e7
+"""A tyre that gives a tenth of a millimetre: a wheel on a harder one hops quicker than the plant's steps can follow."""
+
+
 def plant_vehicle(vehicle: Vehicle) -> PlantVehicle:
     """A plant's vehicle from a vehicle file: the preset of the nearest body, with every figure that the file states.
 
@@ -190,7 +194,7 @@ def plant_vehicle(vehicle: Vehicle) -> PlantVehicle:
             mean = sum(getattr(base, slope) for slope in slopes) / 2
             changes |= {slope: getattr(base, slope) * rate / mean for slope in slopes}
         if (rate := q.get("tire_vertical_rate_npm")) is not None:
-            changes[f"tire_vertical_rate_{axle}_npm"] = rate
+            changes[f"tire_vertical_rate_{axle}_npm"] = min(rate, _HARDEST_TYRE_NPM)
         if (inertia := q.get("wheel_inertia_kgm2")) is not None:
             changes[f"wheel_inertia_{axle}_kgm2"] = inertia
         if (radius := q.get("wheel_radius_m")) is not None:

@@ -27,7 +27,7 @@ _BESIDE = (".parquet", ".pq", ".json", ".toml", ".md")
 """What may lie in a folder of tables."""
 
 DECIMALS: Mapping[str, int] = {
-    "acceleration": 6, "angular_rate": 8, "angle": 8, "speed": 6, "geographic_angle": 10, "length": 7, "force": 3,
+    "acceleration": 6, "angular_rate": 8, "angle": 8, "slope": 8, "speed": 6, "geographic_angle": 10, "length": 7, "force": 3,
     "torque": 4, "pressure": 1, "count": 2, "ratio": 4,
 }  # fmt: skip
 """Digits after the point in a CSV by quantity: far below any sensor's noise."""
