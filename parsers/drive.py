@@ -82,7 +82,8 @@ class MappedChannel:
 class ImportRecord:
     """What happened when a log was read. Nothing is dropped without a line in here.
 
-    start_utc: ISO 8601 in UTC; without an offset where nothing says of which time zone the recorder's clock is.
+    start_utc: ISO 8601 in UTC; without an offset where nothing says of which time zone the recorder's clock is. turned: signals that
+    the checks inverted; one decision may be about several (a unit mounted backwards, an axle's springs).
     """
 
     format: str
@@ -101,6 +102,7 @@ class ImportRecord:
     out_of_order: int = 0
     duplicates: int = 0
     clock_jumps: int = 0
+    turned: tuple[str, ...] = ()
 
     @property
     def disorder(self) -> tuple[str, ...]:

@@ -150,7 +150,7 @@ def _gaps(outcome: Outcome, logs: Sequence[ImportLog], notes: list[str]) -> tupl
 @dataclass(frozen=True)
 class Outcome:
     """What came out of the logs of a drive, for its record. gaps: of the signals; signals: names, as they are used;
-    shifts_ns: what was added to each log's stamps."""
+    shifts_ns: what was added to each log's stamps; turned: signals whose sign the checks changed."""
 
     parts: Sequence[PartFacts]
     left_out: Set[tuple[int, str]]
@@ -162,6 +162,7 @@ class Outcome:
     end_ns: int
     gaps: GapList
     shifts_ns: Sequence[int]
+    turned: tuple[str, ...]
 
 
 def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportRecord:
@@ -190,6 +191,7 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
         out_of_order=sum(part.out_of_order for part in parts),
         duplicates=sum(part.duplicates for part in parts),
         clock_jumps=sum(part.jumps for part in parts),
+        turned=outcome.turned,
     )
 
 
@@ -297,6 +299,7 @@ def make_drive(
         end_ns=max(last for _, last in spans.values()),
         gaps=list_gaps({name: s.time_ns for name, s in signals.items()}, start_ns),
         shifts_ns=merged.shifts_ns,
+        turned=checked.turned,
     )
     return Drive(signals, make_record(paths, outcome, digest.result()), start_ns)
 

@@ -90,6 +90,7 @@ class LongDrive:
                 end_ns=max(each.last for each in figures.values()),
                 gaps=_gap_list(figures, start_ns),
                 shifts_ns=joined.shifts_ns,
+                turned=findings.turned(figures) if self.options.fix else (),
             )
             record = make_record(self.paths, outcome, digest.result())
             return record, len(figures), tables.commit(record)

@@ -6,6 +6,7 @@ import numpy as np
 import polars as pl
 
 from parsers.channels import FloatArray, IntArray
+from parsers.importer import ImportLog
 from parsers.table_numbers import MISSING_WORDS
 from parsers.table_repeats import LEAST_SHARE
 from parsers.table_stamps import BoolArray
@@ -13,6 +14,8 @@ from parsers.table_time import TimePlan
 
 SAMPLE_ROWS = 200
 """Rows by which a table is judged."""
+MOST_DIGITS = 38
+"""Of a decimal that polars holds."""
 
 
 def stamps_repeat(time_ns: IntArray) -> bool:
@@ -34,6 +37,32 @@ def floats(column: pl.Series) -> FloatArray:
         column = column.str.strip_chars()
     values = column.cast(pl.Float64, strict=False).fill_null(float("nan")).to_numpy()
     return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
+
+
+def too_many_digits(schema: pl.Schema) -> tuple[frozenset[int], str | None]:
+    """Places of the columns of decimals that polars cannot hold, and a sentence on them."""
+    wide = {
+        place: f'"{name}"'
+        for place, (name, kind) in enumerate(schema.items())
+        if isinstance(kind, pl.Decimal) and kind.precision is not None and kind.precision > MOST_DIGITS
+    }
+    if not wide:
+        return frozenset(), None
+    shown = ", ".join([*wide.values()][:6]) + (f" and {len(wide) - 6} more" if len(wide) > 6 else "")
+    text = f"columns of decimals with more than {MOST_DIGITS} digits are not read: {shown}; write them as doubles"
+    return frozenset(wide), text
+
+
+def reject_cells(columns: pl.DataFrame, log: ImportLog) -> None:
+    """Write down the cells that are words or infinite, where numbers were expected."""
+    log.reject("cell with text where a number was expected", sum(map(text_cells, columns)))
+    log.reject("cell with an infinite value", sum(map(_infinite_cells, columns)))
+
+
+def _infinite_cells(column: pl.Series) -> int:
+    if column.dtype == pl.String:
+        column = column.str.strip_chars().cast(pl.Float64, strict=False)
+    return int(column.is_infinite().sum()) if column.dtype.is_float() else 0
 
 
 def text_cells(column: pl.Series) -> int:

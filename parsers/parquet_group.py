@@ -24,7 +24,7 @@ FAILURES = (pl.exceptions.PolarsError, pl.exceptions.PanicException, OSError, Va
 class ParquetGroup:
     """One file. names: channel name of each column, unique in the whole log; the file's own in `headers`. rows.
 
-    table: which of the log's tables it is a part of. far: what was fetched of a file behind a URL. left_out: places of columns whose stamps are not `time`'s.
+    table: which of the log's tables it is a part of. far: what was fetched of a file behind a URL. left_out: places of columns whose stamps are not `time`'s, or that cannot be read.
     """
 
     path: Path

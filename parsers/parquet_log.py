@@ -18,7 +18,16 @@ from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
 from parsers.native_stderr import quiet_panics
 from parsers.parquet_around import readable
 from parsers.parquet_chain import chained
-from parsers.parquet_columns import SAMPLE_ROWS, floats, is_number, stamps_repeat, text_cells, time_of
+from parsers.parquet_clock import ParquetClock
+from parsers.parquet_columns import (
+    SAMPLE_ROWS,
+    floats,
+    is_number,
+    reject_cells,
+    stamps_repeat,
+    time_of,
+    too_many_digits,
+)
 from parsers.parquet_group import FAILURES, ParquetGroup, damaged
 from parsers.parquet_torn import read_slice, torn_pages
 from parsers.parquet_units import file_metadata, with_stated_units
@@ -27,7 +36,6 @@ from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rasters import Columns, without_other_rasters
 from parsers.table_repeats import RepeatedStamps
-from parsers.table_stamps import unwrap_days
 from parsers.table_time import TimePlan, find_time, may_be_time
 
 if TYPE_CHECKING:
@@ -159,10 +167,15 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
         raise damaged(path, ValueError(f"the time in column {lost[0]!r} cannot be decoded"))
     left_out, said = without_other_rasters(columns, plan, options, path)
     spelt -= {*plan.columns}
-    for note in filter(None, [*stated.notes, said, _nested_note(names, types), _spelt_note(names, spelt)]):
+    wide, undone = too_many_digits(schema)
+    for note in filter(
+        None, [*stated.notes, said, undone, _nested_note(names, types), _spelt_note(names, spelt)]
+    ):
         log.note(note)
     types = tuple(pl.Float64() if k in spelt else kind for k, kind in enumerate(types))
-    return ParquetGroup(path, path.stem, names, tuple(schema.names()), types, plan, rows, 0, far, left_out)
+    return ParquetGroup(
+        path, path.stem, names, tuple(schema.names()), types, plan, rows, 0, far, left_out | wide
+    )
 
 
 def _head(frame: pl.LazyFrame) -> pl.DataFrame:
@@ -272,8 +285,7 @@ class ParquetReader:
         self._groups = groups
         self._options = options
         self._log = log
-        self._of_day: dict[int, int] = {}
-        """Table -> its last time of day, which runs on in its next part."""
+        self._runs_on = ParquetClock(log)
 
     @property
     def channels(self) -> tuple[ChannelInfo, ...]:
@@ -287,7 +299,10 @@ class ParquetReader:
                 "table",
                 "number" if any(is_number(part.types[k]) for part in parts) else "text",
                 sum(part.rows for part in parts),
-                tags=MappingProxyType({"column": column.header}),
+                tags=MappingProxyType(
+                    {"column": column.header}
+                    | ({"holds": "no values"} if all(part.types[k] == pl.Null for part in parts) else {})
+                ),
             )
             for parts in tables
             for k, column in enumerate(parts[0].names)
@@ -359,16 +374,10 @@ class ParquetReader:
                 continue
             keep = slice(None) if bad == 0 else valid
             time_ns = time_ns[keep]
-            if group.time.kind == "calendar" and not group.time.absolute:
-                # times of day run on over midnight
-                time_ns = unwrap_days(time_ns.copy(), self._of_day.get(group.table))
-                self._of_day[group.table] = int(time_ns[-1])
+            time_ns = self._runs_on.follow(group.table, group.time, time_ns)
             values = {name: each[keep] for name, each in values.items()}
             torn.write_spans(start, np.flatnonzero(valid), time_ns)
-            self._log.reject(
-                "cell with text where a number was expected",
-                sum(map(text_cells, part[list(columns.values())])),
-            )
+            reject_cells(part[[*columns.values()]], self._log)
             if start == 0 and values and stamps_repeat(time_ns):
                 repeats = RepeatedStamps(self._log)
             if repeats is not None:

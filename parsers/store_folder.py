@@ -14,12 +14,15 @@ from parsers.errors import LogError
 
 RECORD_FILE = "import_record.json"
 SUFFIX = ".parquet"
+_RATES = re.compile(r"(?:(?:^|_)(?:[0-9]+hz|once)(?:_[0-9]+)?)+$")
 
 
 def _file_name(group: str, period_s: float, taken: set[str]) -> str:
     """A name that tells the rate and the group, safe on every file system."""
     rate = f"{1 / period_s:.0f}hz" if period_s > 0 else "once"
     group = re.sub(r"[^A-Za-z0-9]+", "_", group).strip("_").lower()[:60]
+    # the name that an earlier run gave it, or a topic's own
+    group = _RATES.sub("", group)
     base = f"{group}_{rate}" if group else rate
     name, number = base, 2
     while name in taken:

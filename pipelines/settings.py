@@ -39,12 +39,12 @@ def _nearest(word: str, known: Iterable[str]) -> str:
 
 
 def choose(names: str | None, known: Sequence[Estimator]) -> tuple[Estimator, ...]:
-    """The estimators that `--estimators a,b` names; all of them for None. Raises SettingsError for an unknown one."""
+    """The estimators that `--estimators a,b` names, in whatever case; all of them for None. Raises SettingsError for an unknown one."""
     if names is None:
         return tuple(known)
     by_name = {estimator.name: estimator for estimator in known}
     chosen = []
-    for name in filter(None, (part.strip() for part in names.split(","))):
+    for name in filter(None, (part.strip().lower() for part in names.split(","))):
         if name not in by_name:
             raise SettingsError(
                 f"there is no estimator {name!r}", hint=_nearest(name, by_name), wrong_usage=True

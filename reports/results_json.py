@@ -114,6 +114,7 @@ def _import(record: ImportRecord) -> dict[str, Any]:
         "signals": signals,
         "mapped": [_mapped(channel) for channel in record.mapped],
         "decisions": [asdict(d) for d in record.decisions],
+        "turned": list(record.turned),
         "notes": list(record.notes),
     }
 

@@ -37,10 +37,21 @@ def _forms(part: MapPart) -> list[str]:
     return [f"  RMS over manoeuvres that were left out, by form: {tried}"]
 
 
-def _validation(judged: Judged) -> list[str]:
+def _was_trained_on(record: SuspensionMap, judged: Judged) -> bool:
+    """Whether the drive is one of those that the map was made of, by its bytes."""
+    return judged.sha256 in {drive.sha256 for drive in record.training if drive.sha256}
+
+
+def _validation(record: SuspensionMap, judged: Judged) -> list[str]:
+    again = _was_trained_on(record, judged)
     lines = [
-        f"Validation from {SOURCES[judged.kind]}: {judged.log} ({judged.duration_s:.0f} s, load {judged.load_kg:+.0f} kg "
-        "against training)",
+        f"{'NO VALIDATION' if again else 'Validation'} from {SOURCES[judged.kind]}: {judged.log} ({judged.duration_s:.0f} s, load "
+        f"{judged.load_kg:+.0f} kg against training)",
+        *(
+            ["  the map was trained on this very drive: its errors say nothing of others. Give another one"]
+            if again
+            else []
+        ),
         _heads(("wheel", "RMS error", "peak error", "inside 95 %")),
     ]
     for wheel, error in judged.wheels.items():
@@ -57,7 +68,7 @@ def map_report_text(record: SuspensionMap, judged: Sequence[Judged]) -> str:
     for kind, part in record.parts.items():
         out += ["", f"Training from {SOURCES[kind]}, form {part.form!r}", *_training(part), *_forms(part)]
     for entry in judged:
-        out += ["", *_validation(entry)]
+        out += ["", *_validation(record, entry)]
     return "\n".join(printable(line) for line in out)
 
 
@@ -87,6 +98,7 @@ def map_report_dict(
         {
             "log": entry.log,
             "sha256": entry.sha256,
+            "trained_on": _was_trained_on(record, entry),
             "from": entry.kind,
             "form": entry.form,
             "duration_s": entry.duration_s,

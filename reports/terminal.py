@@ -62,12 +62,8 @@ def _log(results: DriveResults) -> list[str]:
 
 def _turned(results: DriveResults) -> list[str]:
     """Signals whose sign was turned: all that rests on them hangs on it."""
-    names = [
-        d.signal
-        for d in results.record.decisions
-        if d.kind == "sign" and d.applied and d.action.startswith(("inverted", "all four"))
-    ]
-    return [f"Signs turned: {', '.join(dict.fromkeys(names))} (report: data quality)."] if names else []
+    names = results.record.turned
+    return [f"Signs turned: {', '.join(names)} (report: data quality)."] if names else []
 
 
 def _left_out(results: DriveResults) -> list[str]:

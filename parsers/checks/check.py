@@ -26,11 +26,13 @@ from parsers.drive import Decision, Signal
 
 @dataclass(frozen=True)
 class Checked:
-    """signals: as they are used from here on. unchecked: checks that had too little to go by, as sentences."""
+    """signals: as they are used from here on. unchecked: checks that had too little to go by, as sentences. turned: signals
+    whose sign was changed."""
 
     signals: dict[str, Signal]
     decisions: tuple[Decision, ...]
     unchecked: tuple[str, ...]
+    turned: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -53,6 +55,10 @@ class Findings:
     wild: frozenset[str] = frozenset()
     limits: Mapping[str, Limits] = field(default_factory=dict)
     spans: Mapping[str, Span] = field(default_factory=dict)
+
+    def turned(self, used: Iterable[str]) -> tuple[str, ...]:
+        """Those of the signals used whose sign is changed."""
+        return tuple(sorted(self.inverted.intersection(used)))
 
 
 def check_signals(
@@ -77,7 +83,9 @@ def check_all(
     """
     found, work = decide(signals, units_stated, units_taken)
     decisions = (*found.units, *found.spikes, *found.rest)
-    return Checked(work if fix else dict(signals), as_applied(decisions, fix=fix), found.unchecked)
+    if not fix:
+        return Checked(dict(signals), as_applied(decisions, fix=False), found.unchecked, ())
+    return Checked(work, decisions, found.unchecked, found.turned(work))
 
 
 def unchecked(signals: Mapping[str, Signal], units_stated: Mapping[str, bool]) -> tuple[str, ...]:

@@ -150,7 +150,7 @@ def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
 
 
 def texts_of_signals(channels: Sequence[ChannelInfo], wanted: Collection[str]) -> tuple[str, ...]:
-    """A sentence on columns of text that would be signals which the log lacks, if they held numbers."""
+    """Sentences on columns of text, or without any value, that would be signals which the log lacks, if they held numbers."""
     texts = [
         replace(channel, kind="number")
         for channel in channels
@@ -163,10 +163,11 @@ def texts_of_signals(channels: Sequence[ChannelInfo], wanted: Collection[str]) -
         for each in candidates(texts)
         if isinstance(each, Binding) and each.signal in wanted
     }
-    if not found:
-        return ()
-    named = ", ".join(f"{channel} ({signal})" for signal, channel in found.items())
-    return (f"left out, since the column holds text and no numbers: {named}",)
+    holds = {each.name: each.tags.get("holds", "text and no numbers") for each in texts}
+    of: dict[str, list[str]] = {}
+    for signal, channel in found.items():
+        of.setdefault(holds[channel], []).append(f"{channel} ({signal})")
+    return tuple(f"left out, since the column holds {what}: {', '.join(names)}" for what, names in of.items())
 
 
 def _with_places(

@@ -18,6 +18,8 @@ AT, SHIFT, MASK, KIND, FACTOR, OFFSET, SIGNED, SPARE, START, RULES = range(10)
 """AT, SHIFT, MASK: see `parsers.mf4.words`. KIND: one of the three below. FACTOR, OFFSET: in ns, of COUNTS. SIGNED, SPARE:
 whole numbers have a sign, and so many bits of a word are not theirs. START: ns added to each stamp."""
 FLOAT_SECONDS, COUNTS, WHOLE_SECONDS = range(3)
+EPOCH_NS = 631_152_000_000_000_000
+"""1990 in ns since 1970: a master from there on is no time since the file's start but a date already."""
 
 
 @kernel
@@ -68,7 +70,7 @@ def read_stamps(
                 stamp = NO_TIME
         known = stamp != NO_TIME
         bad += not known
-        time_ns[i] = stamp + (start if known else 0)
+        time_ns[i] = stamp + (start if known and stamp < EPOCH_NS else 0)
     return bad
 
 
@@ -84,7 +86,7 @@ class StampReader:
     zero_ns: int | None = None
 
     def read(self, batch: Batch, room: IntArray | None = None) -> tuple[IntArray, int]:
-        """Stamps with the start added, NO_TIME where there is none, and how many those are.
+        """Stamps with the start added where they are no dates, NO_TIME where there is none, and how many those are.
 
         room: for as many stamps at least, where they may be put; the caller's memory.
         """
@@ -94,7 +96,8 @@ class StampReader:
             return out, int(bad)
         time_ns = times_ns(batch.rows, self.master, batch.first)
         known = time_ns != NO_TIME
-        return np.where(known, time_ns + np.where(known, self.start_ns, 0), NO_TIME), int(np.sum(~known))
+        start_ns = np.where(known & (time_ns < EPOCH_NS), self.start_ns, 0)
+        return np.where(known, time_ns + start_ns, NO_TIME), int(np.sum(~known))
 
 
 def stamp_reader(master: Channel, group: Group, start_ns: int, *, compiled: bool = True) -> StampReader:

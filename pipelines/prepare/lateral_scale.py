@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from pipelines.prepare.decided import decided
 from pipelines.prepare.gravity import LEAST_MPS, NAMES, tilt_of
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
+from pipelines.verdict.widened import widened
 
 USUAL = 0.08
 """What sideslip, bank and honest sensors make the scales differ by at most."""
@@ -38,9 +39,6 @@ LATE_MPS = 12.0
 """A unit that sits 2 m from the CG leads or follows by 2 m over the speed: below it that looks like a delay."""
 LATE_S, LATE_GAIN = 0.3, 0.01
 """A delay is called one from LATE_S on, where it explains LATE_GAIN more of the correlation than none does."""
-
-WEAK = 0.75
-"""Share of the prior's spread above which an answer says no more than was known before."""
 
 HANG_ON_IT = ("roll_gradient_degpg", "roll_arm_m", "cg_height_m", "sprung_cg_height_m")
 SURE = 3.0
@@ -170,17 +168,5 @@ def as_sure_as_the_scale(
         if entry is None or entry.value is None or entry.std is None or entry.status == "not_identifiable":
             continue
         assert doubt is not None
-        std = math.hypot(entry.std, doubt.off * entry.value)
-        prior = entry.prior
-        if prior is not None and std > WEAK * prior.std:
-            found[name] = replace(
-                entry, value=prior.value, std=prior.std, low=prior.value - 1.96 * prior.std, high=prior.value + 1.96 * prior.std,
-                inner=(), status="not_identifiable", sources=("prior",),
-                reason=f"{doubt.found}: this leaves no more than what was known before, which the figures are; {entry.reason}",
-            )  # fmt: skip
-            continue
-        found[name] = replace(
-            entry, std=std, low=entry.value - 1.96 * std, high=entry.value + 1.96 * std, inner=(), status="weak",
-            reason=f"{doubt.found}; {entry.reason}",
-        )  # fmt: skip
+        found[name] = widened(entry, math.hypot(entry.std, doubt.off * entry.value), doubt.found)
     return found

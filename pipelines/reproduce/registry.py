@@ -35,9 +35,10 @@ def paper(name: str) -> Paper:
 
 
 def choose_papers(name: str | None, known: Mapping[str, str]) -> tuple[str, ...]:
-    """The paper of that name, all for None. Raises SettingsError for an unknown one, naming the nearest."""
+    """The paper of that name, in whatever case, all for None. Raises SettingsError for an unknown one, naming the nearest."""
     if name is None:
         return tuple(known)
+    name = name.lower()
     if name not in known:
         near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
         raise SettingsError(

@@ -13,6 +13,7 @@ from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource, rank_roll
 from pipelines.results import FloatArray
 from pipelines.rollover.body import USUAL_DAMPING, USUAL_HZ, Body
+from pipelines.rollover.zero import PLACE_STD_G, angle_zero
 from pipelines.vehicles.vehicle import Vehicle
 
 BANK_HZ = 0.1
@@ -52,16 +53,6 @@ def tire_share(body: Body | None, vehicle: Vehicle, mass_kg: float | None) -> fl
     return gradient / max(gradient - tires, 0.6 * gradient) if body.gradient_known else 1.0 + tires / gradient
 
 
-def _straight(prepared: Prepared, accel: FloatArray, values: FloatArray) -> float:
-    """The reading of an angle when the vehicle goes straight: at rest, else the median of what is nearly so."""
-    rest = prepared.standstill
-    for rows in (rest, np.abs(accel) < 0.05 * GRAVITY, np.isfinite(accel)):
-        known = values[rows & np.isfinite(values)]
-        if len(known) >= prepared.rate_hz:
-            return float(np.median(known))
-    return 0.0
-
-
 def _blended(prepared: Prepared, angle: FloatArray, steady: FloatArray) -> FloatArray:
     """The angle above BANK_HZ, the steady roll below it."""
     found = np.array(steady)
@@ -73,9 +64,12 @@ def _blended(prepared: Prepared, angle: FloatArray, steady: FloatArray) -> Float
     return found
 
 
-def deflected(prepared: Prepared, accel: FloatArray, source: RollSource, share: float) -> FloatArray:
-    """Roll against the road from deflections: the axles' part added, nought when going straight."""
-    return np.asarray(share * (source.angle - _straight(prepared, accel, source.angle)))
+def deflected(
+    prepared: Prepared, accel: FloatArray, source: RollSource, share: float
+) -> tuple[FloatArray, bool]:
+    """Roll against the road from deflections: the axles' part added, nought when going straight; whether a place's slope is in that."""
+    zero, sloped = angle_zero(prepared, accel, source.angle)
+    return np.asarray(share * (source.angle - zero)), sloped
 
 
 def _swung(prepared: Prepared, steady: FloatArray, hertz: float, damping: float) -> FloatArray:
@@ -104,22 +98,26 @@ def lean_of(
     what = "measured roll angle" if "measured" in ranked else "integrated roll rate"
     if "deflections" in ranked:
         share = tire_share(body, vehicle, mass_kg)
-        angle = deflected(prepared, accel, ranked["deflections"], share)
+        angle, sloped = deflected(prepared, accel, ranked["deflections"], share)
         angle = np.where(np.isfinite(angle), angle, steady)
         text = f"body roll from suspension deflections, {share:.2f} times for the tyres"
         if turned is not None:
             # deflections do not see the axles tilt once a side's wheels are off: an angle against the horizon does
             angle = _blended(prepared, turned.angle, angle)
             text += f", below {BANK_HZ:g} Hz, from the {what} above"
-        return Lean(angle, False, 0.04, 0.003, text, still)
+        return Lean(
+            angle, False, 0.04, math.hypot(0.003, gradient * PLACE_STD_G if sloped else 0.0), text, still
+        )
     if turned is not None and (known or turned.kind == "gyro_gravity"):
         text = f"body roll from the {what} above {BANK_HZ:g} Hz, from the roll gradient below"
         angle = _blended(prepared, turned.angle, steady)
         return Lean(angle, True, 0.03, 0.003, text if known else f"{text}, a usual one", still)
     if turned is not None:
-        angle = turned.angle - _straight(prepared, accel, turned.angle)
+        zero, sloped = angle_zero(prepared, accel, turned.angle)
+        angle = turned.angle - zero
         text = "body roll from the measured roll angle: the road's bank is in it (no roll gradient is identified that would tell them apart)"
-        return Lean(np.where(np.isfinite(angle), angle, steady), False, 0.05, 0.02, text, still)
+        std = math.hypot(0.02, PLACE_STD_G if sloped else 0.0)
+        return Lean(np.where(np.isfinite(angle), angle, steady), False, 0.05, std, text, still)
     hertz, damping = (USUAL_HZ, USUAL_DAMPING) if body is None else (body.roll_hz, body.roll_damping)
     angle = _swung(prepared, steady, hertz, damping)
     text = (

@@ -22,12 +22,11 @@ from pipelines.results import FloatArray, TurnSide
 from pipelines.rollover.body import Body
 from pipelines.rollover.lean import USUAL_TIRE_SHARE, deflected, lean_of
 from pipelines.rollover.limits import level
+from pipelines.rollover.zero import accel_zero
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 CUTOFF_HZ = 3.0
 RATE_HZ = 40.0
-REST_STD_G, DRIVEN_STD_G, UNKNOWN_STD_G = 0.010, 0.015, 0.025
-"""What is left of the accelerometer's offset in g: read at a standstill (the ground's slope there), over the drive, not at all."""
 SCALE_STD = 0.007
 SLOW_HZ = 0.5
 """Below this a line through roll and acceleration is the roll gradient: slower than the roll motion."""
@@ -90,20 +89,8 @@ def _slope(prepared: Prepared, values: FloatArray) -> FloatArray:
 
 def _accel(prepared: Prepared) -> tuple[FloatArray, float, str]:
     """Lateral reading less its offset, what the offset may still be in g, and how it was found."""
-    values = prepared.columns["accel_y"]
-    rest = prepared.standstill_offset.get("accel_y")
-    if rest is not None:
-        error = math.hypot(REST_STD_G, rest[1] / GRAVITY)
-        return values - rest[0], error, "offset of the lateral acceleration read at standstill"
-    speed, yaw = prepared.columns.get("speed"), prepared.columns.get("yaw_rate")
-    if speed is not None and yaw is not None:
-        off = (values - speed * yaw)[
-            np.isfinite(values) & np.isfinite(speed) & np.isfinite(yaw) & (np.abs(yaw) < 0.05)
-        ]
-        if len(off) >= 20 * prepared.rate_hz:
-            text = "offset of the lateral acceleration taken from straight driving"
-            return values - float(np.median(off)), DRIVEN_STD_G, text
-    return values, UNKNOWN_STD_G, "offset of the lateral acceleration not known: none taken off"
+    zero, error, text = accel_zero(prepared)
+    return prepared.columns["accel_y"] - zero, error, text
 
 
 def _vertical(prepared: Prepared) -> tuple[FloatArray, str]:
@@ -172,7 +159,7 @@ def fitted_gradient(prepared: Prepared, vehicle: Vehicle) -> Quantity | None:
     if source is None:
         return None
     share = USUAL_TIRE_SHARE if source.kind == "deflections" else 1.0
-    angle = deflected(prepared, accel, source, share)
+    angle, _ = deflected(prepared, accel, source, share)
     moments = np.zeros(3)
     for s in prepared.segments:
         part = slice(s.start, s.stop)

@@ -34,14 +34,18 @@ from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.beyond import beyond_measured
 from pipelines.verdict.loaded import with_its_load
+<<<<<<< HEAD
 from pipelines.verdict.missing import WAYS, why_nobody
+=======
+from pipelines.verdict.widened import ALONE, SHARE, not_told, widened
+>>>>>>> fbf528d21b2787bdab70caea64b4ba316a7acf48
 
 ORDER = ("identified", "weak", "not_identifiable")
 QUANTILE = 1.96
 CONFLICT = 2.0
 WEAK_RATIO = 0.5
 """CONFLICT: distance in joint standard deviations from which two answers contradict each other. WEAK_RATIO: share of the
-prior's spread above which an answer widened by a conflict is no longer called identified."""
+prior's spread (of what an answer without a prior may have) above which one widened by a conflict is no longer called identified."""
 
 LOADED: dict[str, tuple[float, float]] = {
     "mass_kg": (0.1, 0.07),
@@ -168,21 +172,13 @@ def _reconciled(name: str, answers: Sequence[_Given]) -> ParameterEstimate:
     value = float(np.sum(weights * values) / np.sum(weights))
     # the variance between five methods of which one stands apart leaves that one out
     std = max(float(np.sqrt(stds[0] ** 2 + unknown)), float(np.abs(values - value).max()) / QUANTILE)
-    half = QUANTILE * std
     digits = PARAMETERS[name].digits if name in PARAMETERS else 3
     said = ", ".join(f"{g.estimator} {g.value:.{digits}f} ± {g.std:.{digits}f}" for g in peers)
+    words = f"methods disagree ({said}): the interval is widened to hold them"
+    wide = widened(replace(entry, value=value), std, words, fair=ALONE)
     prior = lead.entry.prior
-    narrow = prior is None or std <= WEAK_RATIO * prior.std
-    return replace(
-        entry,
-        value=value,
-        std=std,
-        low=value - half,
-        high=value + half,
-        status="identified" if narrow else "weak",
-        inner=(),
-        reason=f"methods disagree ({said}): the interval is widened to hold them; {lead.entry.reason}",
-    )
+    narrow = std <= WEAK_RATIO * (SHARE * abs(value) if prior is None else prior.std)
+    return replace(wide, status="identified") if narrow and wide.status == "weak" else wide
 
 
 def between_methods(values: FloatArray, stds: FloatArray) -> float:
@@ -193,28 +189,20 @@ def between_methods(values: FloatArray, stds: FloatArray) -> float:
     return float(max(0.0, excess / (np.sum(weights) - np.sum(weights**2) / np.sum(weights))))
 
 
-def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, widened: float) -> ParameterEstimate:
+def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, factor: float) -> ParameterEstimate:
     """What one estimator alone told, with its spread widened as its own relation had to be.
 
     One whose relation contradicts the rest (roll against the axles, with tyres that give nothing) is no surer of what only it says.
     """
-    if entry.value is None or entry.std is None or entry.status == "not_identifiable" or widened <= 1:
+    if entry.value is None or entry.std is None or entry.status == "not_identifiable" or factor <= 1:
         return entry
-    if not math.isfinite(widened):
+    if not math.isfinite(factor):
         words = f"the relation of {lead.estimator} contradicts the rest, and no spread of it would hold both"
-        return replace(
-            entry, value=None, std=None, low=None, high=None, inner=(), status="not_identifiable", sources=(),
-            reason=f"{words}; {entry.reason}",
-        )  # fmt: skip
-    std = widened * entry.std
-    half = QUANTILE * std
+        return not_told(entry, words)
     words = (
-        f"the relation of {lead.estimator} contradicts the rest: the interval is {widened:.1f} times as wide"
+        f"the relation of {lead.estimator} contradicts the rest: the interval is {factor:.1f} times as wide"
     )
-    return replace(
-        entry, std=std, low=entry.value - half, high=entry.value + half, inner=(), reason=f"{words}; {entry.reason}",
-        status="weak",
-    )  # fmt: skip
+    return widened(entry, factor * entry.std, words, fair=ALONE)
 
 
 def _as_sure_as_the_springs(
@@ -241,23 +229,11 @@ def _as_sure_as_the_springs(
     ):
         return {}
     std = math.hypot(entry.std, found.springs_off * entry.value)
-    half = QUANTILE * std
     reason = (
         f"the log has spring rates, or the scale of the deflections, {found.springs_off:.0%} otherwise than {than}, and what is "
-        f"seen by deflections is no surer; {entry.reason}"
+        "seen by deflections is no surer"
     )
-    status = "weak" if entry.status == "identified" else entry.status
-    return {
-        BY_DEFLECTIONS: replace(
-            entry,
-            std=std,
-            low=entry.value - half,
-            high=entry.value + half,
-            inner=(),
-            status=status,
-            reason=reason,
-        )
-    }
+    return {BY_DEFLECTIONS: widened(entry, std, reason, fair=ALONE)}
 
 
 def _widened(name: str, answers: Sequence[_Given], found: Inference) -> float:

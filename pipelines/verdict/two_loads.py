@@ -24,6 +24,7 @@ from pipelines.models.roll import GRAVITY
 from pipelines.prepare.load_step import LoadStep
 from pipelines.results import JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
+from pipelines.verdict.widened import widened
 
 REACH = 0.6
 """How far from the CG's height a load lies, over the height: a roof's at 2.5 times it is rarer than seats and boots at 1.1 to 1.6."""
@@ -105,11 +106,8 @@ def holding_both_loads(
         half = half_of_it(name, entry.value, step, about)
         if half is None:
             continue
-        std = math.hypot(entry.std, half)
-        found[name] = replace(
-            entry, std=std, low=entry.value - 1.96 * std, high=entry.value + 1.96 * std, inner=(), status="weak",
-            reason=f"{step.found}: half of what that changes is in the spread; {entry.reason}",
-        )  # fmt: skip
+        words = f"{step.found}: half of what that changes is in the spread"
+        found[name] = widened(entry, math.hypot(entry.std, half), words, opens=True)
     return found
 
 

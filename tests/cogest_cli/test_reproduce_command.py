@@ -6,7 +6,7 @@ import json
 
 import pytest
 
-from pipelines.reproduce.registry import PAPERS
+from pipelines.reproduce.registry import PAPERS, choose_papers
 
 RUNS = 3
 """Seeds of the study: enough to see every part work, not to judge a method by."""
@@ -36,6 +36,10 @@ def test_every_paper_prints_and_writes_its_page(inside, tmp_path, name):
     html = (tmp_path / f"{name}.html").read_text(encoding="utf-8")
     assert "What the paper claims" in html
     assert html.count("<svg") >= 1
+
+
+def test_papers_are_named_in_whatever_case() -> None:
+    assert choose_papers("PENCE", PAPERS) == ("pence",)
 
 
 def test_the_installed_program_repeats_itself_and_names_the_nearest_paper(cogest):

@@ -63,6 +63,22 @@ def test_json_holds_the_same(folder: Path, trained: tuple[Path, str], inside: Ru
     assert 100 < struts["load_against_training_kg"] < 220
 
 
+def test_the_training_drive_is_no_validation(folder: Path, inside: Runner, tmp_path: Path) -> None:
+    """By its bytes, so that another path or a copy does not pass either."""
+    copy = tmp_path / "copy.csv"
+    copy.write_bytes((folder / "train/drive.csv").read_bytes())
+    logs = (folder / "train/drive.csv", "--validate", copy, "--validate", folder / "other/drive.csv")
+    told = inside("suspension-map", *logs, "--out", tmp_path / "made.toml").out
+    assert "NO VALIDATION from strut forces: copy.csv" in told
+    assert told.count("trained on this very drive") == 2  # struts, springs
+    assert "Validation from strut forces: drive.csv" in told
+    data = json.loads(inside("suspension-map", *logs, "--out", tmp_path / "made.toml", "--json").out)
+    assert {entry["log"]: entry["trained_on"] for entry in data["validation"]} == {
+        "copy.csv": True,
+        "drive.csv": False,
+    }
+
+
 def test_analyze_applies_it(folder: Path, trained: tuple[Path, str], cogest: Runner, tmp_path: Path) -> None:
     log = folder / "other/drive.csv"
     done = cogest(

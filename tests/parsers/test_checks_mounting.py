@@ -6,7 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from check_drives import check, drive, found, only, same, scaled
+from check_drives import DEFLECTIONS, check, drive, found, only, same, scaled, sprung
+
+from parsers.checks.check import check_all
 
 FORCES = ("accel_x", "accel_y")
 ANGLES = ("roll", "pitch", "roll_rate", "pitch_rate")
@@ -70,3 +72,14 @@ def test_angles_that_no_bend_or_braking_moves_make_no_unit_mounted_backwards() -
     fixed, decisions = check(scaled(signals, accel_x=-1.0, accel_y=-1.0))
     assert not any(each.applied and "mounted backwards" in each.found for each in decisions)
     assert same(fixed, signals)
+
+
+@pytest.mark.parametrize(
+    "wrong", [(*FORCES, *ANGLES), ("yaw_rate",), DEFLECTIONS, ("suspension_deflection_fr", "suspension_deflection_rr")]
+)  # fmt: skip
+def test_all_that_was_turned_is_listed_whatever_the_decisions_say(wrong: tuple[str, ...]) -> None:
+    signals = sprung("brake" if wrong == DEFLECTIONS else "slalom")
+    signals |= {n: s for n, s in drive().items() if n in wrong}
+    signals = scaled(signals, **dict.fromkeys(wrong, -1.0))
+    assert check_all(signals, fix=True, units_stated={}).turned == tuple(sorted(wrong))
+    assert check_all(signals, fix=False, units_stated={}).turned == ()

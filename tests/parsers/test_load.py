@@ -251,7 +251,7 @@ def test_clocks_that_have_nothing_in_common(play):
 
 def test_when_the_checks_leave_nothing_the_error_says_what_they_found(play, monkeypatch):
     found = Decision("speed", "range", "speed stands still", "left out", "50 equal samples", True)
-    monkeypatch.setattr(parsers.load, "check_all", lambda *_, **__: Checked({}, (found,), ()))
+    monkeypatch.setattr(parsers.load, "check_all", lambda *_, **__: Checked({}, (found,), (), ()))
     with pytest.raises(LogError, match=r"0\.tape: no signal is left after the checks.*speed stands still"):
         play(Tape(row(0, 50)))
 

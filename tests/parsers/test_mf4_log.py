@@ -14,6 +14,7 @@ from mf4_logs import START, opened, read_all
 
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
+from parsers.mf4 import stamps
 from parsers.mf4_log import Mf4Importer
 
 START_NS = round(START.timestamp() * 1000) * 1_000_000
@@ -200,3 +201,20 @@ def test_a_cut_file_is_called_cut_whatever_else_is_to_be_said(tmp_path: Path) ->
     path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
     with pytest.raises(LogError, match="breaks off"):
         Mf4Importer().open(path, ReadOptions(), ImportLog())
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_a_master_of_dates_is_not_added_to_the_start(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compiled: bool
+) -> None:
+    """Seconds since 1970 in the time channel: the drive would be dated 54 years later. From the start on they are added as before."""
+    if not compiled:
+        monkeypatch.setattr(stamps, "find_rule", lambda _: None)
+    seconds = np.arange(500) * 0.01
+    values = np.sin(seconds)
+    for name, begin, first_ns in (("epoch", 1.7e9, 1_700_000_000 * 10**9), ("own", 20.0, START_NS + 20 * 10**9)):  # fmt: skip
+        path = write(tmp_path / f"{name}.mf4", [Signal(values, begin + seconds, name="speed", unit="m/s")])
+        time_ns, found = read_all(opened(path)[0])["speed"]
+        assert abs(int(time_ns[0]) - first_ns) < 1000
+        assert np.allclose(np.diff(time_ns), 10**7, atol=1000)
+        assert np.array_equal(found, values)

@@ -74,6 +74,15 @@ def test_groups_whose_names_clash_get_files_of_their_own(tmp_path):
     assert all(path.parent == tmp_path for path in tmp_path.iterdir())
 
 
+@pytest.mark.parametrize(
+    ("group", "name"),
+    [("table_100hz", "table"), ("table_100hz_100hz_2", "table"), ("/imu/200Hz", "imu"), ("100hz", ""), ("march_hz", "march_hz")],
+)  # fmt: skip
+def test_what_was_converted_before_keeps_its_name(tmp_path, group, name):
+    written = write_drive(drive_of(signal("roll", FAST, group)), tmp_path)
+    assert written[0].name == f"{name}_100hz.parquet".removeprefix("_")
+
+
 def test_a_second_drive_takes_the_place_of_the_first(tmp_path):
     write_drive(drive_of(signal("roll", FAST, "/imu"), signal("speed", SLOW, "/odom")), tmp_path)
     (tmp_path / "notes.md").write_text("mine", encoding="utf-8")

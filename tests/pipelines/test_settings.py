@@ -88,6 +88,7 @@ def test_a_file_that_is_not_there(tmp_path):
 def test_estimators_by_name():
     assert choose(None, KNOWN) == KNOWN
     assert choose(f" {FIRST.name} ,{FIRST.name},", KNOWN) == (FIRST,)
+    assert choose(FIRST.name.upper(), KNOWN) == (FIRST,)
     with pytest.raises(SettingsError, match=f"no estimator '{FIRST.name[:-1]}'; did you mean '{FIRST.name}'"):
         choose(FIRST.name[:-1], KNOWN)
     with pytest.raises(SettingsError, match=f"names none; known are .*{FIRST.name}"):

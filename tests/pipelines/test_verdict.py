@@ -116,9 +116,18 @@ def test_a_contradiction_widens_the_interval_to_hold_both_and_is_said() -> None:
     assert height.high > 0.80
     assert "disagree" in height.reason
     assert height.status == "identified"
-    narrow = Prior(0.7, 0.06, "measured vehicles")
-    weak = combine([named("a", 0.70, 0.005, prior=narrow), named("b", 0.80, 0.005, prior=narrow)], Vehicle())
-    assert weak["cg_height_m"].status == "weak"
+
+
+@pytest.mark.parametrize(("before", "status"), [(0.1, "weak"), (0.06, "not_identifiable")])
+def test_methods_that_disagree_by_more_than_was_known_tell_nothing(before: float, status: str) -> None:
+    """0.70 and 0.80 leave ± 0.071."""
+    prior = Prior(0.7, before, "measured vehicles")
+    told = [named("a", 0.70, 0.005, prior=prior), named("b", 0.80, 0.005, prior=prior)]
+    height = combine(told, Vehicle())["cg_height_m"]
+    assert height.status == status
+    assert "disagree" in height.reason
+    if status == "not_identifiable":
+        assert (height.value, height.std, height.sources) == (0.7, 0.06, ("prior",))
 
 
 def test_one_that_stands_apart_from_four_is_held_as_well() -> None:

@@ -114,7 +114,12 @@ def test_signs_that_were_turned_and_channels_that_nobody_knew_stand_below() -> N
     ]
     left = Decision("pitch", "sign", "opposite", "inverted", "r -0.6", False)
     missed = f"{OVERLOOKED}: brake pressure (P_BRK [bar]); `cogest inspect --write-map` begins a mapping file"
-    record = replace(sample.record, decisions=(*turned, left), notes=(*sample.record.notes, missed))
+    record = replace(
+        sample.record,
+        decisions=(*turned, left),
+        turned=("roll", "roll_rate"),
+        notes=(*sample.record.notes, missed),
+    )
     told = " ".join(verdict_table(replace(sample, record=record)).split())
     assert "Signs turned: roll, roll_rate (report: data quality)." in told
     assert (

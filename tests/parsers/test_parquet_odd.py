@@ -1,0 +1,73 @@
+"""Parquet tables with counters that wrap, infinite values, decimals too wide and columns without values: read as the same table in CSV is."""
+
+from __future__ import annotations
+
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import polars as pl
+import pyarrow as arrow
+import pytest
+from pyarrow import parquet
+
+from parsers.load import load_drive
+
+ROWS = 3000
+INFINITE = np.arange(ROWS) % 7 == 0
+
+
+def table(time: pl.Series, **columns: pl.Series) -> pl.DataFrame:
+    at = np.arange(ROWS)
+    speed = pl.Series("speed_mps", 15 + 3 * np.sin(at / 200))
+    lateral = pl.Series("accel_y_mps2", np.sin(at / 90))
+    return pl.DataFrame([time, columns.get("speed_mps", speed), lateral])
+
+
+@pytest.mark.parametrize("before_end", [20_000, 2004, 700])
+@pytest.mark.parametrize("kind", [pl.UInt32, pl.Float64])
+def test_a_counter_runs_on_over_its_end(tmp_path: Path, before_end: int, kind: type[pl.DataType]) -> None:
+    """uint32 of ms, as CSV has it; over the boundaries of chunks as well."""
+    counted = (2**32 - before_end + 10 * np.arange(ROWS)) % 2**32
+    frame = table(pl.Series("time_ms", counted).cast(kind))
+    frame.write_parquet(tmp_path / "log.parquet")
+    frame.write_csv(tmp_path / "log.csv")
+    drives = [load_drive((tmp_path / f"log.{suffix}",)) for suffix in ("parquet", "csv")]
+    for drive in drives:
+        assert len(drive.signals["speed"].values) == ROWS
+        assert not drive.record.rejected
+        assert any("it runs on" in note for note in drive.record.notes)
+    assert np.array_equal(drives[0].signals["speed"].time_ns, drives[1].signals["speed"].time_ns)
+
+
+@pytest.mark.parametrize("as_text", [False, True])
+def test_infinite_values_are_counted(tmp_path: Path, as_text: bool) -> None:
+    speed = pl.Series("speed_mps", np.where(INFINITE, np.inf, 15.0))
+    frame = table(pl.Series("time_s", np.arange(ROWS) / 100), speed_mps=speed)
+    if as_text:
+        frame = frame.with_columns(pl.col("speed_mps").cast(pl.String))
+    frame.write_parquet(tmp_path / "log.parquet")
+    drive = load_drive((tmp_path / "log.parquet",))
+    assert dict(drive.record.rejected) == {"cell with an infinite value": int(INFINITE.sum())}
+    assert len(drive.signals["speed"].values) == ROWS - int(INFINITE.sum())
+
+
+def test_a_column_without_values_is_said_to_hold_none(tmp_path: Path) -> None:
+    nothing = pl.Series("speed_mps", [None] * ROWS, dtype=pl.Null)
+    table(pl.Series("time_s", np.arange(ROWS) / 100), speed_mps=nothing).write_parquet(
+        tmp_path / "log.parquet"
+    )
+    notes = " ".join(load_drive((tmp_path / "log.parquet",)).record.notes)
+    assert "left out, since the column holds no values: speed_mps (speed)" in notes
+    assert "holds text" not in notes
+
+
+def test_decimals_beyond_polars_cost_their_column_alone(tmp_path: Path) -> None:
+    frame = table(pl.Series("time_s", np.arange(ROWS) / 100))
+    columns = {name: frame[name].to_numpy() for name in frame.columns}
+    columns["speed_mps"] = arrow.array([Decimal("15.25")] * ROWS, arrow.decimal256(50, 3))
+    parquet.write_table(arrow.table(columns), tmp_path / "log.parquet")
+    drive = load_drive((tmp_path / "log.parquet",))
+    assert [*drive.signals] == ["accel_y"]
+    assert len(drive.signals["accel_y"].values) == ROWS
+    assert any('more than 38 digits are not read: "speed_mps"' in note for note in drive.record.notes)
