@@ -34,11 +34,8 @@ from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.beyond import beyond_measured
 from pipelines.verdict.loaded import with_its_load
-<<<<<<< HEAD
 from pipelines.verdict.missing import WAYS, why_nobody
-=======
 from pipelines.verdict.widened import ALONE, SHARE, not_told, widened
->>>>>>> fbf528d21b2787bdab70caea64b4ba316a7acf48
 
 ORDER = ("identified", "weak", "not_identifiable")
 QUANTILE = 1.96
