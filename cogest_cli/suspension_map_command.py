@@ -82,11 +82,21 @@ def suspension_map(
     show_line(out)
 
 
+TAKEN = ("vehicle.toml", "map.toml", "settings.toml")
+"""Names, alone or behind a dot, that every command takes by itself for what they say, beside a log or above it: a map for tyres is none of them."""
+
+
 def check_file(path: Path) -> None:
-    """Raise VehicleError where no file can be written: said before the work."""
+    """Raise VehicleError where no map can be written: said before the work."""
     if path.is_dir():
         raise VehicleError(
             "is a folder, expected a file to write", path=path, hint="choose another with --out"
+        )
+    if path.name in TAKEN or path.name.endswith(tuple(f".{name}" for name in TAKEN)):
+        raise VehicleError(
+            "is a name under which cogest looks for a file of another kind",
+            path=path,
+            hint='choose another with --out ("suspension.toml")',
         )
 
 

@@ -162,6 +162,8 @@ def test_refusals_are_one_line(
             tmp_path / "m.toml",
         ): "wheel-force transducers",
         ("suspension-map", log, "--out", tmp_path): "is a folder",
+        ("suspension-map", log, "--out", tmp_path / "map.toml"): "looks for a file of another kind",
+        ("suspension-map", log, "--out", tmp_path / "drive.vehicle.toml"): "looks for a file of another kind",
     }
     for arguments, words in cases.items():
         done = inside(*arguments)

@@ -60,9 +60,9 @@ def test_many_gaps_in_many_signals_are_quick_and_the_longest_are_kept():
     rng = np.random.default_rng(1)
     times = {f"s{i}": stamps(rng, 50_000, 5000) for i in range(10)}
     list_gaps(times, 0)
-    started = time.perf_counter()
+    started = time.process_time()
     found = list_gaps(times, 0, most=100)
-    took = time.perf_counter() - started
+    took = time.process_time() - started
     every = list_gaps(times, 0, most=10**9)
     assert len(every.gaps) == every.total == found.total > 20_000
     assert len(found.gaps) == 100
@@ -87,9 +87,9 @@ def test_a_clock_that_was_set_many_times_in_a_long_log_is_quick():
         np.arange(4000, dtype=np.int64) * NS // 100 + int(rng.integers(0, 10**6)) * NS for _ in range(200)
     ]
     time_ns = np.concatenate(runs)
-    started = time.perf_counter()
+    started = time.process_time()
     ordered = order(time_ns)
-    assert time.perf_counter() - started < 2
+    assert time.process_time() - started < 2
     assert bool((np.diff(ordered.time_ns) > 0).all())
     assert len(ordered.rows) + ordered.duplicates + ordered.lost == len(time_ns)
 

@@ -205,8 +205,8 @@ def test_thousands_of_unchanged_drives_take_seconds(drive: FoundDrive, tmp_path:
     many, seen = Keys(CHOICES), {}
     for one in drives:
         seen.update(many.key_of(one, {})[1])
-    started = time.perf_counter()
+    started = time.process_time()
     again = Keys(CHOICES)
     made = {again.key_of(one, seen)[0] for one in drives}
     assert len(made) == 1
-    assert time.perf_counter() - started < 2.0
+    assert time.process_time() - started < 2.0
