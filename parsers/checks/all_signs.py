@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from parsers.checks.along_signs import along_signs
 from parsers.checks.grid import Grid
 from parsers.checks.rate_signs import rate_signs
-from parsers.checks.signs import SignResult, lateral_signs, other_signs, springs_signs, turned_along
+from parsers.checks.signs import SignResult, lateral_signs, springs_signs, turned_along
 from parsers.checks.speed_signs import speed_signs
 from parsers.checks.springs import exchanged_decision
 from parsers.drive import Decision
@@ -36,7 +37,7 @@ def all_signs(grid: Grid) -> AllSigns:
         speed_signs,
         springs_signs,
         lateral_signs,
-        other_signs,
+        along_signs,
         rate_signs,
     )
     for step in steps:

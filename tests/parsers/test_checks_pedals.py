@@ -1,0 +1,68 @@
+"""Hills leave right signs alone; what pedals do tells wrong ones there too."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from check_drives import DEFLECTIONS, check, drive, found, same, scaled
+from kinematic_log import kinematic, rolling_hills, times
+
+from parsers.checks import unchecked
+
+WRONG = [("accel_x",), ("pitch",), ("pitch_rate",), DEFLECTIONS, ("accel_x", *DEFLECTIONS)]
+
+
+@pytest.mark.parametrize("pedals", [True, False])
+@pytest.mark.parametrize("made_up", [0.5, 0.7, 0.85])
+def test_right_signs_on_rolling_hills_are_left_alone(made_up: float, pedals: bool) -> None:
+    """The vehicle is pushed uphill while it slows: accel_x and the springs go against the change of speed."""
+    signals = rolling_hills(made_up, pedals=pedals)
+    change = np.gradient(signals["speed"].values[::50])
+    assert np.corrcoef(change, signals["accel_x"].values[::50])[0, 1] < -0.3
+    fixed, decisions = check(signals)
+    assert not found(decisions, "sign")
+    assert same(fixed, signals)
+
+
+def test_a_sign_that_hills_hide_is_said_to_be_untold() -> None:
+    texts = unchecked(rolling_hills(0.5, pedals=False, steep=1.5), {})
+    assert (
+        "sign of accel_x: it goes against the change of speed, but that is so slow that hills may be why"
+        in texts
+    )
+
+
+@pytest.mark.parametrize("wrong", WRONG)
+@pytest.mark.parametrize("made_up", [0.5, 0.85])
+def test_a_wrong_sign_is_found_on_hills_by_the_pedals(made_up: float, wrong: tuple[str, ...]) -> None:
+    signals = rolling_hills(made_up)
+    fixed, _ = check(scaled(signals, **dict.fromkeys(wrong, -1.0)))
+    assert same(fixed, signals)
+
+
+def test_an_odd_wheel_is_found_on_hills() -> None:
+    signals = rolling_hills(0.7)
+    _, decisions = check(scaled(signals, suspension_deflection_rl=-1.0))
+    (out,) = [each for each in decisions if each.kind == "sign"]
+    assert out.signal == "suspension_deflection_rl"
+    assert "left out" in out.action
+
+
+@pytest.mark.parametrize("wrong", [(), *WRONG[:1], *WRONG[3:4]])
+def test_a_minute_with_a_brake_tells_signs(wrong: tuple[str, ...]) -> None:
+    t = times(60)
+    brake = -3 * ((t > 20) & (t < 23)) + 1.8 * ((t > 30) & (t < 35))
+    signals = kinematic(15 + np.cumsum(brake) / 50, 0.1 * np.sin(t))
+    fixed, _ = check(scaled(signals, **dict.fromkeys(wrong, -1.0)))
+    assert same(fixed, signals)
+
+
+@pytest.mark.parametrize("step", [0.1, 0.28])
+def test_a_coarse_speed_tells_signs(step: float) -> None:
+    signals = drive()
+    speed = signals["speed"]
+    signals["speed"] = replace(speed, values=np.round(speed.values / step) * step)
+    fixed, _ = check(scaled(signals, accel_x=-1.0))
+    assert np.array_equal(fixed["accel_x"].values, signals["accel_x"].values)
