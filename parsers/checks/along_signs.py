@@ -8,7 +8,7 @@ from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together, compare
 from parsers.checks.leaning import swift_tells
 from parsers.checks.motion import smooth, vehicle_speed
-from parsers.checks.pedals import by_pedals, change_of_speed
+from parsers.checks.pedals import backwards, by_pedals, change_of_speed
 from parsers.checks.signs import SignResult, excited, varied
 from parsers.drive import Decision
 from parsers.quantiles import median
@@ -55,13 +55,19 @@ def along_signs(grid: Grid) -> SignResult:
 
 
 def _forward(grid: Grid, forward: FloatArray) -> tuple[Together | None, str, bool]:
-    """How accel_x goes with the change of speed; None with the reason, and whether its sign looks wrong but hills may be why."""
+    """How accel_x goes with the change of speed; None with the reason, and whether its sign looks wrong but hills or a wrong speed may be why."""
     change, speed = change_of_speed(grid), vehicle_speed(grid)
     if change is None or speed is None:
         return None, "no speed", False
     if not excited(change, 0.5):
         return None, "the speed changes too little", False
     found = by_pedals(grid, forward, change, _LEAST_PEDALS, _RATIOS)
+    if found is not None and found.sign < 0 and backwards(grid):
+        return (
+            None,
+            "it goes against the change of a speed that is negative: one of the two has the wrong sign",
+            True,
+        )
     if found is not None:
         return found, "", False
     plain = compare(smooth(forward), change, np.abs(speed) > _MIN_MPS)

@@ -13,7 +13,7 @@ import numpy as np
 
 from parsers.channels import FloatArray
 from parsers.checks.grid import BoolArray, Grid, Together, compare
-from parsers.checks.motion import smooth, vehicle_speed
+from parsers.checks.motion import seconds, smooth, vehicle_speed
 
 _SLOW_CELLS = 71
 """7.1 s: at 20 m/s a wave of the road is 400 m and more, of which a mean over 7.1 s leaves a tenth of its height out."""
@@ -23,13 +23,21 @@ _LARGE = 1.5
 """m/s²: 15 % of grade without any pedal."""
 _SAME, _ALIKE = 0.9, 1.2
 """Least correlation of accel_x with the change of speed, and most of their ratio, on level roads: a pitching body has up to a tenth of it."""
+_MOVES = 1.0
+"""m/s."""
 View = tuple[Callable[[FloatArray], FloatArray], FloatArray, BoolArray]
 
 
 def change_of_speed(grid: Grid) -> FloatArray | None:
-    """(n,) m/s², None without a speed."""
+    """(n,) m/s², positive forwards, also where a signed speed says that the vehicle drives backwards; None without a speed."""
     speed = vehicle_speed(grid)
-    return None if speed is None else grid.rate(smooth(np.abs(speed)))
+    return None if speed is None else grid.rate(smooth(speed))
+
+
+def backwards(grid: Grid) -> bool:
+    """Whether the speed is below zero for most of the drive: the vehicle drives backwards, or its speed has the wrong sign."""
+    speed = vehicle_speed(grid)
+    return speed is not None and seconds(speed < -_MOVES) > seconds(speed > _MOVES)
 
 
 def pedalled(change: FloatArray) -> Iterator[View]:

@@ -7,7 +7,7 @@ import numpy as np
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together
 from parsers.checks.motion import seconds
-from parsers.checks.pedals import by_pedals, change_of_speed
+from parsers.checks.pedals import backwards, by_pedals, change_of_speed
 from parsers.drive import Decision
 from parsers.quantiles import median
 from parsers.signals import WHEELS
@@ -22,12 +22,13 @@ def springs_in_braking(grid: Grid) -> Together | None:
     """Front less rear compression against the loss of speed: positive where compression is positive.
 
     None without all four deflections and a speed, and where the vehicle neither brakes nor speeds up (0.7 m/s² for a
-    second) as only pedals make it, or the two do not go together clearly.
+    second) as only pedals make it, or the two do not go together clearly; nor where a negative speed may be the wrong one of both.
     """
     pitching, change = springs_tilt(grid, "pitch"), change_of_speed(grid)
     if change is None or pitching is None or seconds(np.abs(change) > _MIN_CHANGE) < 1.0:
         return None
-    return by_pedals(grid, pitching - median(pitching), -change, _LEAST)
+    found = by_pedals(grid, pitching - median(pitching), -change, _LEAST)
+    return None if found is None or (found.sign < 0 and backwards(grid)) else found
 
 
 def springs_tilt(grid: Grid, angle: str) -> FloatArray | None:

@@ -15,7 +15,7 @@ import numpy as np
 from parsers.channels import FloatArray
 from parsers.checks.grid import MIN_CELLS, Grid, clip
 from parsers.checks.motion import seconds, smooth
-from parsers.checks.pedals import View, as_it_is, change_of_speed, level, pedalled
+from parsers.checks.pedals import View, as_it_is, backwards, change_of_speed, level, pedalled
 from parsers.checks.signs import MIN_LATERAL, lateral_reference, lateral_signs, lateral_votes, varied
 from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision
@@ -148,7 +148,7 @@ def _marks(grid: Grid) -> _Marks | None:
     if len(told) < len(WHEELS):
         return None
     turning = {w: _sign(found, w in _PAIRS["right"]) for w, found in zip(WHEELS, told, strict=True)}
-    braked = _braked(grid, wheels, bends, slowing) if _brakes(slowing[rows]) else ()
+    braked = _braked(grid, wheels, bends, slowing) if _brakes(grid, slowing[rows]) else ()
     braking = {w: _sign(found, w in _PAIRS["front"]) for w, found in zip(WHEELS, braked, strict=False)}
     words = ", ".join(f"{w} {found:+.2f}" for w, found in zip(WHEELS, told, strict=True))
     figures = f"correlations with {reference[0]}: {words}"
@@ -158,9 +158,9 @@ def _marks(grid: Grid) -> _Marks | None:
     return _Marks(turning, braking, figures)
 
 
-def _brakes(slowing: FloatArray) -> bool:
-    """Whether the vehicle brakes or speeds up at all."""
-    return seconds(np.abs(slowing) > _MIN_CHANGE) >= 1.0
+def _brakes(grid: Grid, slowing: FloatArray) -> bool:
+    """Whether the vehicle brakes or speeds up at all, by a speed whose sign is beyond doubt."""
+    return seconds(np.abs(slowing) > _MIN_CHANGE) >= 1.0 and not backwards(grid)
 
 
 def _braked(

@@ -1,4 +1,4 @@
-"""Hills leave right signs alone; what pedals do tells wrong ones there too."""
+"""Hills and reverse gear leave right signs alone; what pedals do tells wrong ones there too."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from check_drives import DEFLECTIONS, check, drive, found, same, scaled
+from check_drives import DEFLECTIONS, check, drive, found, only, same, scaled
 from kinematic_log import kinematic, rolling_hills, times
 
 from parsers.checks import unchecked
+from parsers.drive import Signal
 
 WRONG = [("accel_x",), ("pitch",), ("pitch_rate",), DEFLECTIONS, ("accel_x", *DEFLECTIONS)]
 
@@ -57,6 +58,40 @@ def test_a_minute_with_a_brake_tells_signs(wrong: tuple[str, ...]) -> None:
     signals = kinematic(15 + np.cumsum(brake) / 50, 0.1 * np.sin(t))
     fixed, _ = check(scaled(signals, **dict.fromkeys(wrong, -1.0)))
     assert same(fixed, signals)
+
+
+def backwards() -> dict[str, Signal]:
+    """Five minutes of a slalom in reverse gear, with a speed that is signed."""
+    t = times(300)
+    speed = (-6 - 2.5 * np.sin(2 * np.pi * t / 25)) * np.clip(t / 5, 0, 1)
+    return kinematic(speed, 0.3 * np.sin(2 * np.pi * t / 12) * (1 + 0.5 * np.sin(2 * np.pi * t / 47)))
+
+
+def test_a_drive_backwards_with_a_signed_speed_keeps_its_signs() -> None:
+    signals = backwards()
+    fixed, decisions = check(signals)
+    assert not found(decisions, "sign")
+    assert same(fixed, signals)
+
+
+def test_driving_forth_and_back_tells_signs() -> None:
+    t = times(300)
+    signals = kinematic(6 * np.sin(2 * np.pi * t / 20), 0.3 * np.sin(2 * np.pi * t / 12))
+    assert same(check(signals)[0], signals)
+    assert same(check(scaled(signals, accel_x=-1.0))[0], signals)
+
+
+def test_a_slow_speed_of_the_wrong_sign_turns_nothing_along_the_vehicle() -> None:
+    """Slower than any speed that no reverse gear reaches: the speed or accel_x may be wrong, and that is said."""
+    signals = only(drive(speed=8.0), "accel_x", "speed")
+    wrong = scaled(signals, speed=-1.0)
+    fixed, decisions = check(wrong)
+    assert not found(decisions, "sign")
+    assert same(fixed, wrong)
+    assert any(
+        text.startswith("sign of accel_x") and "a speed that is negative" in text
+        for text in unchecked(wrong, {})
+    )
 
 
 @pytest.mark.parametrize("step", [0.1, 0.28])
