@@ -79,7 +79,7 @@ def by_pedals(
     for taken, driving, where in pedalled(change):
         told += _clear(compare(taken(felt), driving, where, centred=False), least, ratios)
     if not told and level(grid):
-        told += _clear(compare(felt, change, centred=False), least, ratios)
+        told += _clear(compare(felt, change), least, ratios)
     return told[0] if len({found.sign for found in told}) == 1 else None
 
 

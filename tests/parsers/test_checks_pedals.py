@@ -51,6 +51,13 @@ def test_an_odd_wheel_is_found_on_hills() -> None:
     assert "left out" in out.action
 
 
+@pytest.mark.parametrize("stated", [True, False])
+def test_hills_say_nothing_of_units(stated: bool) -> None:
+    """accel_x is three times the change of speed, as a speed in mph taken for km/h would have it, and more."""
+    _, decisions = check(rolling_hills(0.75, pedals=False), stated=stated)
+    assert not found(decisions, "unit")
+
+
 @pytest.mark.parametrize("wrong", [(), *WRONG[:1], *WRONG[3:4]])
 def test_a_minute_with_a_brake_tells_signs(wrong: tuple[str, ...]) -> None:
     t = times(60)
