@@ -26,7 +26,12 @@ LEAST_WINDOWS = 4
 IDLE = 0.12
 """Spread of a sensor within a window over the middle one of the other wheels' below which it does not move with them: axles
 differ by two or three times, and a dead sensor keeps its noise."""
-LIVELY = {"suspension_deflection": 0.001, "suspension_force": 60.0, "tyre_force_z": 80.0, "wheel_speed": 0.3}
+LIVELY = {
+    "suspension_deflection": 0.001,
+    "suspension_force": 60.0,
+    "tire_normal_force": 80.0,
+    "wheel_speed": 0.3,
+}
 """Spread (SI) from which on the other wheels count as moving."""
 SHARE = 0.1
 """Of the time in which the others move: one that is idle for longer is left out. Less does little harm."""

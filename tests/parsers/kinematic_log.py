@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from check_drives import DEFLECTIONS, NS, G
 
@@ -57,3 +59,10 @@ def rolling_hills(made_up: float, *, pedals: bool = True, steep: float = 1.0) ->
         change += 0.8 * (np.exp(-(((t - 120) / 2.5) ** 2)) - np.exp(-(((t - 200) / 2.5) ** 2)))
     speed = np.cumsum(change) / HZ
     return kinematic(23 + speed - speed.mean(), 0.06 * np.sin(2 * np.pi * t / 30), grade)
+
+
+def beside(signals: dict[str, Signal], name: str, values: FloatArray | float) -> dict[str, Signal]:
+    """The signals with one more, on the stamps of accel_x."""
+    like = signals["accel_x"]
+    full = np.broadcast_to(np.asarray(values, np.float64), like.values.shape).copy()
+    return signals | {name: replace(like, name=name, source=name, values=full)}
