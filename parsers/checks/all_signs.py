@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from parsers.checks.along_signs import along_signs
+from parsers.checks.along_signs import DOUBTED, along_signs
 from parsers.checks.grid import Grid
 from parsers.checks.rate_signs import rate_signs
 from parsers.checks.signs import SignResult, lateral_signs, springs_signs, turned_along
@@ -64,10 +64,12 @@ def all_signs(grid: Grid) -> AllSigns:
 
 
 def _untold(grid: Grid, unchecked: Sequence[str]) -> frozenset[str]:
-    """The angles of a drive whose sign nothing told. unchecked: what was said of that."""
+    """The angles of a drive whose sign nothing told, and accel_x where it looks wrong. unchecked: what was said of that."""
     untold = {
         name for name in ("roll", "pitch") if any(text.startswith(f"sign of {name}:") for text in unchecked)
     }
     if any(text.startswith("lateral signs:") for text in unchecked):
         untold.add("roll")
+    if any(text.startswith(DOUBTED) for text in unchecked):
+        untold.add("accel_x")
     return frozenset(untold & set(grid.columns))

@@ -18,6 +18,8 @@ _RATIOS = (0.4, 2.5)
 """accel_x over a change of speed that pedals make: 0.9 to 1.2 in simulated drives on any road, 0.6 to 1.4 with poor speeds."""
 _LEAST_PITCH = 0.65
 _MIN_MPS = 1.0
+DOUBTED = "sign of accel_x: it goes against"
+"""How the sentence begins that says why accel_x looks inverted and is left: nothing may be held against it then."""
 
 
 def along_signs(grid: Grid) -> SignResult:

@@ -19,8 +19,10 @@ def times(seconds: float) -> FloatArray:
     return np.arange(round(seconds * HZ)) / HZ
 
 
-def kinematic(speed: FloatArray, yaw: FloatArray, grade: FloatArray | float = 0.0) -> dict[str, Signal]:
-    """Signals of SI and ISO 8855 from a speed (n,), m/s, yaw rate (n,), rad/s, and grade (n,), rad, + uphill."""
+def kinematic(
+    speed: FloatArray, yaw: FloatArray, grade: FloatArray | float = 0.0, noise: float = 1.0
+) -> dict[str, Signal]:
+    """Signals of SI and ISO 8855 from a speed (n,), m/s, yaw rate (n,), rad/s, and grade (n,), rad, + uphill. noise: times the usual one."""
     rng = np.random.default_rng(3)
     grade = np.broadcast_to(np.asarray(grade, np.float64), speed.shape)
     pushed, across = np.gradient(speed) * HZ + G * grade, speed * yaw
@@ -41,8 +43,10 @@ def kinematic(speed: FloatArray, yaw: FloatArray, grade: FloatArray | float = 0.
         made[name] = 0.01 + 0.78 * SIDE[wheel] * roll + 1.35 * END[wheel] * nod, 0.0005
     stamps = (times(len(speed) / HZ) * NS).astype(np.int64)
     return {
-        name: Signal(name, stamps, values + noise * rng.standard_normal(len(values)), name, group="bus")
-        for name, (values, noise) in made.items()
+        name: Signal(
+            name, stamps, values + noise * sigma * rng.standard_normal(len(values)), name, group="bus"
+        )
+        for name, (values, sigma) in made.items()
     }
 
 

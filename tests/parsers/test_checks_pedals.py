@@ -35,6 +35,19 @@ def test_a_sign_that_hills_hide_is_said_to_be_untold() -> None:
     )
 
 
+@pytest.mark.parametrize("kept", [("pitch",), ()])
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_nothing_is_held_against_an_accel_x_that_hills_hide(sign: float, kept: tuple[str, ...]) -> None:
+    """A circle driven faster and slower within 40 s, so gently that grades could do it: a wrong accel_x turns neither pitch nor its rate."""
+    t = times(120)
+    signals = kinematic(12 + 8 * np.sin(2 * np.pi * t / 40), 0.1 + 0.0 * t, noise=0.02)
+    signals = only(signals, *kept, "accel_x", "speed", "pitch_rate")
+    wrong = scaled(signals, accel_x=sign)
+    fixed, decisions = check(wrong)
+    assert not found(decisions, "sign")
+    assert same(fixed, wrong)
+
+
 @pytest.mark.parametrize("wrong", WRONG)
 @pytest.mark.parametrize("made_up", [0.5, 0.85])
 def test_a_wrong_sign_is_found_on_hills_by_the_pedals(made_up: float, wrong: tuple[str, ...]) -> None:
