@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
+from parsers.checks.along_signs import DOUBTED, along_signs
 from parsers.checks.grid import Grid
 from parsers.checks.rate_signs import rate_signs
-from parsers.checks.signs import SignResult, lateral_signs, other_signs, springs_signs, turned_along
+from parsers.checks.signs import SignResult, lateral_signs, springs_signs, turned_along
 from parsers.checks.speed_signs import speed_signs
 from parsers.checks.springs import exchanged_decision
 from parsers.drive import Decision
@@ -36,7 +37,7 @@ def all_signs(grid: Grid) -> AllSigns:
         speed_signs,
         springs_signs,
         lateral_signs,
-        other_signs,
+        along_signs,
         rate_signs,
     )
     for step in steps:
@@ -63,10 +64,12 @@ def all_signs(grid: Grid) -> AllSigns:
 
 
 def _untold(grid: Grid, unchecked: Sequence[str]) -> frozenset[str]:
-    """The angles of a drive whose sign nothing told. unchecked: what was said of that."""
+    """The angles of a drive whose sign nothing told, and accel_x where it looks wrong. unchecked: what was said of that."""
     untold = {
         name for name in ("roll", "pitch") if any(text.startswith(f"sign of {name}:") for text in unchecked)
     }
     if any(text.startswith("lateral signs:") for text in unchecked):
         untold.add("roll")
+    if any(text.startswith(DOUBTED) for text in unchecked):
+        untold.add("accel_x")
     return frozenset(untold & set(grid.columns))

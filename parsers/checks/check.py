@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 
 from parsers.checks.axle_scales import unlike_axles, unlike_sides
 from parsers.checks.codes import Span, nines_free, possible, spans_of_codes, without_codes
+from parsers.checks.dead_brakes import dead_brakes
 from parsers.checks.flat_tops import Limits
 from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
@@ -168,7 +169,7 @@ def decide(
     signs = judge_signs(present)
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
-    idle = stuck(work, grid)
+    idle = stuck(work, grid) + dead_brakes(work, grid)
     rest = [
         *odd.decisions,
         *signs.decisions,

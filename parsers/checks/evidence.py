@@ -12,6 +12,7 @@ from parsers.channels import FloatArray
 from parsers.checks.codes import USUAL_MOST
 from parsers.checks.grid import BoolArray, Grid, Together, compare, size
 from parsers.checks.motion import MIN_SPEED, path_speed, path_turn_rate, smooth
+from parsers.checks.pedals import by_pedals
 from parsers.quantiles import median
 
 _SHARP = 0.2
@@ -20,6 +21,7 @@ _MOST = 4.0
 _HINT = 2.0
 _VARIED, _ALIKE = 0.1, 0.5
 _TURNS_ALIKE = 0.85
+_LEAST_ALONG = 0.85
 
 
 @dataclass(frozen=True)
@@ -169,14 +171,16 @@ def _lateral(grid: Grid) -> Iterator[Evidence]:
 
 
 def _long(grid: Grid) -> Iterator[Evidence]:
-    """Longitudinal acceleration against the change of speed."""
+    """Longitudinal acceleration against the change of speed, where pedals make it: grades are in the one and not in the other."""
     forward = grid.get("accel_x")
     for name in ("speed", "gps_speed_2d"):
         speed = grid.get(name)
         if forward is not None and speed is not None:
-            found = compare(smooth(forward), grid.rate(smooth(speed)))
+            found = by_pedals(grid, forward, grid.rate(smooth(speed)), _LEAST_ALONG)
             powers = {"accel_x": 1.0, name: -1.0}
-            yield from _related(found, powers, (0.7, 1.45), f"accel_x over the change of {name} is", 0.85)
+            yield from _related(
+                found, powers, (0.7, 1.45), f"accel_x over the change of {name} is", _LEAST_ALONG
+            )
 
 
 def _angles(grid: Grid) -> Iterator[Evidence]:

@@ -14,9 +14,10 @@ import numpy as np
 from parsers.channels import FloatArray
 from parsers.checks.grid import CELL_S, BoolArray, Grid
 from parsers.checks.motion import vehicle_speed
+from parsers.checks.repeating import REPEATING, repeated
 from parsers.checks.wording import show
 from parsers.drive import Decision, Signal
-from parsers.quantiles import median, medians, quantile
+from parsers.quantiles import median, medians
 from parsers.signals import WHEELS
 
 WINDOW_S = 5.0
@@ -25,17 +26,16 @@ LEAST_WINDOWS = 4
 IDLE = 0.12
 """Spread of a sensor within a window over the middle one of the other wheels' below which it does not move with them: axles
 differ by two or three times, and a dead sensor keeps its noise."""
-LIVELY = {"suspension_deflection": 0.001, "suspension_force": 60.0, "tyre_force_z": 80.0, "wheel_speed": 0.3}
+LIVELY = {
+    "suspension_deflection": 0.001,
+    "suspension_force": 60.0,
+    "tire_normal_force": 80.0,
+    "wheel_speed": 0.3,
+}
 """Spread (SI) from which on the other wheels count as moving."""
 SHARE = 0.1
 """Of the time in which the others move: one that is idle for longer is left out. Less does little harm."""
 
-REPEATING = (
-    "accel_x", "accel_y", "accel_z", "roll_rate", "pitch_rate", "yaw_rate", "roll", "pitch", "axle_load_front", "axle_load_rear"
-)  # fmt: skip
-"""Signals that always move on the road: none of them keeps one value, but for the steps that it comes in."""
-LONG_S, TIMES = 5.0, 20.0
-"""One value that is kept for so long, and so many times as long as others usually are, is no measurement."""
 MOVING = 3.0
 """m/s."""
 SPEEDS = ("speed", "gps_speed_2d", "gps_speed_3d")
@@ -52,8 +52,9 @@ def frozen(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     speed = vehicle_speed(grid)
     if speed is not None:
         for name in REPEATING:
-            if name in signals:
-                decisions += _repeated(signals[name], grid, np.abs(speed) > MOVING)
+            held = repeated(signals[name], grid, np.abs(speed) > MOVING) if name in signals else None
+            if held is not None:
+                decisions.append(_said(name, held.found, held.since_s, held.share, held.evidence))
     return decisions
 
 
@@ -107,35 +108,6 @@ def _together(idle: BoolArray) -> bool:
     edges = np.flatnonzero(np.diff(idle, prepend=False, append=False))
     longest = int(np.max(edges[1::2] - edges[::2], initial=0))
     return longest >= max(LEAST_WINDOWS, 0.5 * np.count_nonzero(idle))
-
-
-def _repeated(signal: Signal, grid: Grid, moving: BoolArray) -> list[Decision]:
-    """A signal that keeps one value for far longer than its steps usually last, while the vehicle moves."""
-    values, time_s = signal.values, (signal.time_ns - _start(grid)) / 1e9
-    if len(values) < 100:
-        return []
-    begins = np.flatnonzero(np.append(True, values[1:] != values[:-1]))
-    if len(begins) < 20:
-        return []
-    ends = np.append(begins[1:], len(values)) - 1
-    lasted = time_s[ends] - time_s[begins]
-    usual = quantile(lasted, 0.99)
-    longest = int(np.argmax(lasted))
-    if lasted[longest] < max(LONG_S, TIMES * usual):
-        return []
-    held = (grid.time_s >= time_s[begins[longest]]) & (grid.time_s <= time_s[ends[longest]])
-    driven = np.count_nonzero(held & moving)
-    if driven * CELL_S < LONG_S:
-        return []
-    share = driven / max(int(np.count_nonzero(moving)), 1)
-    evidence = f"one value for {lasted[longest]:.0f} s, of which the vehicle moves {driven * CELL_S:.0f} s; otherwise for {usual:.2g} s at the most"
-    found = f"keeps the value {show(signal.name, float(values[begins[longest]]))}"
-    return [_said(signal.name, found, float(time_s[begins[longest]]), share, evidence)]
-
-
-def _start(grid: Grid) -> int:
-    """The moment from which the grid counts, ns."""
-    return min(int(signal.time_ns[0]) for signal in grid.made_of.values())
 
 
 def _said(name: str, what: str, since_s: float, share: float, evidence: str) -> Decision:

@@ -132,6 +132,7 @@ def stuck(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
         "accel_x": _moves(change, 1.0),
         "accel_y": turning, "yaw_rate": turning, "roll_rate": turning, "roll": turning,
         "steering_wheel_angle": turning, "pitch_rate": pushing, "pitch": pushing or turning,
+        **dict.fromkeys(("axle_load_front", "axle_load_rear"), _moves(change, 0.5)),
     }  # fmt: skip
     decisions: list[Decision] = []
     for name, moving in must.items():

@@ -23,7 +23,7 @@ _RATES = (("roll_rate", "roll", "accel_y", 1), ("pitch_rate", "pitch", "accel_x"
 def rate_signs(grid: Grid, untold: Collection[str] = ()) -> SignResult:
     """Roll rate and pitch rate against the change of their angles, else of the springs, else of the acceleration behind them.
 
-    untold: angles whose own sign nothing told. A rate is not held against such a one: where the rate's own sign is told it tells that of the
+    untold: angles, and accelerations, whose own sign nothing told. A rate is not held against such a one: where the rate's own sign is told it tells that of the
     angle, else neither is.
     """
     inverted: set[str] = set()
@@ -33,7 +33,7 @@ def rate_signs(grid: Grid, untold: Collection[str] = ()) -> SignResult:
     for rate, angle, push, sense in _RATES:
         if grid.get(rate) is None:
             continue
-        said, found = _told(grid, rate, _witnesses(grid, angle, push, sense, angle in untold))
+        said, found = _told(grid, rate, _witnesses(grid, angle, push, sense, untold))
         along = _along(grid, rate, angle) if angle in untold else None
         if found is None and along is not None:
             unchecked.append(f"sign of {rate}: {_both(angle, along)}")
@@ -125,8 +125,8 @@ def _pitched(turning: FloatArray, witness: _Witness) -> Together | None:
     return whole if whole.sign == slow.sign and abs(whole.correlation) >= witness.least else slow
 
 
-def _witnesses(grid: Grid, angle: str, push: str, sense: int, untold: bool) -> Iterator[_Witness]:
-    tilt, driving = None if untold else grid.get(angle), grid.get(push)
+def _witnesses(grid: Grid, angle: str, push: str, sense: int, untold: Collection[str]) -> Iterator[_Witness]:
+    tilt, driving = (None if name in untold else grid.get(name) for name in (angle, push))
     springs = springs_tilt(grid, angle) if tilt is None else None
     if tilt is not None and varied(tilt, _MIN_TILT):
         yield _Witness(f"the change of {angle}", grid.rate(tilt), _LEAST, by_road=False)

@@ -275,63 +275,6 @@ def _lateral_decision(
     return Decision(signal, "sign", found, action, evidence, applied=True)
 
 
-def other_signs(grid: Grid) -> SignResult:
-    """accel_x against the change of speed, pitch against accel_x, accel_z against gravity."""
-    inverted: set[str] = set()
-    decisions: list[Decision] = []
-    unchecked: list[str] = []
-    forward, speed = grid.get("accel_x"), vehicle_speed(grid)
-    if forward is not None:
-        change = None if speed is None else grid.rate(smooth(np.abs(speed)))
-        found, moved = None, change is not None and excited(change, 0.5)
-        if change is not None and moved:
-            moving = np.abs(speed) > 1.0 if speed is not None else None
-            found = compare(smooth(forward), change, moving)
-        if found is None or abs(found.correlation) < _LEAST:
-            why = "it does not go with the change of speed" if moved else "the speed changes too little"
-            if speed is None:
-                why = "no speed"
-            unchecked.append(f"sign of accel_x: {why}")
-        elif found.sign < 0:
-            inverted.add("accel_x")
-            decisions.append(_simple("accel_x", "the change of speed", found))
-            forward = -forward
-    pitch = grid.get("pitch")
-    if pitch is not None and forward is None:
-        unchecked.append("sign of pitch: no longitudinal acceleration")
-    if pitch is not None and forward is not None:
-        found, least = compare(pitch, forward) if varied(forward, 1.0) else None, 0.65
-        if found is not None and abs(found.correlation) < least:
-            # hills are in both, with another slope than the nod's: quick changes are the pedals'
-            changes = grid.rate(pitch), grid.rate(forward)
-            quick = compare(*changes)
-            if quick is None or abs(quick.correlation) < _LEAST_QUICK:
-                quick = swift_tells(*changes) or quick
-            found, least = (found, least) if quick is None else (quick, _LEAST_QUICK)
-        if found is None or abs(found.correlation) < least:
-            unchecked.append("sign of pitch: braking and driving move it too little")
-        elif found.sign > 0:
-            inverted.add("pitch")
-            evidence = f"correlation {found.correlation:+.2f} with accel_x{'' if least > _LEAST_QUICK else ', changes of both,'} over {found.seconds:.0f} s"
-            text = "pitch rises with accel_x, but braking tips the nose down (pitch > 0)"
-            decisions.append(Decision("pitch", "sign", text, "inverted", evidence, applied=True))
-    decisions += _gravity(grid, inverted)
-    return SignResult(frozenset(inverted), tuple(decisions), tuple(unchecked))
-
-
-def _gravity(grid: Grid, inverted: set[str]) -> list[Decision]:
-    vertical = grid.get("accel_z")
-    if vertical is None or not np.isfinite(vertical).any():
-        return []
-    middle = median(vertical)
-    evidence = f"median {middle:.2f} m/s²"
-    if -11.5 < middle < -8:
-        inverted.add("accel_z")
-        text = "accel_z points down: it is near -9.81 m/s² where +9.81 m/s² belongs"
-        return [Decision("accel_z", "sign", text, "inverted", evidence, applied=True)]
-    return []
-
-
 def turned_along(names: Collection[str], unchecked: Sequence[str]) -> tuple[Decision, ...]:
     """Pitch and its rate in a log whose axes are those of SAE J670, where the drive cannot tell their sign.
 
@@ -351,11 +294,4 @@ def turned_along(names: Collection[str], unchecked: Sequence[str]) -> tuple[Deci
         )
         for name in ("pitch", "pitch_rate")
         if name in names and any(text.startswith(f"sign of {name}:") for text in unchecked)
-    )
-
-
-def _simple(name: str, other: str, found: Together) -> Decision:
-    evidence = f"correlation {found.correlation:.2f} over {found.seconds:.0f} s"
-    return Decision(
-        name, "sign", f"{name} has the sign opposite to {other}", "inverted", evidence, applied=True
     )

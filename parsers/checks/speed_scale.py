@@ -1,7 +1,7 @@
 """A speed that both accelerations contradict alike: what brakes and speeds up, and what is felt in bends, tell one and the same scale.
 
 Banked bends take up to a third of the lateral acceleration, so bends alone say nothing below that (`parsers.checks.evidence`); braking is
-banked by nothing.
+banked by nothing. Grades are in what is felt along the vehicle, too: only what pedals do is looked at (`parsers.checks.pedals`).
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from collections.abc import Collection
 
 from parsers.checks.grid import Grid, compare
 from parsers.checks.motion import smooth
+from parsers.checks.pedals import by_pedals
 from parsers.drive import Decision
 
 LEAST = 1.15
@@ -24,6 +25,8 @@ ALIKE = 1.12
 
 GOES_ALONG, GOES_ACROSS = 0.9, 0.9
 LEAST_MPS = 3.0
+LEAST_S = 10.0
+"""Of braking and speeding up: in less, steep short hills may be a quarter of what is felt."""
 HINTS = ((3.6 * 0.44704, "km/h called mph would be"), (1 / 3.6 / 0.44704, "mph called km/h would be"))
 NEAR = 1.06
 
@@ -33,12 +36,13 @@ def speed_scale(grid: Grid, doubted: Collection[str]) -> list[Decision]:
     speed, along, across, yaw = (grid.get(name) for name in ("speed", "accel_x", "accel_y", "yaw_rate"))
     if speed is None or along is None or across is None or yaw is None or "speed" in doubted:
         return []
-    change = compare(smooth(along), grid.rate(smooth(speed)))
+    change = by_pedals(grid, along, grid.rate(smooth(speed)), GOES_ALONG)
     bends = compare(across, yaw * speed, abs(speed) > LEAST_MPS, centred=False)
     if (
         change is None
         or bends is None
-        or change.correlation < GOES_ALONG
+        or change.sign < 0
+        or change.seconds < LEAST_S
         or abs(bends.correlation) < GOES_ACROSS
     ):
         return []

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from parsers.channels import FloatArray
-from parsers.checks.grid import Grid, Together, compare
-from parsers.checks.motion import seconds, smooth, vehicle_speed
+from parsers.checks.grid import Grid, Together
+from parsers.checks.motion import seconds
+from parsers.checks.pedals import backwards, by_pedals, change_of_speed
 from parsers.drive import Decision
+from parsers.quantiles import median
 from parsers.signals import WHEELS
 
 DEFLECTIONS = tuple(f"suspension_deflection_{wheel}" for wheel in WHEELS)
@@ -20,16 +22,13 @@ def springs_in_braking(grid: Grid) -> Together | None:
     """Front less rear compression against the loss of speed: positive where compression is positive.
 
     None without all four deflections and a speed, and where the vehicle neither brakes nor speeds up (0.7 m/s² for a
-    second) or the two do not go together clearly.
+    second) as only pedals make it, or the two do not go together clearly; nor where a negative speed may be the wrong one of both.
     """
-    pitching, speed = springs_tilt(grid, "pitch"), vehicle_speed(grid)
-    if speed is None or pitching is None:
+    pitching, change = springs_tilt(grid, "pitch"), change_of_speed(grid)
+    if change is None or pitching is None or seconds(np.abs(change) > _MIN_CHANGE) < 1.0:
         return None
-    slowing = -grid.rate(smooth(np.abs(speed)))
-    if seconds(np.abs(slowing) > _MIN_CHANGE) < 1.0:
-        return None
-    found = compare(smooth(pitching), slowing)
-    return found if found is not None and abs(found.correlation) >= _LEAST else None
+    found = by_pedals(grid, pitching - median(pitching), -change, _LEAST)
+    return None if found is None or (found.sign < 0 and backwards(grid)) else found
 
 
 def springs_tilt(grid: Grid, angle: str) -> FloatArray | None:

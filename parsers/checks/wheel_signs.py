@@ -13,8 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from parsers.channels import FloatArray
-from parsers.checks.grid import Grid, clip
-from parsers.checks.motion import seconds, smooth, vehicle_speed
+from parsers.checks.grid import MIN_CELLS, Grid, clip
+from parsers.checks.motion import seconds, smooth
+from parsers.checks.pedals import View, as_it_is, backwards, change_of_speed, level, pedalled
 from parsers.checks.signs import MIN_LATERAL, lateral_reference, lateral_signs, lateral_votes, varied
 from parsers.checks.springs import DEFLECTIONS
 from parsers.drive import Decision
@@ -124,36 +125,65 @@ def _out(wheels: set[str], text: str, marks: _Marks) -> OddWheels:
 
 
 def _marks(grid: Grid) -> _Marks | None:
-    reference, speed = lateral_reference(grid), vehicle_speed(grid)
+    reference, change = lateral_reference(grid), change_of_speed(grid)
     columns = [grid.get(name) for name in DEFLECTIONS]
     there = [column for column in columns if column is not None]
     if (
         reference is None
-        or speed is None
+        or change is None
         or len(there) < len(columns)
         or not varied(reference[1], MIN_LATERAL)
     ):
         return None
-    bends, slowing = smooth(reference[1]), -grid.rate(smooth(np.abs(speed)))
+    bends, slowing = smooth(reference[1]), -change
+    wheels = [smooth(column) for column in there]
     rows = np.all(np.isfinite([*there, bends, slowing]), axis=0)
     if np.count_nonzero(rows) < _LEAST_CELLS:
         return None
     drivers = [clip(bends[rows]), clip(slowing[rows])]
-    brakes = seconds(np.abs(drivers[1]) > _MIN_CHANGE) >= 1.0
     if not _moves(drivers) or abs(_correlation(*drivers)) > _APART:
         return None
-    followed = [_partial([clip(smooth(column)[rows]), *drivers]) for column in there]
-    if any(found is None or abs(found[0]) < FOLLOWS for found in followed):
+    turned = [_partial([clip(column[rows]), *drivers]) for column in wheels]
+    told = [found[0] for found in turned if found is not None and abs(found[0]) >= FOLLOWS]
+    if len(told) < len(WHEELS):
         return None
-    told = [found for found in followed if found is not None]
-    braking = {}
-    if brakes and all(abs(found[1]) >= FOLLOWS for found in told):
-        braking = {w: _sign(found[1], w in _PAIRS["front"]) for w, found in zip(WHEELS, told, strict=True)}
-    turning = {w: _sign(found[0], w in _PAIRS["right"]) for w, found in zip(WHEELS, told, strict=True)}
-    words = ", ".join(
-        f"{w} {found[0]:+.2f} and {found[1]:+.2f}" for w, found in zip(WHEELS, told, strict=True)
-    )
-    return _Marks(turning, braking, f"correlations with {reference[0]} and with the loss of speed: {words}")
+    turning = {w: _sign(found, w in _PAIRS["right"]) for w, found in zip(WHEELS, told, strict=True)}
+    braked = _braked(grid, wheels, bends, slowing) if _brakes(grid, slowing[rows]) else ()
+    braking = {w: _sign(found, w in _PAIRS["front"]) for w, found in zip(WHEELS, braked, strict=False)}
+    words = ", ".join(f"{w} {found:+.2f}" for w, found in zip(WHEELS, told, strict=True))
+    figures = f"correlations with {reference[0]}: {words}"
+    if braked:
+        words = ", ".join(f"{w} {found:+.2f}" for w, found in zip(WHEELS, braked, strict=True))
+        figures += f"; with the loss of speed by the pedals: {words}"
+    return _Marks(turning, braking, figures)
+
+
+def _brakes(grid: Grid, slowing: FloatArray) -> bool:
+    """Whether the vehicle brakes or speeds up at all, by a speed whose sign is beyond doubt."""
+    return seconds(np.abs(slowing) > _MIN_CHANGE) >= 1.0 and not backwards(grid)
+
+
+def _braked(
+    grid: Grid, wheels: Sequence[FloatArray], bends: FloatArray, slowing: FloatArray
+) -> tuple[float, ...]:
+    """Partial correlations of the wheels (n,) with the loss of speed (n,) where that is the pedals', whatever the road does; empty where they do
+    not tell of all wheels."""
+    ways: list[View] = list(pedalled(slowing))
+    if level(grid):
+        ways.append((as_it_is, slowing, np.isfinite(slowing)))
+    for taken, driving, where in ways:
+        columns = [taken(column) for column in (*wheels, bends)]
+        rows = np.all(np.isfinite([*columns, driving]), axis=0) & where
+        if np.count_nonzero(rows) < MIN_CELLS:
+            continue
+        drivers = [clip(columns[-1][rows]), clip(driving[rows])]
+        if not _moves(drivers) or abs(_correlation(*drivers)) > _APART:
+            continue
+        found = [_partial([clip(column[rows]), *drivers]) for column in columns[:-1]]
+        told = tuple(each[1] for each in found if each is not None and abs(each[1]) >= FOLLOWS)
+        if len(told) == len(wheels):
+            return told
+    return ()
 
 
 def _sign(correlation: float, positive: bool) -> int:

@@ -6,7 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from check_drives import NS, check, drive
+from check_drives import NS, check, drive, only
+from kinematic_log import HZ, kinematic, times
 
 from parsers.checks.frozen import IDLE
 from parsers.drive import Signal
@@ -115,3 +116,41 @@ def test_a_speed_that_stands_still_while_the_wheels_change_is_left_out(share: tu
     assert "does not move with the wheels" in found.found
     assert "speed" not in fixed
     assert not [each for each in decisions if each.kind in ("unit", "sign")]
+
+
+COARSE = [("yaw_rate", 0.025), ("roll", 0.01), ("roll_rate", 0.03), ("accel_y", 1.0)]
+
+
+def with_a_straight(name: str, step: float) -> dict[str, Signal]:
+    """Six minutes of bends but for 70 s of straight road in the middle, and one signal in coarse steps."""
+    t = times(360)
+    yaw = 0.12 * np.sin(2 * np.pi * t / 9) * (1 + 0.5 * np.sin(2 * np.pi * t / 47)) * ((t < 150) | (t > 220))
+    signals = kinematic(20 + 4 * np.sin(2 * np.pi * t / 50), yaw)
+    coarse = step * np.round(signals[name].values / step)
+    return signals | {name: replace(signals[name], values=coarse)}
+
+
+@pytest.mark.parametrize(("name", "step"), COARSE)
+def test_coarse_steps_on_a_straight_are_no_frozen_sensor(name: str, step: float) -> None:
+    signals = with_a_straight(name, step)
+    inside = signals[name].values[round(160 * HZ) : round(210 * HZ)]
+    assert np.ptp(inside) < 1.5 * step
+    fixed, decisions = check(signals)
+    assert name in fixed
+    assert not [each for each in decisions if "keeps the value" in each.found]
+
+
+@pytest.mark.parametrize(("name", "step"), [each for each in COARSE if each[0] != "roll_rate"])
+def test_a_coarse_sensor_that_freezes_in_bends_is_left_out(name: str, step: float) -> None:
+    fixed, decisions = check(hold(with_a_straight(name, step), name, (0.7, 1.0)))
+    (found,) = [each for each in decisions if "keeps the value" in each.found]
+    assert found.applied
+    assert name not in fixed
+
+
+def test_an_inertial_unit_that_freezes_altogether_is_left_out() -> None:
+    signals = only(drive(seconds=100), "accel_x", "accel_y", "accel_z", "roll_rate", "yaw_rate", "speed")
+    unit = set(signals) - {"speed"}
+    for name in unit:
+        signals = hold(signals, name, (0.5, 1.0))
+    assert not unit & set(check(signals)[0])
