@@ -17,6 +17,9 @@ _MM = (15.0, 400.0)
 _RADIUS_M = (0.292, 0.41)
 """Rolling radii of cars. 0.278 (km/h for m/s) lies below, 0.447 (mph) above."""
 _LEAST_PRESSURE_PA = 5e4
+_NO_BRAKES_PA_PER_MPS2 = 5e3
+"""A vehicle slowed by 1 m/s² with less has no brakes that are known; air brakes take 50 kPa and more. In bar it reads 0.5 to 20, in psi up to
+300, in kPa up to 2000."""
 _LEAST_PA_PER_MPS2 = 2.5e5
 """Half of what the strongest hydraulic brakes of road vehicles take for 1 m/s². Air brakes take 1 to 2 bar."""
 _MOST_PA_PER_MPS2 = 4.5e6
@@ -101,7 +104,7 @@ def pressure_faults(grid: Grid, stated: Mapping[str, bool], units: Collection[De
         return []
     by = "loss of speed" if speed is not None else "longitudinal acceleration"
     evidence = f"correlation {found.correlation:.2f} with the {by}"
-    if 0 < largest < _LEAST_PRESSURE_PA:
+    if 0 < largest < _LEAST_PRESSURE_PA and found.ratio < _NO_BRAKES_PA_PER_MPS2:
         text = f"brake_pressure is in bar, MPa, kPa or psi, not in Pa: it reaches {largest:.3g} while the vehicle brakes"
         action = "left out: say the unit in a mapping file"
         return [Decision("brake_pressure", "range", text, action, evidence, applied=True)]

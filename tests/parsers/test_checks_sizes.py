@@ -94,6 +94,19 @@ def test_a_pressure_that_is_impossible_whenever_it_brakes_is_left_out() -> None:
     assert "its unit or scale may be wrong" in one.found
 
 
+@pytest.mark.parametrize(("pascal", "kept"), [(6e4, True), (600.0, False), (0.6, False)])
+def test_air_brakes_that_are_hardly_used_are_in_pascals(pascal: float, kept: bool) -> None:
+    """A lorry that slows by half a m/s² for a few seconds brakes with 0.3 bar, which is no pressure in kPa or bar."""
+    signals = _braked(pascal)
+    gently = {name: replace(s, values=0.08 * s.values) for name, s in signals.items() if name != "speed"}
+    speed = signals["speed"]
+    mean = float(np.mean(speed.values))
+    gently["speed"] = replace(speed, values=mean + 0.08 * (speed.values - mean))
+    assert 0 < np.ptp(gently["brake_pressure"].values) < 5e4
+    left, _ = check_signals(gently, fix=True, units_stated={})
+    assert ("brake_pressure" in left) is kept
+
+
 def test_a_pressure_that_brakes_ten_times_too_badly_is_said() -> None:
     (one,) = pressure_faults(make_grid(_braked(6e6)), {}, [])
     assert "bar called MPa" in one.found
