@@ -56,9 +56,10 @@ BELLOWS = "axle loads that are what the springs carry"
 
 WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips a pitched body"
 LEAN, HUBS = "no gravity that tips a leaning body", "no braked wheels' inertia in the springs"
-SELDOM = {LEAN: 0.2}
-"""Pieces that simple models leave out less often than a coin falls: what the accelerometer reads and the springs have nothing of is an
-author's mistake rather than his choice."""
+SELDOM, COIN = 0.1, 0.5
+"""Chance that a simple model leaves out weight that tips a leaning body, where the springs tell (what the accelerometer reads and the
+springs have nothing of is an author's mistake rather than his choice), and any other piece, loads by m a h / t among them."""
+TYRES = "tyre normal forces"
 
 WEIGHED = 0.005
 """The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
@@ -272,14 +273,15 @@ def _upright(joint: Place) -> Figures:
 def _physics_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
     """Simple authors leave out some pieces, every choice of them alike but for a textbook's."""
     pieces = _left_out(joint, vehicle)
-    choices = [c for n in range(1, len(pieces) + 1) for c in combinations(pieces, n)]
+    by_loads = any(e.kind == "roll" and e.carrier == TYRES for e in joint.evidence)
+    out = {text: SELDOM if text == LEAN and not by_loads else COIN for text in pieces}
     found = []
-    for chosen in choices:
+    for chosen in (c for n in range(1, len(pieces) + 1) for c in combinations(pieces, n)):
         figures = {name: value for text in chosen for name, value in pieces[text].items()}
-        usual = SIMPLE * math.prod(
-            SELDOM.get(p, 0.5) if p in chosen else 1 - SELDOM.get(p, 0.5) for p in pieces
-        )
-        chance = usual + (4 * BARE / 2 ** len(pieces) if {WHEELS, UPRIGHT} <= {*chosen} else 0.0)
+        each = {text: chance if text in chosen else 1 - chance for text, chance in out.items()}
+        chance = SIMPLE * math.prod(each.values())
+        if {WHEELS, UPRIGHT} <= {*chosen}:
+            chance += BARE * math.prod(p for text, p in each.items() if text not in (WHEELS, UPRIGHT))
         found.append(_physics(BETWEEN.join(chosen), joint.known, figures, chance))
     return found
 
