@@ -10,10 +10,12 @@ from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.propose import candidates
 from parsers.mapping.wheel_radius import turn_rate
-from parsers.signals import SIGNALS, SignalSpec
+from parsers.mapping.words import load_names, words_of
+from parsers.signals import SIGNALS, WHEELS, SignalSpec
 from parsers.units import SI_TEXT, find_unit, quantities_of
 
 _MOST_SUGGESTIONS = 6
+_OF_LENGTH = frozenset({"length", "laenge", "federlaenge", "federbeinlaenge"})
 
 
 def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[Binding, ...]]) -> str:
@@ -34,11 +36,16 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
     lines += ["", "# Not found in this log. Remove the # and fill in a channel where it has one."]
     used = {name for found in proposals.values() for name in found[0].needed}
     free = [channel for channel in channels if channel.kind == "number" and channel.name not in used]
-    dampers = _dampers(channels)
+    dampers, lengths = _dampers(channels), _lengths(free)
     for signal, spec in SIGNALS.items():
         if signal in proposals:
             continue
-        lines += ["", *(_damper(spec, dampers[signal]) if signal in dampers else _open(spec, free))]
+        if signal in dampers:
+            lines += ["", *_damper(spec, dampers[signal])]
+        elif signal in lengths:
+            lines += ["", *_length(spec, lengths[signal])]
+        else:
+            lines += ["", *_open(spec, free)]
     return "\n".join(lines) + "\n"
 
 
@@ -117,6 +124,28 @@ def _damper(spec: SignalSpec, channel: ChannelInfo) -> list[str]:
         f"# channel = {quote(channel.name)}  # travel at the damper",
         f"# unit = {quote(channel.unit or 'mm')}",
         "# scale =         # to be filled in: wheel travel over damper travel, by the installation",
+    ]
+
+
+def _lengths(free: Sequence[ChannelInfo]) -> dict[str, ChannelInfo]:
+    """The channels of springs' or struts' lengths, by the deflection that they are with the length at rest."""
+    table, found = load_names(), dict[str, ChannelInfo]()
+    for channel in free:
+        words = {*words_of(channel.name, table)}
+        wheels = words & {*WHEELS}
+        if len(wheels) == 1 and words & _OF_LENGTH and "length" in quantities_of(channel.unit):
+            found.setdefault(f"suspension_deflection_{wheels.pop()}", channel)
+    return found
+
+
+def _length(spec: SignalSpec, channel: ChannelInfo) -> list[str]:
+    # the offset is left empty: no log tells how long the spring of the empty vehicle is
+    return [
+        f"# [signals.{spec.name}]  # {spec.description}",
+        f"# channel = {quote(channel.name)}  # a length, which falls as the spring is compressed",
+        f"# unit = {quote(channel.unit or 'mm')}",
+        "# scale = -1       # times wheel travel over the spring's, by the installation",
+        "# offset =         # to be filled in: that length with the empty vehicle at rest, times the same",
     ]
 
 

@@ -76,3 +76,22 @@ def test_a_mapping_file_takes_it_with_the_ratio(tmp_path):
     (binding,) = proposals["suspension_deflection_fl"]
     assert (binding.scale, binding.unit.text) == (1.4, "mm")
     assert said == ()
+
+
+@pytest.mark.parametrize("name", ["Spring length {}", "Strut_Length_{}", "Federlänge {}"])
+def test_a_springs_length_has_its_lines_in_the_starter_file_but_for_the_length_at_rest(name, tmp_path):
+    channels = [column(name.format(wheel), "mm") for wheel in ("FL", "FR", "RL", "RR")]
+    assert propose_and_say(channels, None)[0] == {}
+    starter = starter_map(channels, {})
+    at = starter.splitlines().index(
+        "# [signals.suspension_deflection_rl]  # compression at the wheel, + compressed, wheel rl"
+    )
+    own = "\n".join(line[2:] for line in starter.splitlines()[at : at + 5])
+    path = tmp_path / "map.toml"
+    path.write_text(own.replace("offset =  ", "offset = 337.5  "), encoding="utf-8")
+    (binding,) = propose_and_say(channels, read_map(path))[0]["suspension_deflection_rl"]
+    assert (binding.channels, binding.scale, binding.offset) == ((name.format("RL"),), -1.0, 337.5)
+    # a length of something else, or of no wheel, is none
+    assert "a length, which" not in starter_map(
+        [column("Wheel base length", "mm"), column("length FL", "s")], {}
+    )
