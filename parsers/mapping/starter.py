@@ -119,12 +119,8 @@ def _dampers(channels: Sequence[ChannelInfo]) -> dict[str, ChannelInfo]:
 
 def _damper(spec: SignalSpec, channel: ChannelInfo) -> list[str]:
     # the scale is left empty, so that nobody takes a damper's travel for the wheel's without having said so
-    return [
-        f"# [signals.{spec.name}]  # {spec.description}",
-        f"# channel = {quote(channel.name)}  # travel at the damper",
-        f"# unit = {quote(channel.unit or 'mm')}",
-        "# scale =         # to be filled in: wheel travel over damper travel, by the installation",
-    ]
+    scale = "# scale =         # to be filled in: wheel travel over damper travel, by the installation"
+    return _by_hand(spec, channel, "travel at the damper", scale)
 
 
 def _lengths(free: Sequence[ChannelInfo]) -> dict[str, ChannelInfo]:
@@ -140,12 +136,20 @@ def _lengths(free: Sequence[ChannelInfo]) -> dict[str, ChannelInfo]:
 
 def _length(spec: SignalSpec, channel: ChannelInfo) -> list[str]:
     # the offset is left empty: no log tells how long the spring of the empty vehicle is
-    return [
-        f"# [signals.{spec.name}]  # {spec.description}",
-        f"# channel = {quote(channel.name)}  # a length, which falls as the spring is compressed",
-        f"# unit = {quote(channel.unit or 'mm')}",
+    return _by_hand(
+        spec, channel, "a length, which falls as the spring is compressed",
         "# scale = -1       # times wheel travel over the spring's, by the installation",
         "# offset =         # to be filled in: that length with the empty vehicle at rest, times the same",
+    )  # fmt: skip
+
+
+def _by_hand(spec: SignalSpec, channel: ChannelInfo, what: str, *lines: str) -> list[str]:
+    """A channel that is the signal once somebody fills in what no log tells."""
+    return [
+        f"# [signals.{spec.name}]  # {spec.description}",
+        f"# channel = {quote(channel.name)}  # {what}",
+        f"# unit = {quote(channel.unit or 'mm')}",
+        *lines,
     ]
 
 

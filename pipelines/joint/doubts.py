@@ -198,9 +198,9 @@ def _physics(text: str, known: Known, figures: Figures, chance: float) -> Doubt:
     return Doubt(text, tuple(figures), mean, np.diag((known.std[rows] / spread) ** 2), chance)
 
 
-def _silent(vehicle: Vehicle, figures: Mapping[str, tuple[str, float]]) -> Figures:
-    """Unknowns that are nought, but for those that the vehicle file states: key -> (unknown, spread)."""
-    return {name: (0.0, spread) for key, (name, spread) in figures.items() if vehicle.get(key) is None}
+def _silent(vehicle: Vehicle, figures: Mapping[str, tuple[str, float]], at: float = 0.0) -> Figures:
+    """Unknowns that are nought, or `at`, but for those that the vehicle file states: key -> (unknown, spread)."""
+    return {name: (at, spread) for key, (name, spread) in figures.items() if vehicle.get(key) is None}
 
 
 def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
@@ -208,9 +208,6 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
     known = joint.known
     # who had these measured has a vehicle on the road, or a model of all of it
     tyres = vehicle.get("tire_longitudinal_rate_npm") is not None
-    sideways = vehicle.get("tire_lateral_rate_npm") is not None
-    past = vehicle.get("wheel_recession_front") is not None
-    used = {name for e in joint.evidence for name in e.unknowns}
     pitches = vehicle.get("patch_path_pitch_mprad") is not None
     kilos, radius = (float(known.mean[known.index(n)]) for n in ("empty_mass", "radius"))
     low = 0.02 * radius
@@ -219,12 +216,12 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
         "pitch_center_height_drive_m": ("pitch_center_drive", low),
     }
     pieces = {
-        WHEELS: {}
-        if tyres
-        else {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002), **({} if sideways else _no_give(known))},
+        WHEELS: {} if tyres else _plain_wheels(known, vehicle),
         UPRIGHT: {} if pitches else _upright(joint),
-        LEAN: {} if pitches or tyres else _level(joint),
-        HUBS: {} if past or HUBS_PAST not in used else {HUBS_PAST: (1.0, 0.1)},
+        LEAN: {} if pitches or tyres or not _asks(joint, LEAN_PATH) else _level(known),
+        HUBS: _silent(vehicle, {"wheel_recession_front": (HUBS_PAST, 0.1)}, 1.0)
+        if _asks(joint, HUBS_PAST)
+        else {},
         # a model with a pitch centre in braking is not without one in driving
         "no anti-dive": _silent(vehicle, centres) if vehicle.get("pitch_center_height_m") is None else {},
         "a roll axis in the ground": _silent(
@@ -237,16 +234,19 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
     return {text: figures for text, figures in pieces.items() if figures}
 
 
-def _no_give(known: Known) -> Figures:
-    """Patches that stay under their wheels sideways: who leaves one way of theirs out knows none."""
-    return {PATCH_SIDE: (0.0, 0.1 * float(known.std[known.index(PATCH_SIDE)]))}
+def _asks(joint: Place, name: str) -> bool:
+    """Whether a relation hangs on an unknown."""
+    return any(name in e.unknowns for e in joint.evidence)
 
 
-def _level(joint: Place) -> Figures:
+def _plain_wheels(known: Known, vehicle: Vehicle) -> Figures:
+    """Wheels without inertia over patches that stay under them: who leaves one way of a patch out knows none that he does not state."""
+    still = {"tire_lateral_rate_npm": (PATCH_SIDE, 0.1 * float(known.std[known.index(PATCH_SIDE)]))}
+    return {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002), **_silent(vehicle, still)}
+
+
+def _level(known: Known) -> Figures:
     """Springs and loads of tyres by m a h alone: the accelerometer reads gravity's share as the body leans, they have nothing of it."""
-    if not any(LEAN_PATH in e.unknowns for e in joint.evidence):
-        return {}
-    known = joint.known
     mean = dict(zip(known.names, known.mean.tolist(), strict=True))
     arm = mean["empty_h"] - 0.5 * (mean["roll_center_front"] + mean["roll_center_rear"])
     return {LEAN_PATH: (arm, 0.15 * arm)}
