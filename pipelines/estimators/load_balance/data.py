@@ -137,9 +137,13 @@ def _speed(prepared: Prepared) -> FloatArray | None:
 
 
 def _inertial(
-    prepared: Prepared, smooth: Smoother, angles: tuple[FloatArray, FloatArray]
+    prepared: Prepared, smooth: Smoother, angles: tuple[FloatArray, FloatArray], *, seen: bool
 ) -> dict[str, FloatArray]:
-    """Accelerations, their rates, and angular accelerations (gyros, or the deflections' where there are none)."""
+    """Accelerations, their rates, and angular accelerations (gyros, or the deflections' where there are none).
+
+    seen: whether the angles are the deflections'. What the springs are taken to make of the accelerations, where they are not, goes by another name: it tells
+    of an inertia no more than of the springs.
+    """
     c, n = prepared.columns, len(prepared.time_s)
     found: dict[str, FloatArray] = {}
     level = {"z": levelled(prepared, angles, _speed(prepared))} if "accel_z" in c else {}
@@ -156,8 +160,12 @@ def _inertial(
             rates[name] = gyro
         else:
             rates[name] = np.zeros(n) if angle is None else _rate_of(angle, prepared)
+            if angle is not None and not seen:
+                found[f"guessed_{name}_acc"] = smooth(rates[name], 1)
+                continue
         found[f"{name}_acc"] = smooth(rates[name], 1)
-    found["droll_acc"] = smooth(rates["roll"], 2)
+    if "roll_acc" in found:
+        found["droll_acc"] = smooth(rates["roll"], 2)
     found["yaw2"] = smooth(rates["yaw"] ** 2)
     found["yaw"] = smooth(rates["yaw"])
     return found
@@ -277,7 +285,7 @@ def collect(
     smooth = Smoother(prepared, band_hz)
     kinds = _kinds(prepared) if prepared.segments else ()
     angles = angles_of(prepared, known, "deflection" in kinds)
-    found = _inertial(prepared, smooth, angles)
+    found = _inertial(prepared, smooth, angles, seen="deflection" in kinds)
     pedals, has_torque = pedals_of(prepared, known)
     rest = _at_rest(prepared, smooth)
     found |= {"rest": rest, "move": 1.0 - rest, "one": np.ones(len(rest))}

@@ -18,6 +18,12 @@ def add(terms: Terms, name: str, value: float) -> None:
     terms[name] = terms.get(name, 0.0) + value
 
 
+def add_swing(terms: Terms, axis: str, amount: float, p: Values) -> None:
+    """Adds amount * the body's angular acceleration about an axis: as sensors show it, or as springs are taken to make it of the accelerations."""
+    add(terms, f"{axis}_acc", amount)
+    add(terms, f"guessed_{axis}_acc", amount * p["guessed_swing"])
+
+
 def add_shafts(terms: Terms, amount: float, p: Values, body: Body, head: str = "") -> None:
     """Adds amount * what shafts pull while the brakes are on, N: by the log's drive torque, else what an engine holds back as a rule."""
     add(terms, f"{head}drive_on", amount * even_factor(p["drive_scale"]) / p["radius"])

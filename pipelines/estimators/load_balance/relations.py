@@ -38,6 +38,7 @@ from pipelines.estimators.load_balance.forces import (
     Terms,
     add,
     add_shafts,
+    add_swing,
     air_pressure,
     by_side_path,
     stiffness_of,
@@ -126,7 +127,7 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
     add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
     lift = lever[0] * p["lift_front"] + lever[2] * p["lift_rear"]
     add(terms, "v2", pressure * (p["drag_height"] - links[1]) + air_pressure(p) * (0.0 if whole else lift))
-    add(terms, "pitch_acc", body_inertias(p)[1] * (1 + p["swing_pitch"]))
+    add_swing(terms, "pitch", body_inertias(p)[1] * (1 + p["swing_pitch"]), p)
     add(terms, "yaw2", p["product"])
     # the steered wheels' side force holds the car back (see `along`): it is in f_x, but no torque that links would carry
     add(terms, "yaw2", -links[1] * body.mass * (p["wheelbase"] - body.whole_x))
@@ -199,7 +200,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         # one unit is as late with its gyros as with its accelerometers; the square is 5 % of the inertia at 20 ms
         add(terms, "dfy", -arm * late)
         add(terms, "ddfy", 0.5 * arm * late**2)
-        add(terms, "roll_acc", -inertia)
+        add_swing(terms, "roll", -inertia, p)
         add(terms, "droll_acc", inertia * late)
         # turning into a bend loads the front axle first: its links stand lower or higher than the mean of both
         split = 0.0 if whole else (p["roll_center_front"] - p["roll_center_rear"]) / p["wheelbase"]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipelines.estimators.load_balance.forces import Terms, add
+from pipelines.estimators.load_balance.forces import Terms, add, add_swing
 from pipelines.joint.unknowns import Body, Values
 
 
@@ -21,7 +21,7 @@ def forward(
     add(terms, "one", amount * p["offset_x"])
     add(terms, "fy", -amount * p["askew_yaw"])
     add(terms, "fz", amount * p["askew_pitch"])
-    add(terms, "pitch_acc", -amount * rz)
+    add_swing(terms, "pitch", -amount * rz, p)
     add(terms, "yaw_acc", amount * ry)
     add(terms, "yaw2", amount * rx)
 
@@ -34,7 +34,7 @@ def sideways(p: Values, body: Body, amount: float, terms: Terms) -> None:
     add(terms, "fx", amount * p["askew_yaw"])
     add(terms, "fz", -amount * p["askew_roll"])
     add(terms, "yaw_acc", -amount * rx)
-    add(terms, "roll_acc", amount * rz)
+    add_swing(terms, "roll", amount * rz, p)
     add(terms, "yaw2", amount * ry)
 
 
@@ -46,5 +46,5 @@ def upward(p: Values, body: Body, amount: float, terms: Terms) -> None:
     add(terms, "one", amount * p["offset_z"])
     add(terms, "fx", -amount * p["askew_pitch"])
     add(terms, "fy", amount * p["askew_roll"])
-    add(terms, "roll_acc", -amount * ry)
-    add(terms, "pitch_acc", amount * rx)
+    add_swing(terms, "roll", -amount * ry, p)
+    add_swing(terms, "pitch", amount * rx, p)
