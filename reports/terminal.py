@@ -46,7 +46,8 @@ def _reason(line: Line) -> list[str]:
     if line.estimate.name != LEADING:
         return [f"    {_spaced(gist(line.estimate.reason, WIDTH - 6))}"]
     return [
-        f"    {piece}" for piece in textwrap.wrap(gist(line.estimate.reason, MOST_LEADING), WIDTH - 4)
+        f"    {piece}"
+        for piece in textwrap.wrap(_spaced(gist(line.estimate.reason, MOST_LEADING)), WIDTH - 4)
     ] or [""]
 
 

@@ -57,6 +57,15 @@ def test_the_leading_reason_is_whole_and_the_others_are_short() -> None:
     assert len(told) == mass + 2
 
 
+@pytest.mark.parametrize("words", [20, 60, 200])
+def test_nothing_stands_in_the_terminal_that_it_cannot_print(words: int) -> None:
+    """A reason that was cut ended in "0.59 m?…": a terminal shows a no-break space as what it cannot print."""
+    sample = rich()
+    verdict = {k: replace(v, reason="so many words; " * words) for k, v in sample.verdict.items()}
+    told = verdict_table(replace(sample, verdict=verdict))
+    assert all(line.isprintable() for line in told.splitlines())
+
+
 def test_conflicts_and_the_next_measurement_stand_below() -> None:
     whole = verdict_table(rich())
     told = " ".join(line.strip() for line in whole.splitlines())
