@@ -6,6 +6,7 @@ Column `entry` says what a row is:
 - slope: what a unit of unknown `column` (`name`) adds to row `row`: `value`; what is not there is 0.
 - given: a measured figure `name`. widened: factor `value` of relation `name`.
 - inflation, normal: the drive's own, `value` (normal: 1 or 0).
+- told: parameter `name`, `value` and `std` that the drive leaves of it with all doubts. Files of earlier versions have none.
 So row i says: the sum of slope x unknown = observed, with an error of 1.
 """
 
@@ -77,6 +78,12 @@ def relations_bytes(kept: KeptRelations) -> bytes:
             _block("widened", name=list(kept.widened), value=[float(v) for v in kept.widened.values()]),
             _block("inflation", value=[float(kept.inflation)]),
             _block("normal", value=[float(kept.normal)]),
+            _block(
+                "told",
+                name=list(kept.told),
+                value=[float(value) for value, _ in kept.told.values()],
+                std=[float(std) for _, std in kept.told.values()],
+            ),
         ]
     )
     content = io.BytesIO()
@@ -136,7 +143,7 @@ def relations_from(content: bytes) -> KeptRelations:
     table = _read_table(content)
     parts = {
         entry: table.filter(pl.col("entry") == entry)
-        for entry in ("unknown", "relation", "slope", "given", "widened", "inflation", "normal")
+        for entry in ("unknown", "relation", "slope", "given", "widened", "inflation", "normal", "told")
     }
     unknown, relation, slope = parts["unknown"], parts["relation"], parts["slope"]
     _numbered(unknown, "column", "unknowns", MOST_UNKNOWNS)
@@ -149,7 +156,7 @@ def relations_from(content: bytes) -> KeptRelations:
         if at.min() < 0 or of.min() < 0 or at.max() >= rows.shape[0] or of.max() >= rows.shape[1]:
             raise StoreError("a slope of a relation or an unknown that is not there")
         rows[at, of] = _figures(slope, "value")
-    given, widened = parts["given"], parts["widened"]
+    given, widened, told = parts["given"], parts["widened"], parts["told"]
     return KeptRelations(
         names=_texts(unknown, "name"),
         mean=_figures(unknown, "mean"),
@@ -164,4 +171,11 @@ def relations_from(content: bytes) -> KeptRelations:
         widened=dict(zip(_texts(widened, "name"), _figures(widened, "value").tolist(), strict=True)),
         inflation=_single(parts["inflation"], "inflation"),
         normal=bool(_single(parts["normal"], "normal")),
+        told=dict(
+            zip(
+                _texts(told, "name"),
+                zip(_figures(told, "value").tolist(), _figures(told, "std").tolist(), strict=True),
+                strict=True,
+            )
+        ),
     )

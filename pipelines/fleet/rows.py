@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +18,11 @@ FILE_NAME = "rows.json"
 MOST_BYTES = 16 * 2**20
 PACE_S, PACE_STEPS = 5.0, 60
 """Of `DriveRows.pace`: its steps, and how many there are at most."""
+
+_REFUSED_BEFORE = re.compile(
+    r"(?:the log and what was known contradict each other beyond doubt|the vehicle file has|no measured).*?(?:; |\? )"
+)
+"""How reasons of older rows.json begin that say so."""
 
 
 @dataclass(frozen=True)
@@ -124,4 +131,13 @@ def rows_bytes(rows: DriveRows) -> bytes:
 
 def rows_from(content: bytes) -> DriveRows:
     """The rows of such a file. Raises StoreError."""
-    return from_plain(DriveRows, read_json(content))
+    raw = read_json(content)
+    rows = from_plain(DriveRows, raw)
+    verdict = {name: _with_field(entry, raw["verdict"][name]) for name, entry in rows.verdict.items()}
+    return replace(rows, verdict=verdict)
+
+
+def _with_field(entry: ParameterEstimate, raw: Mapping[str, Any]) -> ParameterEstimate:
+    """An entry of a file from before `refused` was a field, which said it at the beginning of its reason alone; any other as it is."""
+    found = None if "refused" in raw else _REFUSED_BEFORE.match(entry.reason)
+    return entry if found is None else replace(entry, refused=found[0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -15,19 +14,17 @@ from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.parts import FILE
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior, inverse
 from pipelines.hierarchy.records import DriveTold, VehicleParameter
-from pipelines.joint.answers import FAIR, GOOD, digits_of, left_of, prior_record, status_of
-from pipelines.joint.conflict import CONTRADICTED
+from pipelines.joint.answers import FAIR, GOOD, SEEN_BY, digits_of, left_of, prior_record, status_of
 from pipelines.joint.information import NEVER_NEGATIVE, Spread
 from pipelines.joint.kept import KeptRelations
 from pipelines.results import FloatArray, ParameterEstimate, Prior
-from pipelines.verdict.beyond import REAR_HEAVY, UNMEASURED
 from pipelines.verdict.combine import ASIDE
 
 SOURCE = "hierarchy"
 SOURCE_BEFORE = "vehicle file and what is known of vehicles"
-WRONG = (CONTRADICTED, REAR_HEAVY, UNMEASURED)
-"""How reasons begin that say so of the vehicle file or the log."""
-_FIRST = re.compile(r".*?(?:; |\? )")
+WHOLE = "cg_height_m"
+"""The parameter whose entry is refused where all of a verdict is."""
+LATERAL = "cg_lateral_offset_m"
 NO_DRAWS: FloatArray = np.zeros(0)
 WITH = "with all {count} drives of the vehicle: ± {std:.{digits}f}, this drive alone {alone}"
 
@@ -55,10 +52,12 @@ def seen_by(drives: Sequence[DriveTold]) -> Seen:
 
 
 def _lateral(kept: KeptRelations) -> bool:
-    """Whether the drive's own relations see to which side its load lies."""
+    """Whether the drive's own relations see to which side its load lies: those of other physics that hang on it tell how heavy it is, and
+    what is left of where it may lie then was known before."""
     if "load_y" not in kept.names:
         return False
-    return bool(np.any(np.abs(kept.rows[:, kept.names.index("load_y")]) > 0))
+    leans = np.array([kind in SEEN_BY[LATERAL] for kind in kept.kind], dtype=bool)
+    return bool(np.any(np.abs(kept.rows[leans, kept.names.index("load_y")]) > 0))
 
 
 def _alone(entry: ParameterEstimate | None, digits: int) -> str:
@@ -96,7 +95,7 @@ def _answer(
         prior = before
     spread = None if prior is None else Spread(prior.value, prior.std, NO_DRAWS)
     kinds: frozenset[str] = seen.kinds
-    if name == "cg_lateral_offset_m" and drive.kept is not None and not _lateral(drive.kept):
+    if name == LATERAL and drive.kept is not None and not _lateral(drive.kept):
         kinds = frozenset()
     half = 1.96 * std
     left = None if spread is None else left_of(name, spread, std, value - half, value + half)
@@ -108,7 +107,7 @@ def _answer(
     digits = digits_of(name)
     if _says_more_alone(drive, own, std):
         return own
-    wrong = refused(own)
+    wrong = refused(drive, name)
     if wrong and status == "identified":
         status = "weak"
     reason = wrong + WITH.format(count=count, std=std, digits=digits, alone=_alone(own, digits))
@@ -125,13 +124,14 @@ def _answer(
     )  # fmt: skip
 
 
-def refused(own: ParameterEstimate | None) -> str:
+def refused(drive: DriveTold, name: str) -> str:
     """Why a drive's own verdict calls a parameter identified no more, however narrow: its vehicle file or its log is wrong. Or empty.
 
-    Joined with drives that have the same file it is no righter.
+    Joined with drives that have the same file it is no righter. What the verdict has no entry for is as doubtful as its height: what
+    says that a file or a log is wrong as a whole stands with each.
     """
-    found = None if own is None or not own.reason.startswith(WRONG) else _FIRST.match(own.reason)
-    return "" if found is None else found[0]
+    own = drive.verdict.get(name, drive.verdict.get(WHOLE))
+    return "" if own is None else own.refused
 
 
 def _known_before(own: ParameterEstimate) -> bool:
@@ -146,21 +146,35 @@ def doubted(drive: DriveTold) -> dict[str, float]:
 
     It added that because relations contradict each other, or as a sensor or a figure of the file may be wrong. Both live on: other drives
     do not say which of the drive's relations is wrong, and joining it with none must not make it surer. So does that of what the
-    drive does not tell, where its figures are its own and not those that were known before.
+    drive does not tell: a doubt that leaves nothing to tell is no smaller than one that leaves a wide answer. It is about the relations' own
+    value, which is what is joined; where doubts move the drive's answer off that, this counts as well.
     """
     kept = drive.kept
     if kept is None:
         return {}
     slope = kept.rows * kept.std
     covariance = inverse(np.eye(len(kept.std)) + slope.T @ slope)
-    _, gradients = outputs_at(kept.names, kept.mode, kept.std, kept.given)
+    values, gradients = outputs_at(kept.names, kept.mode, kept.std, kept.given)
     found = {}
     for name, gradient in gradients.items():
-        own = drive.verdict.get(name)
-        if own is not None and own.std is not None and not _known_before(own):
-            g = gradient * kept.std
-            found[name] = max(own.std**2 - kept.inflation**2 * float(g @ covariance @ g), 0.0)
-    return found
+        g = gradient * kept.std
+        linear = kept.inflation**2 * float(g @ covariance @ g)
+        found[name] = max(
+            (std**2 + (value - values[name]) ** 2 - linear for value, std in _left(drive, name)), default=0.0
+        )
+    return {name: max(variance, 0.0) for name, variance in found.items()}
+
+
+def _left(drive: DriveTold, name: str) -> list[tuple[float, float]]:
+    """What the drive itself leaves of a parameter, as value and standard deviation: by its verdict, where the figures there are its own,
+    and by what it handed on."""
+    own = drive.verdict.get(name)
+    found = []
+    if own is not None and own.value is not None and own.std is not None and not _known_before(own):
+        found.append((own.value, own.std))
+    if drive.kept is not None and name in drive.kept.told:
+        found.append(drive.kept.told[name])
+    return [pair for pair in found if not any(math.isnan(figure) for figure in pair)]
 
 
 def drive_answers(joined: Joined) -> dict[str, dict[str, ParameterEstimate]]:

@@ -153,7 +153,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
         (*_far(joint), *_left_to_say(doubts, reached)), method, factor, time.perf_counter() - started, reached.found,
     )  # fmt: skip
-    kept = kept_of(joint, reached.checks, factor, drawn is None)
+    left = {name: (answer.value, answer.std) for name, answer in answers.items()}
+    kept = kept_of(joint, reached.checks, factor, drawn is None, left)
     doubtful, shared = _doubtful(reached.before, evidence, reached.kept)
     off = springs_off(joint, doubts, reached.vehicle, reached.others)
     return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off)
@@ -262,7 +263,7 @@ def _with_conflicts(
     named = {
         name: entry
         if entry.status == "not_identifiable" and not surely
-        else replace(entry, reason=first + entry.reason + words)
+        else replace(entry, reason=first + entry.reason + words, refused=first)
         for name, entry in parameters.items()
     }
     return {

@@ -13,7 +13,6 @@ from pipelines.hierarchy.empty import FIGURES, figure_at
 from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.vehicle import join_vehicle
-from pipelines.joint.conflict import CONTRADICTED
 from pipelines.joint.kept import KeptRelations
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import FloatArray, ParameterEstimate, Prior
@@ -236,14 +235,53 @@ def test_what_a_drive_doubts_and_does_not_tell_stays_wide() -> None:
     assert std_of(join_vehicle("v", drives).drives["d02"][name]) == pytest.approx(std_of(before))
 
 
-@pytest.mark.parametrize(
-    "words", [f"{CONTRADICTED} (a, b): one of them is wrong; ", "no measured SUV has its CG so low; "]
-)
-def test_nothing_is_identified_where_the_drive_says_that_its_file_is_wrong(words: str) -> None:
+def test_doubts_that_leave_nothing_to_tell_stay_in_joined_answers() -> None:
+    """The verdict has the figures that were known before, as the drive's doubts leave hardly less; its linear relations know nothing of these."""
+    drives, _ = fleet(6)
+    name = "cg_height_m"
+    entry, relations = drives[2].verdict[name], drives[2].kept
+    assert entry.value is not None
+    assert entry.prior is not None
+    assert relations is not None
+    before = join_vehicle("v", drives).drives["d02"][name]
+    assert before.status == "identified"
+    drives[2] = _said(
+        drives[2], name, value=entry.prior.value, std=entry.prior.std, status="not_identifiable", sources=("prior",)
+    )  # fmt: skip
+    left = 0.9 * entry.prior.std
+    told = replace(relations, told={name: (entry.value, left)})
+    drives[2] = replace(drives[2], kept=told)
+    after = join_vehicle("v", drives).drives["d02"][name]
+    assert after.status == "not_identifiable"
+    more = left**2 - std_of(entry) ** 2
+    assert std_of(after) == pytest.approx(float(np.hypot(std_of(before), np.sqrt(more))), rel=0.02)
+    # an earlier version's file has none of it, and is joined as ever
+    drives[2] = replace(drives[2], kept=relations)
+    assert join_vehicle("v", drives).drives["d02"][name].std == pytest.approx(std_of(before))
+
+
+def test_a_doubt_that_moves_the_drives_answer_counts_by_how_far() -> None:
+    """Other drives do not say whether it is right: the joined figure is that of the relations, and must hold the other one."""
+    drives, _ = fleet(6)
+    name = "cg_height_m"
+    entry = drives[2].verdict[name]
+    assert entry.value is not None
+    before = join_vehicle("v", drives).drives["d02"][name]
+    drives[2] = _said(drives[2], name, value=entry.value + 0.02)
+    after = join_vehicle("v", drives).drives["d02"][name]
+    assert std_of(after) == pytest.approx(float(np.hypot(std_of(before), 0.02)), rel=0.02)
+
+
+@pytest.mark.parametrize("before", ["", "relations disagree; "])
+def test_nothing_is_identified_where_the_drive_says_that_its_file_is_wrong(before: str) -> None:
+    """Whatever else its reason says first."""
+    words = "something is wrong: is it the file? "
     drives, _ = fleet(6)
     name = "cg_height_m"
     assert join_vehicle("v", drives).drives["d02"][name].status == "identified"
-    drives[2] = _said(drives[2], name, status="weak", reason=f"{words}from what it saw")
+    drives[2] = _said(
+        drives[2], name, status="weak", reason=f"{before}{words}from what it saw", refused=words
+    )
     found = join_vehicle("v", drives)
     answer = found.drives["d02"][name]
     assert answer.status == "weak"
@@ -261,6 +299,23 @@ def test_a_stiffness_that_may_be_below_nought_is_not_identified() -> None:
     drives[2] = _said(drives[2], name, std=0.6 * entry.value, status="weak", prior=wide)
     answer = join_vehicle("v", drives).drives["d02"][name]
     assert answer.low is None or answer.low > 0 or answer.status == "not_identifiable"
+
+
+def test_a_side_that_only_other_drives_saw_is_not_identified() -> None:
+    """A load's place is each drive's own; a relation that tells how heavy it is says nothing of the side."""
+    drives, _ = fleet(6)
+    name = "cg_lateral_offset_m"
+    assert join_vehicle("v", drives).drives["d02"][name].status != "not_identifiable"
+    relations = drives[2].kept
+    assert relations is not None
+    kinds = ("vertical",) * len(relations.kind)
+    known = drives[2].verdict[name].prior
+    assert known is not None
+    drives[2] = _said(
+        replace(drives[2], kept=replace(relations, kind=kinds)), name, value=known.value, std=known.std,
+        status="not_identifiable",
+    )  # fmt: skip
+    assert join_vehicle("v", drives).drives["d02"][name].status == "not_identifiable"
 
 
 def test_what_no_drive_saw_is_not_identified() -> None:
