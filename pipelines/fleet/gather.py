@@ -16,6 +16,7 @@ import polars as pl
 from parsers.errors import StoreError
 from parsers.places import masked
 from pipelines.fleet.copies import Finished
+from pipelines.fleet.doubts import vehicle_doubts
 from pipelines.fleet.joined import DamagedDriveError, Join, joined, tidy
 from pipelines.fleet.moved import Lost, away, hidden, lost
 from pipelines.fleet.records import FoundDrive, FoundFleet
@@ -224,7 +225,9 @@ def _vehicle_tables(
     made: dict[str, list[Row]] = {"drives": [_drive_row(store, fleet, d, knowledge, notes) for d in drives]}
     if knowledge is not None:
         parameters += drive_rows(knowledge, starts)
-        made["vehicles"] = vehicle_rows(knowledge, vehicle_name)
+        said = {drive.found.drive_id: drive.rows.doubts for drive in drives if drive.rows is not None}
+        called = {drive.found.drive_id: drive.found.name for drive in drives}
+        made["vehicles"] = vehicle_rows(knowledge, vehicle_name, vehicle_doubts(knowledge, said, called))
         made["load_changes"] = change_rows(knowledge, starts)
         made["trends"] = trend_rows(knowledge)
     place = {drive.found.drive_id: number for number, drive in enumerate(drives)}

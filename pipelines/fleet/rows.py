@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from pipelines.fleet.doubts import doubts_of
 from pipelines.fleet.plain import from_plain, json_bytes, read_json
 from pipelines.prepare.standstill import SPEEDS
 from pipelines.results import DriveResults, ParameterEstimate, Trace
@@ -41,7 +42,7 @@ class RolloverFigures:
 @dataclass(frozen=True)
 class DriveRows:
     """What the tables take from one drive's results. verdict: by parameter. body: the vehicle's, where known. signals: that the logs hold, sorted.
-    pace: speed in m/s every PACE_S seconds of the first minutes, by which a drive is told from another; () where none is known.
+    pace: speed in m/s every PACE_S seconds of the first minutes, by which a drive is told from another; () where none is known. doubts: what it says against its own figures, in words.
     Nothing in here depends on when, where or how long the drive was worked on."""
 
     start_utc: str | None
@@ -56,6 +57,7 @@ class DriveRows:
     notes: tuple[str, ...] = field(default=())
     signals: tuple[str, ...] = ()
     pace: tuple[float, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 def figure(value: float | None) -> float | None:
@@ -121,6 +123,7 @@ def rows_of(results: DriveResults) -> DriveRows:
         notes=(*record.notes, *results.notes),
         signals=tuple(sorted({channel.signal for channel in record.mapped})),
         pace=_pace(results.signals),
+        doubts=doubts_of(results),
     )
 
 

@@ -242,6 +242,17 @@ def vehicle_answers(joined: Joined) -> dict[str, VehicleParameter]:
     return found
 
 
+def _refused_by_most(figure: Figure, joined: Joined, posterior: VehiclePosterior) -> str:
+    """Why a figure of the vehicle is not identified however narrow: half or more of the drives that it is from say that its file or their log
+    is wrong. Or empty. That of the empty vehicle is refused where that of the loaded one is."""
+    by_id = {drive.drive_id: drive for drive in joined.drives}
+    said = [refused(by_id[name], figure.name.removeprefix("empty_")) for name in posterior.drives]
+    found = [words for words in said if words]
+    if not found or 2 * len(found) < len(said):
+        return ""
+    return f"in {len(found)} of {len(said)} drives {found[0]}" if len(said) > 1 else found[0]
+
+
 def _vehicle_answer(
     figure: Figure, i: int, joined: Joined, posterior: VehiclePosterior
 ) -> VehicleParameter | None:
@@ -261,6 +272,9 @@ def _vehicle_answer(
     count = len(posterior.parts)
     status = _status(value, std, before)
     words = "one drive" if count == 1 else f"{count} drives"
+    wrong = _refused_by_most(figure, joined, posterior)
+    if wrong and status == "identified":
+        status = "weak"
     if status == "not_identifiable":
         reason = f"{words} add little to what was known of it"
     else:
@@ -269,6 +283,7 @@ def _vehicle_answer(
             if single
             else f"from {words}"
         )
+    reason = wrong + reason
     prior = Prior(start, before, SOURCE_BEFORE)
     estimate = ParameterEstimate(
         figure.name, value, std, value - 1.96 * std, value + 1.96 * std, status,  # type: ignore[arg-type]

@@ -289,6 +289,22 @@ def test_nothing_is_identified_where_the_drive_says_that_its_file_is_wrong(befor
     assert found.drives["d01"][name].status == "identified"
 
 
+@pytest.mark.parametrize(("count", "status"), [(2, "identified"), (3, "weak")])
+def test_the_vehicles_own_figures_are_no_surer_of_a_wrong_file(count: int, status: str) -> None:
+    """Half of its drives say that it is wrong; a file that one drive of many has, others outvote."""
+    words = "the file is wrong; "
+    drives, _ = fleet(6)
+    sure = [n for n, p in join_vehicle("v", drives).vehicle.items() if p.estimate.status == "identified"]
+    assert sure
+    for i in range(count):
+        drives[i] = _said(drives[i], "mass_kg", refused=words)
+        drives[i] = _said(drives[i], "cg_height_m", refused=words)
+    found = join_vehicle("v", drives).vehicle
+    for name in sure:
+        assert found[name].estimate.status == status
+        assert found[name].estimate.reason.startswith("in 3 of 6 drives the file is wrong; ") is (count == 3)
+
+
 def test_a_stiffness_that_may_be_below_nought_is_not_identified() -> None:
     drives, _ = fleet(6)
     name = "roll_stiffness_nmprad"
