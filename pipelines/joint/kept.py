@@ -28,7 +28,8 @@ class KeptRelations:
     inflation: factor on the drive's spreads for misfit as a whole, 1 or more. normal: whether the posterior was close to
     normal; where not, linear relations say less than the drive's own verdict did. told: parameter -> value and standard deviation that the
     drive leaves of it with all its doubts, whether or not its verdict shows them: one that a drive does not tell stands there with
-    the figures that were known before. Empty in files of earlier versions.
+    the figures that were known before. empty: the same of the vehicle's own figures (`pipelines.joint.empty`). Both empty in files of
+    earlier versions.
     """
 
     names: tuple[str, ...]
@@ -45,6 +46,7 @@ class KeptRelations:
     inflation: float
     normal: bool
     told: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    empty: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def _turned(part: Part) -> tuple[FloatArray, FloatArray]:
@@ -64,6 +66,7 @@ def kept_of(
     inflation: float,
     normal: bool,
     told: Mapping[str, tuple[float, float]],
+    empty: Mapping[str, tuple[float, float]],
 ) -> KeptRelations:
     """The relations of a joint posterior in the form that is stored."""
     known = joint.known
@@ -85,5 +88,5 @@ def kept_of(
         tuple(e.title for e, n in labels for _ in range(n)),
         tuple(str(e.kind) for e, n in labels for _ in range(n)),
         tuple(e.source for e, n in labels for _ in range(n)),
-        dict(joint.given), widened, inflation, normal, dict(told),
+        dict(joint.given), widened, inflation, normal, dict(told), dict(empty),
     )  # fmt: skip

@@ -37,7 +37,7 @@ def relations(draw: Any) -> KeptRelations:
     pairs = st.dictionaries(NAME, st.tuples(FIGURE, FIGURE), max_size=3)
     return KeptRelations(
         names(k), vector(k), vector(k), vector(k), draw(arrays(np.float64, (m, k), elements=FIGURE)), vector(m), names(m),
-        names(m), names(m), draw(table), draw(table), draw(FIGURE), draw(st.booleans()), draw(pairs),
+        names(m), names(m), draw(table), draw(table), draw(FIGURE), draw(st.booleans()), draw(pairs), draw(pairs),
     )  # fmt: skip
 
 
@@ -69,12 +69,16 @@ def test_an_ordinary_drive_is_small() -> None:
 
 
 def test_a_file_of_before_doubts_were_kept_is_read() -> None:
-    kept = replace(kept_of_drive(1), told={"mass_kg": (1900.0, 40.0)})
-    assert relations_from(relations_bytes(kept)).told == kept.told
-    table = pl.read_parquet(io.BytesIO(relations_bytes(kept))).filter(pl.col("entry") != "told")
+    kept = replace(
+        kept_of_drive(1), told={"mass_kg": (1900.0, 40.0)}, empty={"empty_mass_kg": (1800.0, 20.0)}
+    )
+    assert equal(relations_from(relations_bytes(kept)), kept)
+    table = pl.read_parquet(io.BytesIO(relations_bytes(kept))).filter(
+        ~pl.col("entry").is_in(["told", "empty"])
+    )
     content = io.BytesIO()
     table.write_parquet(content)
-    assert equal(relations_from(content.getvalue()), replace(kept, told={}))
+    assert equal(relations_from(content.getvalue()), replace(kept, told={}, empty={}))
 
 
 def test_others_can_read_it() -> None:

@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from pipelines.hierarchy.common import RHO
-from pipelines.hierarchy.empty import FIGURES, figure_at
 from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.vehicle import join_vehicle
+from pipelines.joint.empty import FIGURES, figure_at
 from pipelines.joint.kept import KeptRelations
 from pipelines.joint.unknowns import before_the_log
 from pipelines.results import FloatArray, ParameterEstimate, Prior
@@ -303,6 +303,69 @@ def test_the_vehicles_own_figures_are_no_surer_of_a_wrong_file(count: int, statu
     for name in sure:
         assert found[name].estimate.status == status
         assert found[name].estimate.reason.startswith("in 3 of 6 drives the file is wrong; ") is (count == 3)
+
+
+def _doubting(drive: DriveTold, name: str, doubt: float) -> DriveTold:
+    """The drive with so much more spread in a figure of the vehicle than its relations have."""
+    relations = drive.kept
+    assert relations is not None
+    figure = next(f for f in FIGURES if f.name == name)
+    value, slope = figure_at(figure, relations.names, relations.mode, relations.std)
+    covariance = np.linalg.inv(np.diag(1 / relations.std**2) + relations.rows.T @ relations.rows)
+    std = float(np.sqrt(slope @ covariance @ slope + doubt**2))
+    return replace(drive, kept=replace(relations, empty={name: (value, std)}))
+
+
+def test_the_vehicles_figures_keep_what_its_drives_doubt() -> None:
+    """They doubt the same file and the same kind of springs: no number of drives averages that."""
+    name = "spring_rate_front_npm"
+    for count in (2, 8):
+        drives, _ = fleet(count)
+        before = join_vehicle("v", drives).vehicle[name]
+        doubting = [_doubting(drive, name, 200.0) for drive in drives]
+        after = join_vehicle("v", doubting).vehicle[name]
+        assert after.doubt == pytest.approx(200.0, rel=1e-3)
+        assert std_of(after.estimate) == pytest.approx(
+            float(np.hypot(std_of(before.estimate), 200.0)), rel=1e-3
+        )
+        assert after.estimate.value == before.estimate.value
+    # one that doubts among many that do not counts by what it tells
+    one = join_vehicle("v", [doubting[0], *drives[1:]]).vehicle[name]
+    assert one.doubt == pytest.approx(200.0 / len(drives), rel=0.1)
+
+
+def test_a_friction_that_may_be_below_nought_is_not_told() -> None:
+    drives, _ = fleet(3)
+    column, name = KNOWN.index("friction_front"), "friction_front_n"
+    mean, std = float(KNOWN.mean[column]), float(KNOWN.std[column])
+
+    def at(value: float) -> str:
+        seen = []
+        for drive in drives:
+            assert drive.kept is not None
+            rows = np.zeros((1, len(KNOWN.names)))
+            rows[0, column] = 1 / (0.3 * std)
+            kept = replace(
+                drive.kept, rows=rows, observed=rows[:, column] * value, relation=("rub",), kind=("vertical",),
+                source=("by hand",), mode=KNOWN.mean,
+            )  # fmt: skip
+            seen.append(replace(drive, kept=kept))
+        return join_vehicle("v", seen).vehicle[name].estimate.status
+
+    assert at(mean) != "not_identifiable"
+    assert at(-0.1 * std) == "not_identifiable"
+
+
+def test_a_single_drives_misfit_is_in_the_vehicles_figures() -> None:
+    """As it is in its own verdict, and in those of two drives."""
+    drives, _ = fleet(1)
+    relations = drives[0].kept
+    assert relations is not None
+    name = "spring_rate_front_npm"
+    before = join_vehicle("v", drives).vehicle[name]
+    for other in (replace(relations, inflation=2.0), replace(relations, normal=False)):
+        after = join_vehicle("v", [replace(drives[0], kept=other)]).vehicle[name]
+        assert std_of(after.estimate) > 1.3 * std_of(before.estimate)
 
 
 def test_a_stiffness_that_may_be_below_nought_is_not_identified() -> None:
