@@ -11,6 +11,7 @@ from cogest_cli.options import Estimators, NoFix, Seed, command_line
 if TYPE_CHECKING:
     from pipelines.fleet.batch import Batch
     from pipelines.fleet.records import BatchSummary, FoundFleet
+    from pipelines.fleet.store import Store
 
 FAILED = 3
 """Exit code of a batch that went to its end with some drives failed."""
@@ -139,16 +140,18 @@ def _run(batch: Batch, found: FoundFleet, as_json: bool) -> BatchSummary:
     from cogest_cli.batch_progress import watching
     from pipelines.fleet.batch import run_batch
     from pipelines.fleet.events import Finished, Reported
-    from pipelines.fleet.store import open_store
     from reports.drive_job import FUNCTION
     from reports.fleet.stored import keep_facts, put_fleet_report
 
-    with watching(batch.store, as_json=as_json) as watch:
-        ran = run_batch(batch, found, FUNCTION, watch)
-        store = open_store(batch.store)
-        keep_facts(store, found, ran.summary, batch.choices.version)
-        written = put_fleet_report(store, batch.formats)
+    written: list[str] = []
+
+    def finish(store: Store, summary: BatchSummary) -> None:
+        keep_facts(store, found, summary, batch.choices.version)
+        written.extend(put_fleet_report(store, batch.formats))
         watch(Reported(tuple(written)))
+
+    with watching(batch.store, as_json=as_json) as watch:
+        ran = run_batch(batch, found, FUNCTION, watch, finish)
         watch(Finished(ran.summary))
     if not as_json:
         _tell(ran.summary, written)

@@ -167,7 +167,9 @@ class Screen:
 
 def print_json(event: Event) -> None:
     """An event as a line of JSON on stdout, at once. Raises BrokenPipeError where the reader is gone."""
-    print(event_json(event, now_text()), flush=True)
+    # in one piece, its end too: two batches may append to one file
+    sys.stdout.write(event_json(event, now_text()) + "\n")
+    sys.stdout.flush()
 
 
 @contextlib.contextmanager

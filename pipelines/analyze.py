@@ -27,7 +27,7 @@ from pipelines.limits import what_limits
 from pipelines.needs import readiness
 from pipelines.prepare.deflection_zero import with_zero_open
 from pipelines.prepare.gravity import with_gravity
-from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
+from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
 from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.prepare.steered import steered
@@ -209,7 +209,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         joint=taught_with_both_loads(whole.joint, step, verdict),
     )
     # relations of two loads are of no state that a vehicle's other drives could be joined with
-    return Analysis(made, whole.kept if step is None else None)
+    return Analysis(made, kept_as_sure(whole.kept, lateral) if step is None else None)
 
 
 def _assumptions(results: Sequence[Estimate]) -> tuple[Assumption, ...]:

@@ -38,6 +38,8 @@ class ParameterEstimate:
     low-high: 95 % interval. reason: in words, why this status, and what was missing. prior: None where nothing was
     known. reference: the truth from the vehicle file, for error tables. sources: estimators or relations behind it.
     inner: the 50 and the 80 % interval (`INNER`), where they are not those of a normal distribution to each side of the value.
+    refused: why it may not be called identified however narrow it gets, as the vehicle file or the log must be wrong; a beginning of a
+    reason, with its "; ". Empty where nothing says so.
     """
 
     name: str
@@ -51,6 +53,7 @@ class ParameterEstimate:
     reference: float | None = None
     sources: tuple[str, ...] = ()
     inner: tuple[Interval, ...] = ()
+    refused: str = ""
 
     def interval(self, level: float) -> Interval | None:
         """The central interval of a level (0.95 or one of `INNER`), None without figures. Raises ValueError for others."""

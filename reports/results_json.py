@@ -61,6 +61,7 @@ def parameter(estimate: ParameterEstimate | None) -> dict[str, Any] | None:
         "prior": None if prior is None else {"value": prior.value, "std": prior.std, "source": prior.source},
         "reference": estimate.reference,
         "sources": list(estimate.sources),
+        "refused": estimate.refused or None,
     }
 
 

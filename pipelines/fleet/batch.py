@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import os
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
@@ -34,7 +34,13 @@ LEFT_OUT_TOLD = 5
 """So many of the files that are left out are named when a batch begins."""
 
 WAIT_S = 0.5
-"""Between two looks at drives that another batch is working on."""
+"""Between two looks at drives that another batch is working on, or at its writing of the tables."""
+
+TABLES = "tables"
+"""The claim under which a batch joins drives and writes tables and report: no drive's id is a bare word. Of two that wrote them at once
+tables would be of the one and their seals of the other, or older than what the store holds."""
+
+Finish = Callable[[Store, BatchSummary], None]
 
 
 @dataclass(frozen=True)
@@ -225,10 +231,32 @@ class _Work:
         )  # fmt: skip
 
 
-def run_batch(batch: Batch, found: FoundFleet, function: str, watch: Watcher = no_watcher) -> Ran:
+def _nothing_more(store: Store, summary: BatchSummary) -> None:
+    """The tables alone."""
+
+
+@contextlib.contextmanager
+def _alone(claims: Claims) -> Iterator[None]:
+    """While no other batch writes the store's tables; it waits for one that does, and takes over from one that was killed."""
+    while (claim := claims.claim(TABLES)) is None:
+        time.sleep(WAIT_S)
+    try:
+        yield
+    finally:
+        claims.release(claim)
+
+
+def run_batch(
+    batch: Batch,
+    found: FoundFleet,
+    function: str,
+    watch: Watcher = no_watcher,
+    finish: Finish = _nothing_more,
+) -> Ran:
     """Do what is to be done of a fleet, join what its drives say, and write the store's tables.
 
-    function: what a worker runs for a drive ("module:name", a `Job` as JSON in). Raises StoreError, EngineError.
+    function: what a worker runs for a drive ("module:name", a `Job` as JSON in). finish: what else is made of the tables, before another
+    batch may write its own. Raises StoreError, EngineError.
     """
     from pipelines.hierarchy.vehicle import join_vehicle
 
@@ -268,21 +296,31 @@ def run_batch(batch: Batch, found: FoundFleet, function: str, watch: Watcher = n
             if len(doing.later) == len(waiting):
                 time.sleep(WAIT_S)
             waiting = doing.later
-    watch(Joining(len({drive.vehicle_id for drive in found.drives})))
-    tables = gather(store, found, join_vehicle)
-    store.write_tables(tables)
-    failed = [e for e in doing.ended if e.status not in ("done", "kept")]
-    absent = lost(catalogue, found)
-    summary = BatchSummary(
+        watch(Joining(len({drive.vehicle_id for drive in found.drives})))
+        with _alone(claims):
+            began = catalogue.drives.keys() | catalogue.damaged.keys()
+            tables = gather(store, found, join_vehicle, began=began)
+            store.write_tables(tables)
+            absent = lost(catalogue, found)
+            summary = _summary(found, (len(kept), before), doing.ended, absent, started)
+            finish(store, summary)
+    return Ran(replace(summary, seconds=time.perf_counter() - started), tables)
+
+
+def _summary(
+    found: FoundFleet, left_alone: tuple[int, Sequence[Ended]], ended: Sequence[Ended], absent: Lost, started: float
+) -> BatchSummary:  # fmt: skip
+    """left_alone: how many were kept, and those that failed before."""
+    kept, before = left_alone
+    return BatchSummary(
         found=len(found.drives),
-        kept=len(kept) + sum(e.status == "kept" for e in doing.ended),
-        done=sum(e.status == "done" for e in doing.ended),
-        failed=(*before, *failed),
+        kept=kept + sum(e.status == "kept" for e in ended),
+        done=sum(e.status == "done" for e in ended),
+        failed=(*before, *(e for e in ended if e.status not in ("done", "kept"))),
         gone=len(absent.gone),
         moved=len(absent.moved),
         seconds=time.perf_counter() - started,
     )
-    return Ran(summary, tables)
 
 
 def _left_alone(

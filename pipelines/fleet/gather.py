@@ -8,7 +8,7 @@ the drive that it is now, and its old place is in no table: that drive's notes s
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 
 import polars as pl
@@ -16,6 +16,7 @@ import polars as pl
 from parsers.errors import StoreError
 from parsers.places import masked
 from pipelines.fleet.copies import Finished
+from pipelines.fleet.doubts import vehicle_doubts
 from pipelines.fleet.joined import DamagedDriveError, Join, joined, tidy
 from pipelines.fleet.moved import Lost, away, hidden, lost
 from pipelines.fleet.records import FoundDrive, FoundFleet
@@ -79,15 +80,17 @@ def gather(
     join: Join,
     rank_of: Rank = rank,
     told: Callable[[str], None] | None = None,
+    began: Collection[str] | None = None,
 ) -> dict[str, pl.DataFrame]:
     """The tables of `TABLES`, of all drives in the store; those that were found but not stored yet are left out.
 
     join: `pipelines.hierarchy.vehicle.join_vehicle`. A vehicle whose drives cannot be joined costs that vehicle alone; its
-    drives' notes say so. told: is given each vehicle_id before its drives are joined. Memory: one vehicle's relations, and
+    drives' notes say so. told: is given each vehicle_id before its drives are joined. began: drive_ids in the store
+    when the folder was looked through, None = all: one that came since is of another batch, whose folder held its logs. Memory: one vehicle's relations, and
     the tables themselves.
     """
     catalogue = store.all()
-    vehicles = _by_vehicle(catalogue, found, lost(catalogue, found))
+    vehicles = _by_vehicle(catalogue, found, lost(catalogue, found), began)
     frames: dict[str, list[pl.DataFrame]] = {name: [] for name in TABLES}
     known: list[VehicleKnowledge] = []
     bodies: dict[str, str | None] = {}
@@ -125,7 +128,9 @@ def kinds(names: Mapping[str, str | None], bodies: Mapping[str, str | None]) -> 
     return made
 
 
-def _by_vehicle(catalogue: Catalogue, found: FoundFleet, absent: Lost) -> dict[str, list[_Drive]]:
+def _by_vehicle(
+    catalogue: Catalogue, found: FoundFleet, absent: Lost, began: Collection[str] | None
+) -> dict[str, list[_Drive]]:
     """All drives by vehicle but for the old places of those that were moved; what is told of a drive is what was found now,
     else what was found when it was stored."""
     now = {drive.drive_id: drive for drive in found.drives}
@@ -138,7 +143,8 @@ def _by_vehicle(catalogue: Catalogue, found: FoundFleet, absent: Lost) -> dict[s
         if drive_id in absent.moved:
             continue
         drive = now.get(drive_id, stored.drive)
-        gone = drive_id not in now and not found.hides(drive.name)
+        new = began is not None and drive_id not in began
+        gone = drive_id not in now and not new and not found.hides(drive.name)
         made = _Drive(drive, stored.status, stored.reason, gone, stored, None)
         vehicles.setdefault(drive.vehicle_id, []).append(made)
     for drive_id in catalogue.damaged.keys() & now.keys():
@@ -167,7 +173,13 @@ def _read(store: Store, drive: _Drive) -> _Drive:
 
 
 def _doubted(store: Store, drive: _Drive, problem: str) -> _Drive:
-    """A drive of which a file is not what was written: the next batch does it again, if its logs are still there."""
+    """A drive of which a file is not what was written: the next batch does it again, if its logs are still there.
+
+    One that another batch has done since the store was looked through is read as it is now.
+    """
+    now = store.stored(drive.found.drive_id)
+    if now is not None and now != drive.stored:
+        return _read(store, replace(drive, stored=now, status=now.status, reason=now.reason, rows=None))
     if drive.stored is not None and not drive.gone:
         store.doubt(drive.stored)
     return _damaged(drive.found, problem, is_gone=drive.gone)
@@ -224,7 +236,9 @@ def _vehicle_tables(
     made: dict[str, list[Row]] = {"drives": [_drive_row(store, fleet, d, knowledge, notes) for d in drives]}
     if knowledge is not None:
         parameters += drive_rows(knowledge, starts)
-        made["vehicles"] = vehicle_rows(knowledge, vehicle_name)
+        said = {drive.found.drive_id: drive.rows.doubts for drive in drives if drive.rows is not None}
+        called = {drive.found.drive_id: drive.found.name for drive in drives}
+        made["vehicles"] = vehicle_rows(knowledge, vehicle_name, vehicle_doubts(knowledge, said, called))
         made["load_changes"] = change_rows(knowledge, starts)
         made["trends"] = trend_rows(knowledge)
     place = {drive.found.drive_id: number for number, drive in enumerate(drives)}

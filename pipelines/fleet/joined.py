@@ -17,7 +17,7 @@ from pipelines.fleet.store import Store
 from pipelines.hierarchy.records import Apart, DriveTold, VehicleKnowledge
 
 VEHICLES = "vehicles"
-FORMAT = 4
+FORMAT = 5
 """To be raised when the same drives would be joined to something else, or records change."""
 
 _COPY: Apart = "copy"

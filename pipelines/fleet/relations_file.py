@@ -6,12 +6,15 @@ Column `entry` says what a row is:
 - slope: what a unit of unknown `column` (`name`) adds to row `row`: `value`; what is not there is 0.
 - given: a measured figure `name`. widened: factor `value` of relation `name`.
 - inflation, normal: the drive's own, `value` (normal: 1 or 0).
+- told, empty: parameter `name` of the drive, figure `name` of the vehicle: `value` and `std` that the drive leaves of it with all doubts.
+  Files of earlier versions have none.
 So row i says: the sum of slope x unknown = observed, with an error of 1.
 """
 
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -22,6 +25,7 @@ from pipelines.joint.kept import KeptRelations
 from pipelines.results import FloatArray
 
 FILE_NAME = "relations.parquet"
+PAIRS = ("told", "empty")
 MOST_BYTES = 64 * 2**20
 MOST_UNKNOWNS = 2_000
 MOST_RELATIONS = 50_000
@@ -47,6 +51,18 @@ def _block(entry: str, **columns: Any) -> pl.DataFrame:
     made = pl.DataFrame(columns, schema={name: SCHEMA[name] for name in columns})
     lacking = [pl.lit(None, dtype=SCHEMA[n]).alias(n) for n in SCHEMA if n not in columns and n != "entry"]
     return made.with_columns(pl.lit(entry).alias("entry"), *lacking).select(list(SCHEMA))
+
+
+def _pairs(entry: str, pairs: Mapping[str, tuple[float, float]]) -> pl.DataFrame:
+    """Rows of values with standard deviations."""
+    values, stds = ([float(pair[i]) for pair in pairs.values()] for i in (0, 1))
+    return _block(entry, name=list(pairs), value=values, std=stds)
+
+
+def _paired(table: pl.DataFrame) -> dict[str, tuple[float, float]]:
+    """The same, read."""
+    pairs = zip(_figures(table, "value").tolist(), _figures(table, "std").tolist(), strict=True)
+    return dict(zip(_texts(table, "name"), pairs, strict=True))
 
 
 def relations_bytes(kept: KeptRelations) -> bytes:
@@ -77,6 +93,8 @@ def relations_bytes(kept: KeptRelations) -> bytes:
             _block("widened", name=list(kept.widened), value=[float(v) for v in kept.widened.values()]),
             _block("inflation", value=[float(kept.inflation)]),
             _block("normal", value=[float(kept.normal)]),
+            _pairs("told", kept.told),
+            _pairs("empty", kept.empty),
         ]
     )
     content = io.BytesIO()
@@ -136,7 +154,7 @@ def relations_from(content: bytes) -> KeptRelations:
     table = _read_table(content)
     parts = {
         entry: table.filter(pl.col("entry") == entry)
-        for entry in ("unknown", "relation", "slope", "given", "widened", "inflation", "normal")
+        for entry in ("unknown", "relation", "slope", "given", "widened", "inflation", "normal", *PAIRS)
     }
     unknown, relation, slope = parts["unknown"], parts["relation"], parts["slope"]
     _numbered(unknown, "column", "unknowns", MOST_UNKNOWNS)
@@ -164,4 +182,6 @@ def relations_from(content: bytes) -> KeptRelations:
         widened=dict(zip(_texts(widened, "name"), _figures(widened, "value").tolist(), strict=True)),
         inflation=_single(parts["inflation"], "inflation"),
         normal=bool(_single(parts["normal"], "normal")),
+        told=_paired(parts["told"]),
+        empty=_paired(parts["empty"]),
     )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
+from pipelines.fleet.doubts import doubts_of
 from pipelines.fleet.plain import from_plain, json_bytes, read_json
 from pipelines.prepare.standstill import SPEEDS
 from pipelines.results import DriveResults, ParameterEstimate, Trace
@@ -16,6 +19,11 @@ FILE_NAME = "rows.json"
 MOST_BYTES = 16 * 2**20
 PACE_S, PACE_STEPS = 5.0, 60
 """Of `DriveRows.pace`: its steps, and how many there are at most."""
+
+_REFUSED_BEFORE = re.compile(
+    r"(?:the log and what was known contradict each other beyond doubt|the vehicle file has|no measured).*?(?:; |\? )"
+)
+"""How reasons of older rows.json begin that say so."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +42,7 @@ class RolloverFigures:
 @dataclass(frozen=True)
 class DriveRows:
     """What the tables take from one drive's results. verdict: by parameter. body: the vehicle's, where known. signals: that the logs hold, sorted.
-    pace: speed in m/s every PACE_S seconds of the first minutes, by which a drive is told from another; () where none is known.
+    pace: speed in m/s every PACE_S seconds of the first minutes, by which a drive is told from another; () where none is known. doubts: what it says against its own figures, in words.
     Nothing in here depends on when, where or how long the drive was worked on."""
 
     start_utc: str | None
@@ -49,6 +57,7 @@ class DriveRows:
     notes: tuple[str, ...] = field(default=())
     signals: tuple[str, ...] = ()
     pace: tuple[float, ...] = ()
+    doubts: tuple[str, ...] = ()
 
 
 def figure(value: float | None) -> float | None:
@@ -114,6 +123,7 @@ def rows_of(results: DriveResults) -> DriveRows:
         notes=(*record.notes, *results.notes),
         signals=tuple(sorted({channel.signal for channel in record.mapped})),
         pace=_pace(results.signals),
+        doubts=doubts_of(results),
     )
 
 
@@ -124,4 +134,13 @@ def rows_bytes(rows: DriveRows) -> bytes:
 
 def rows_from(content: bytes) -> DriveRows:
     """The rows of such a file. Raises StoreError."""
-    return from_plain(DriveRows, read_json(content))
+    raw = read_json(content)
+    rows = from_plain(DriveRows, raw)
+    verdict = {name: _with_field(entry, raw["verdict"][name]) for name, entry in rows.verdict.items()}
+    return replace(rows, verdict=verdict)
+
+
+def _with_field(entry: ParameterEstimate, raw: Mapping[str, Any]) -> ParameterEstimate:
+    """An entry of a file from before `refused` was a field, which said it at the beginning of its reason alone; any other as it is."""
+    found = None if "refused" in raw else _REFUSED_BEFORE.match(entry.reason)
+    return entry if found is None else replace(entry, refused=found[0])

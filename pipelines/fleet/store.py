@@ -38,6 +38,8 @@ STORE_FILE = "store.json"
 TABLES_FILE = "tables.json"
 MOST_MARK_BYTES = 16 * 2**20
 """No drive.json is larger."""
+LOOKS = 3
+"""Times that what is not as it should be is looked at: another process may be replacing it just then."""
 
 
 def open_store(place: str, *, create: bool = False) -> Store:
@@ -74,7 +76,13 @@ class Store:
                 path=self.place,
                 hint="`cogest batch` makes one with --out",
             )
-        if names := [name for name in self.storage.names("") if not name.startswith(".")]:
+        names = [name for name in self.storage.names("") if not name.startswith(".")]
+        made = self.storage.read(STORE_FILE) if names else None
+        if made is not None:
+            # by another batch that began at the same time
+            self._check(made)
+            return
+        if names:
             raise StoreError(
                 f"holds {names[0]!r} and is no results store",
                 path=self.place,
@@ -101,12 +109,12 @@ class Store:
 
     def stored(self, drive_id: str) -> StoredDrive | None:
         """The drive as stored; None where it is not, or its folder is damaged (`damage` says how)."""
-        found = self._look(drive_id, self.storage.tree(folder_of(drive_id)))
+        found = self._seen(drive_id, self.storage.tree(folder_of(drive_id)))
         return found if isinstance(found, StoredDrive) else None
 
     def damage(self, drive_id: str) -> str | None:
         """What is wrong with the drive's folder, None where nothing is or there is none."""
-        found = self._look(drive_id, self.storage.tree(folder_of(drive_id)))
+        found = self._seen(drive_id, self.storage.tree(folder_of(drive_id)))
         return found if isinstance(found, str) else None
 
     def all(self) -> Catalogue:
@@ -121,12 +129,23 @@ class Store:
             id_ for folder, id_ in ids.items() if folder.count("/") == 2 and folder_of(id_) == folder
         )
         with ThreadPoolExecutor(self.storage.parallel) as pool:
-            looked = list(pool.map(lambda id_: self._look(id_, folders[folder_of(id_)]), mine))
+            looked = list(pool.map(lambda id_: self._seen(id_, folders[folder_of(id_)]), mine))
         pairs = list(zip(mine, looked, strict=True))
         return Catalogue(
             {id_: found for id_, found in pairs if isinstance(found, StoredDrive)},
             {id_: found for id_, found in pairs if isinstance(found, str)},
         )
+
+    def _seen(self, drive_id: str, there: Mapping[str, int]) -> StoredDrive | str | None:
+        """As `_look`, of a folder that another batch may have replaced since its files were listed: that is no damage."""
+        found = self._look(drive_id, there)
+        for _ in range(LOOKS):
+            if not isinstance(found, str):
+                break
+            before, found = found, self._look(drive_id, self.storage.tree(folder_of(drive_id)))
+            if found == before:
+                break
+        return found
 
     def _look(self, drive_id: str, there: Mapping[str, int]) -> StoredDrive | str | None:
         """The drive, what is wrong with its folder, or None where there is no folder. there: its files."""
@@ -186,13 +205,16 @@ class Store:
     def note(self, stored: StoredDrive, drive: FoundDrive, facts: Mapping[str, Facts]) -> None:
         """Bring a kept drive's description up to date: files touched but equal, other notes. Writes only what changed."""
         now = shown(replace(stored, drive=drive, facts=facts))
-        if now == stored:
+        if now == stored or self.stored(drive.drive_id) != stored:
+            # another batch did the drive meanwhile: its description goes with its files, and this one does not
             return
         mark = json_bytes(now)
         self.storage.write(f"{folder_of(drive.drive_id)}/{MARK}", mark)
 
     def doubt(self, stored: StoredDrive) -> None:
-        """Mark a drive as to be done again, as a file of it is not what was written: it has no key any more."""
+        """Mark a drive as to be done again, as a file of it is not what was written: it has no key any more. One that was replaced since stays."""
+        if self.stored(stored.drive.drive_id) != stored:
+            return
         self.storage.write(f"{folder_of(stored.drive.drive_id)}/{MARK}", json_bytes(replace(stored, key="")))
 
     def forget(self, drive_id: str) -> None:
@@ -266,7 +288,12 @@ class Store:
         from pipelines.fleet.table_files import check_name, table_from
 
         check_name(name)
-        content, place = self.storage.read(f"{name}.parquet"), self.storage.at(f"{name}.parquet")
+        place = self.storage.at(f"{name}.parquet")
+        for _ in range(LOOKS):
+            content = self.storage.read(f"{name}.parquet")
+            if content is None or sealed(content) in self._table_seals().get(name, []):
+                break
+            # a batch may have ended between the two readings
         if content is None:
             hint = "it is written when `cogest batch` has ended"
             raise StoreError("the table is not there yet", path=place, hint=hint)

@@ -76,9 +76,11 @@ VEHICLES: dict[str, pl.DataType] = {
     "prior_std": pl.Float64(),
     "single_std": pl.Float64(),
     "drives": pl.Int64(),
+    "doubts": pl.List(pl.String()),
 }
 """vehicles.parquet: a row a vehicle and a parameter that belongs to the vehicle whatever its load: what all drives say.
-single_std: median spread of a single drive's answer. drives: how many joined."""
+single_std: median spread of a single drive's answer. drives: how many joined. doubts: the vehicle's, the same in all its rows: which drives
+were left out or widened, and what those that were joined say against their own figures."""
 
 LOAD_CHANGES: dict[str, pl.DataType] = {
     "vehicle_id": pl.String(),

@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipelines.hierarchy.empty import FIGURES, Figure, figure_at
 from pipelines.hierarchy.join import Joined
 from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.parts import FILE
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior, inverse
 from pipelines.hierarchy.records import DriveTold, VehicleParameter
-from pipelines.joint.answers import FAIR, GOOD, digits_of, left_of, prior_record, status_of
-from pipelines.joint.conflict import CONTRADICTED
+from pipelines.joint.answers import FAIR, GOOD, OPENED, SEEN_BY, digits_of, left_of, prior_record, status_of
+from pipelines.joint.empty import FIGURES, Figure, figure_at
 from pipelines.joint.information import NEVER_NEGATIVE, Spread
 from pipelines.joint.kept import KeptRelations
-from pipelines.results import FloatArray, ParameterEstimate, Prior
-from pipelines.verdict.beyond import REAR_HEAVY, UNMEASURED
+from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.verdict.combine import ASIDE
 
 SOURCE = "hierarchy"
 SOURCE_BEFORE = "vehicle file and what is known of vehicles"
-WRONG = (CONTRADICTED, REAR_HEAVY, UNMEASURED)
-"""How reasons begin that say so of the vehicle file or the log."""
-_FIRST = re.compile(r".*?(?:; |\? )")
+WHOLE = "cg_height_m"
+"""The parameter whose entry is refused where all of a verdict is."""
+POSITIVE = (*NEVER_NEGATIVE, "_n", "_npm", "drag_area_m2", "imu_above_ground_m")
+MAY_BE_NONE = "anti_roll"
+"""How names of the vehicle's figures end that are above nought in every vehicle, and begin that are nought in those without a bar."""
+LATERAL = "cg_lateral_offset_m"
 NO_DRAWS: FloatArray = np.zeros(0)
 WITH = "with all {count} drives of the vehicle: ± {std:.{digits}f}, this drive alone {alone}"
 
@@ -55,10 +55,12 @@ def seen_by(drives: Sequence[DriveTold]) -> Seen:
 
 
 def _lateral(kept: KeptRelations) -> bool:
-    """Whether the drive's own relations see to which side its load lies."""
+    """Whether the drive's own relations see to which side its load lies: those of other physics that hang on it tell how heavy it is, and
+    what is left of where it may lie then was known before."""
     if "load_y" not in kept.names:
         return False
-    return bool(np.any(np.abs(kept.rows[:, kept.names.index("load_y")]) > 0))
+    leans = np.array([kind in SEEN_BY[LATERAL] for kind in kept.kind], dtype=bool)
+    return bool(np.any(np.abs(kept.rows[leans, kept.names.index("load_y")]) > 0))
 
 
 def _alone(entry: ParameterEstimate | None, digits: int) -> str:
@@ -96,7 +98,7 @@ def _answer(
         prior = before
     spread = None if prior is None else Spread(prior.value, prior.std, NO_DRAWS)
     kinds: frozenset[str] = seen.kinds
-    if name == "cg_lateral_offset_m" and drive.kept is not None and not _lateral(drive.kept):
+    if name == LATERAL and drive.kept is not None and not _lateral(drive.kept):
         kinds = frozenset()
     half = 1.96 * std
     left = None if spread is None else left_of(name, spread, std, value - half, value + half)
@@ -108,7 +110,7 @@ def _answer(
     digits = digits_of(name)
     if _says_more_alone(drive, own, std):
         return own
-    wrong = refused(own)
+    wrong = refused(drive, name)
     if wrong and status == "identified":
         status = "weak"
     reason = wrong + WITH.format(count=count, std=std, digits=digits, alone=_alone(own, digits))
@@ -125,13 +127,14 @@ def _answer(
     )  # fmt: skip
 
 
-def refused(own: ParameterEstimate | None) -> str:
+def refused(drive: DriveTold, name: str) -> str:
     """Why a drive's own verdict calls a parameter identified no more, however narrow: its vehicle file or its log is wrong. Or empty.
 
-    Joined with drives that have the same file it is no righter.
+    Joined with drives that have the same file it is no righter. What the verdict has no entry for is as doubtful as its height: what
+    says that a file or a log is wrong as a whole stands with each.
     """
-    found = None if own is None or not own.reason.startswith(WRONG) else _FIRST.match(own.reason)
-    return "" if found is None else found[0]
+    own = drive.verdict.get(name, drive.verdict.get(WHOLE))
+    return "" if own is None else own.refused
 
 
 def _known_before(own: ParameterEstimate) -> bool:
@@ -141,26 +144,45 @@ def _known_before(own: ParameterEstimate) -> bool:
     return own.prior is None or (own.value, own.std) == (own.prior.value, own.prior.std)
 
 
+def _covariance(kept: KeptRelations) -> FloatArray:
+    """(k, k) of a drive's unknowns by its own linear relations, in standard deviations before the log."""
+    slope = kept.rows * kept.std
+    return inverse(np.eye(len(kept.std)) + slope.T @ slope)
+
+
 def doubted(drive: DriveTold) -> dict[str, float]:
     """Variance by parameter that the drive's own verdict has beyond its linear relations', SI.
 
     It added that because relations contradict each other, or as a sensor or a figure of the file may be wrong. Both live on: other drives
     do not say which of the drive's relations is wrong, and joining it with none must not make it surer. So does that of what the
-    drive does not tell, where its figures are its own and not those that were known before.
+    drive does not tell: a doubt that leaves nothing to tell is no smaller than one that leaves a wide answer. It is about the relations' own
+    value, which is what is joined; where doubts move the drive's answer off that, this counts as well.
     """
     kept = drive.kept
     if kept is None:
         return {}
-    slope = kept.rows * kept.std
-    covariance = inverse(np.eye(len(kept.std)) + slope.T @ slope)
-    _, gradients = outputs_at(kept.names, kept.mode, kept.std, kept.given)
+    covariance = _covariance(kept)
+    values, gradients = outputs_at(kept.names, kept.mode, kept.std, kept.given)
     found = {}
     for name, gradient in gradients.items():
-        own = drive.verdict.get(name)
-        if own is not None and own.std is not None and not _known_before(own):
-            g = gradient * kept.std
-            found[name] = max(own.std**2 - kept.inflation**2 * float(g @ covariance @ g), 0.0)
-    return found
+        g = gradient * kept.std
+        linear = kept.inflation**2 * float(g @ covariance @ g)
+        found[name] = max(
+            (std**2 + (value - values[name]) ** 2 - linear for value, std in _left(drive, name)), default=0.0
+        )
+    return {name: max(variance, 0.0) for name, variance in found.items()}
+
+
+def _left(drive: DriveTold, name: str) -> list[tuple[float, float]]:
+    """What the drive itself leaves of a parameter, as value and standard deviation: by its verdict, where the figures there are its own,
+    and by what it handed on."""
+    own = drive.verdict.get(name)
+    found = []
+    if own is not None and own.value is not None and own.std is not None and not _known_before(own):
+        found.append((own.value, own.std))
+    if drive.kept is not None and name in drive.kept.told:
+        found.append(drive.kept.told[name])
+    return [pair for pair in found if not any(math.isnan(figure) for figure in pair)]
 
 
 def drive_answers(joined: Joined) -> dict[str, dict[str, ParameterEstimate]]:
@@ -209,7 +231,7 @@ def _last_with(figure: Figure, posterior: VehiclePosterior) -> int | None:
     return rows[-1] if rows else None
 
 
-def _status(value: float, std: float, before: float) -> str:
+def _status(std: float, before: float) -> Identification:
     ratio = std / max(before, 1e-300)
     return "identified" if ratio <= GOOD else "weak" if ratio <= FAIR else "not_identifiable"
 
@@ -220,44 +242,106 @@ def vehicle_answers(joined: Joined) -> dict[str, VehicleParameter]:
     if posterior is None:
         return {}
     found = {}
+    joint = set(posterior.drives)
+    drives = {
+        d.drive_id: (d.kept, _covariance(d.kept))
+        for d in joined.drives
+        if d.kept is not None and d.drive_id in joint
+    }
     for figure in FIGURES:
         i = _last_with(figure, posterior)
-        answer = None if i is None else _vehicle_answer(figure, i, joined, posterior)
+        answer = None if i is None else _vehicle_answer(figure, i, joined, posterior, drives)
         if answer is not None:
             found[figure.name] = answer
     return found
 
 
+def _refused_by_most(figure: Figure, joined: Joined, posterior: VehiclePosterior) -> str:
+    """Why a figure of the vehicle is not identified however narrow: half or more of the drives that it is from say that its file or their log
+    is wrong. Or empty. That of the empty vehicle is refused where that of the loaded one is."""
+    by_id = {drive.drive_id: drive for drive in joined.drives}
+    said = [refused(by_id[name], figure.name.removeprefix("empty_")) for name in posterior.drives]
+    found = [words for words in said if words]
+    if not found or 2 * len(found) < len(said):
+        return ""
+    return f"in {len(found)} of {len(said)} drives {found[0]}" if len(said) > 1 else found[0]
+
+
+def figure_doubted(figure: Figure, kept: KeptRelations, covariance: FloatArray) -> float:
+    """Variance of a figure of the vehicle that a drive's doubts add to its linear relations', SI. covariance: `_covariance`."""
+    pair = kept.empty.get(figure.name)
+    if pair is None or any(math.isnan(x) for x in pair) or not set(figure.needs) <= set(kept.names):
+        return 0.0
+    value, slope = figure_at(figure, kept.names, kept.mode, kept.std)
+    g = slope * kept.std
+    return max(pair[1] ** 2 + (pair[0] - value) ** 2 - kept.inflation**2 * float(g @ covariance @ g), 0.0)
+
+
+def _common_doubt(
+    figure: Figure, drives: Sequence[tuple[KeptRelations, FloatArray]], singles: Sequence[float], before: float
+) -> float:  # fmt: skip
+    """Standard deviation that the drives' doubts leave in a figure of the vehicle: their mean, each by what its drive tells.
+
+    They have the vehicle file, its kind of springs and mostly the sensors in common: what is wrong in one of them is wrong in the others, and
+    no number of drives averages it. drives: with their `_covariance`; singles: what each alone leaves.
+    """
+    sizes = np.sqrt([figure_doubted(figure, *drive) for drive in drives])
+    told = np.array([max(max(single, 1e-9 * before) ** -2 - before**-2, 0.0) for single in singles])
+    weights = told / told.sum() if told.sum() > 0 else np.full(len(sizes), 1 / max(len(sizes), 1))
+    return float(weights @ sizes)
+
+
 def _vehicle_answer(
-    figure: Figure, i: int, joined: Joined, posterior: VehiclePosterior
+    figure: Figure,
+    i: int,
+    joined: Joined,
+    posterior: VehiclePosterior,
+    drives: Mapping[str, tuple[KeptRelations, FloatArray]],
 ) -> VehicleParameter | None:
     """None where nothing of it is the vehicle's."""
     part = posterior.parts[i]
     at, by_shared = _vehicle_place(posterior, i)
     value, gradient = figure_at(figure, part.names, at, part.std)
     turned = gradient @ by_shared
-    wider = posterior.inflation if len(posterior.parts) > 1 else 1.0
-    std = wider * math.sqrt(float(turned @ posterior.s_covariance @ turned))
     start, slope = figure_at(figure, part.names, part.mean, part.std)
     before = float(np.linalg.norm(slope @ by_shared))
+    wider = posterior.inflation if len(posterior.parts) > 1 else 1.0
+    std = wider * math.sqrt(float(turned @ posterior.s_covariance @ turned))
     if min(std, before) < 1e-9 * abs(value):
         return None
-    singles = [alone_std(p, turned) for p in posterior.parts if set(figure.needs) <= set(p.names)]
-    single = float(np.median(singles)) if singles else None
-    count = len(posterior.parts)
-    status = _status(value, std, before)
-    words = "one drive" if count == 1 else f"{count} drives"
-    if status == "not_identifiable":
-        reason = f"{words} add little to what was known of it"
-    else:
-        reason = (
-            f"from {words}; one alone has a spread {single / std:.2g} x as large"
-            if single
-            else f"from {words}"
-        )
+    having = [p for p in posterior.parts if set(figure.needs) <= set(p.names)]
+    singles = [alone_std(p, turned) for p in having]
+    doubt = _common_doubt(figure, [drives[p.drive_id] for p in having], singles, before)
+    # of what is not told, a doubt is shown that opens what was known before, as in a drive's own verdict
+    untold = _state(figure, value, std, before) == "not_identifiable"
+    if untold and math.hypot(std, doubt) <= OPENED * before:
+        doubt = math.sqrt(max(before**2 - std**2, 0.0)) if math.hypot(std, doubt) > before else doubt
+    std = math.hypot(std, doubt)
+    single = math.hypot(float(np.median(singles)), doubt) if singles else None
+    status = _state(figure, value, std, before)
+    wrong = _refused_by_most(figure, joined, posterior)
+    if wrong and status == "identified":
+        status = "weak"
+    reason = wrong + _vehicle_reason(status, len(posterior.parts), single, std, before)
     prior = Prior(start, before, SOURCE_BEFORE)
     estimate = ParameterEstimate(
-        figure.name, value, std, value - 1.96 * std, value + 1.96 * std, status,  # type: ignore[arg-type]
-        reason, prior, None, (SOURCE,),
+        figure.name, value, std, value - 1.96 * std, value + 1.96 * std, status, reason, prior, None, (SOURCE,)
     )  # fmt: skip
-    return VehicleParameter(estimate, figure.title, figure.unit, single, count)
+    return VehicleParameter(estimate, figure.title, figure.unit, single, len(posterior.parts), doubt)
+
+
+def _state(figure: Figure, value: float, std: float, before: float) -> Identification:
+    """Of what no vehicle has less than nothing of, an interval that reaches nought says nothing."""
+    positive = figure.name.endswith(POSITIVE) and not figure.name.startswith(MAY_BE_NONE)
+    return "not_identifiable" if positive and value <= 1.96 * std else _status(std, before)
+
+
+def _vehicle_reason(
+    status: Identification, count: int, single: float | None, std: float, before: float
+) -> str:
+    words = "one drive" if count == 1 else f"{count} drives"
+    if status == "not_identifiable" and std > OPENED * before:
+        return f"what {words} doubt{'s' if count == 1 else ''} leaves it more open than what was known of it"
+    if status == "not_identifiable":
+        return f"{words} add{'s' if count == 1 else ''} little to what was known of it"
+    return f"from {words}" + (f"; one alone has a spread {single / std:.2g} x as large" if single else "")

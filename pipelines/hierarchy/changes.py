@@ -75,12 +75,14 @@ def _load_slopes(posterior: VehiclePosterior, i: int) -> tuple[FloatArray, Float
 
 
 def _sizes(posterior: VehiclePosterior, a: int, b: int) -> dict[str, tuple[float, float]]:
-    """Differences of the parameters, b less a, with their standard deviations: what is shared cancels."""
+    """Differences of the parameters, b less a, with their standard deviations: what is shared cancels. Where the vehicle's drives scatter more
+    than the model of their errors has it, so do differences of theirs, as the answers themselves."""
     (before, by_a), (after, by_b) = posterior.outputs(a), posterior.outputs(b)
     found = {}
     for name in CHANGED:
         _, variance = posterior.functional({a: -by_a[name], b: by_b[name]})
-        found[name] = (after[name] - before[name], math.sqrt(max(float(variance[0, 0]), 0.0)))
+        std = posterior.inflation * math.sqrt(max(float(variance[0, 0]), 0.0))
+        found[name] = (after[name] - before[name], std)
     return found
 
 
@@ -93,8 +95,8 @@ def _changed(posterior: VehiclePosterior, a: int, b: int, contrast: Contrast) ->
     usual = part.mean[part.names.index("load_h")]
     middle = (1.0, 0.5 * value["wheelbase"], 0.0, float(usual))
     return _Change(
-        contrast, _sizes(posterior, a, b), now - was, covariance, value["wheelbase"], value["track_front"],
-        half_seen(contrast, middle, CHANCE),
+        contrast, _sizes(posterior, a, b), now - was, posterior.inflation**2 * covariance, value["wheelbase"],
+        value["track_front"], half_seen(contrast, middle, CHANCE),
     )  # fmt: skip
 
 

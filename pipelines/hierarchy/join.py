@@ -79,8 +79,7 @@ def joined(drives: Sequence[DriveTold], rho: float = RHO) -> Joined:
     if not sources:
         return Joined(ordered, None, (), {}, {}, False, rho)
     if len(sources) == 1:
-        alone = [replace(sources[0], factor=1.0)]
-        return Joined(ordered, solve(*make_parts(alone, rho)), tuple(alone), {}, {}, False, rho)
+        return Joined(ordered, solve(*make_parts(sources, rho)), tuple(sources), {}, {}, False, rho)
     found: Weighed = weigh(sources, rho)
     if found.posterior is None:
         return Joined(ordered, None, (), {}, found.left_out, True, rho)

@@ -57,8 +57,10 @@ class _Finding:
     spread: float
 
 
-def _figure(name: str, estimate: ParameterEstimate, title: str, unit: str) -> _Figure | None:
-    """None where the drives said nothing of it."""
+def _figure(
+    name: str, estimate: ParameterEstimate, title: str, unit: str, doubt: float = 0.0
+) -> _Figure | None:
+    """None where the drives said nothing of it. doubt: of the estimate's spread, what is no matter of information."""
     value, std, prior = estimate.value, estimate.std, estimate.prior
     if value is None or std is None or not std > 0 or estimate.status == "not_identifiable":
         return None
@@ -67,12 +69,15 @@ def _figure(name: str, estimate: ParameterEstimate, title: str, unit: str) -> _F
     if std > TELLS * prior.std:
         return None
     # normal laws: posterior = prior x what the drives say, so a shared data sheet does not make vehicles alike
-    information = 1 / std**2 - 1 / prior.std**2
-    alone = (value / std**2 - prior.value / prior.std**2) / information
-    # the answer moves from the prior by chance with what the spread lost
-    moved = (value - prior.value) / math.sqrt(prior.std**2 - std**2)
+    told = math.sqrt(max(std**2 - doubt**2, 1e-6 * std**2))
+    information = 1 / told**2 - 1 / prior.std**2
+    alone = (value / told**2 - prior.value / prior.std**2) / information
+    # what a doubt leaves open of the answer is as much larger of what the drives alone say as that lies farther from the prior
+    open_ = doubt / (1 - (told / prior.std) ** 2)
+    # the answer moves from the prior by chance with what the spread lost, and by what is doubted
+    moved = (value - prior.value) / math.hypot(math.sqrt(prior.std**2 - told**2), doubt)
     sheet = (prior.value, prior.std)
-    return _Figure(name, title, unit, alone, information**-0.5, value, sheet, moved)
+    return _Figure(name, title, unit, alone, math.hypot(information**-0.5, open_), value, sheet, moved)
 
 
 def _typical(vehicle: VehicleKnowledge, name: str) -> _Figure | None:
@@ -93,7 +98,9 @@ def _typical(vehicle: VehicleKnowledge, name: str) -> _Figure | None:
 
 
 def _figures(vehicle: VehicleKnowledge) -> dict[str, _Figure]:
-    found = [_figure(name, p.estimate, p.title, p.unit) for name, p in sorted(vehicle.vehicle.items())]
+    found = [
+        _figure(name, p.estimate, p.title, p.unit, p.doubt) for name, p in sorted(vehicle.vehicle.items())
+    ]
     found += [_typical(vehicle, name) for name in TYPICAL]
     return {figure.parameter: figure for figure in found if figure is not None}
 

@@ -28,13 +28,17 @@ class DriveTold:
 
 @dataclass(frozen=True)
 class VehicleParameter:
-    """A parameter that belongs to the vehicle whatever its load, from all drives. single_std: a single drive's, median."""
+    """A parameter that belongs to the vehicle whatever its load, from all drives. single_std: a single drive's, median.
+
+    doubt: standard deviation that the drives' doubts make of the estimate's.
+    """
 
     estimate: ParameterEstimate
     title: str
     unit: str
     single_std: float | None
     drives: int
+    doubt: float = 0.0
 
 
 @dataclass(frozen=True)

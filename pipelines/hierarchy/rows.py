@@ -69,8 +69,10 @@ def drive_rows(knowledge: VehicleKnowledge, starts: Mapping[str, str | None]) ->
     ]
 
 
-def vehicle_rows(knowledge: VehicleKnowledge, vehicle_name: str | None) -> list[Row]:
-    """What belongs to the vehicle whatever its load: rows of vehicles.parquet."""
+def vehicle_rows(
+    knowledge: VehicleKnowledge, vehicle_name: str | None, doubts: Sequence[str] = ()
+) -> list[Row]:
+    """What belongs to the vehicle whatever its load: rows of vehicles.parquet. doubts: of the drives that it is from, in words."""
     return [
         {
             "vehicle_id": knowledge.vehicle_id,
@@ -79,6 +81,7 @@ def vehicle_rows(knowledge: VehicleKnowledge, vehicle_name: str | None) -> list[
             "unit": found.unit,
             "single_std": _figure(found.single_std),
             "drives": found.drives,
+            "doubts": list(doubts),
             **_estimate(found.estimate),
             "parameter": name,
         }

@@ -26,6 +26,7 @@ from pipelines.joint.channels import CHANNELS
 from pipelines.joint.conflict import CONTRADICTED, Check, check
 from pipelines.joint.doubts import Weighed, doubts_of, said
 from pipelines.joint.file_check import LOAD, STATED, file_check
+from pipelines.joint.handed_on import Doubted, figures_left
 from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.kept import KeptRelations, kept_of
 from pipelines.joint.mirror import NAMED_WITH, said_of_mirror
@@ -134,10 +135,11 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     priors = prior_spreads(reached.known, reached.stated, rng) if reached.known.mass else {}
     columns = bent(joint, middle, gradients, rng) if drawn is None else _drawn(joint, drawn, gradients)
     rough = 1.0 if drawn is None else SAMPLED
-    apart = [
-        _apart(other, chance, reached.vehicle, opened)
+    others = [
+        _doubted(other, chance, reached.vehicle, opened)
         for (chance, other), opened in zip(reached.others, reached.opened[1:], strict=True)
     ]
+    apart = [_apart(other) for other in others]
     answers = {
         name: doubted(
             told(value, gradients[name], joint, checks, factor, columns.get(name), rough),
@@ -153,7 +155,9 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
         (*_far(joint), *_left_to_say(doubts, reached)), method, factor, time.perf_counter() - started, reached.found,
     )  # fmt: skip
-    kept = kept_of(joint, reached.checks, factor, drawn is None)
+    left = {name: (answer.value, answer.std) for name, answer in answers.items()}
+    empty = figures_left(Doubted(1.0, joint, checks, factor, doubts), others)
+    kept = kept_of(joint, reached.checks, factor, drawn is None, left, empty)
     doubtful, shared = _doubtful(reached.before, evidence, reached.kept)
     off = springs_off(joint, doubts, reached.vehicle, reached.others)
     return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off)
@@ -209,14 +213,21 @@ def _entries(
     return parameters, learned
 
 
-def _apart(other: Joint, chance: float, vehicle: Vehicle, opened: str) -> dict[str, Apart]:
-    """Every parameter by a second posterior, with its own conflicts, for what is told over both."""
-    middle, gradients = slopes(other)
-    checks, factor = (*check(other), *file_check(other, vehicle)), _inflation(other)
-    answers = {name: told(v, gradients[name], other, checks, factor, None, 1.0) for name, v in middle.items()}
-    doubts = doubts_of(other, vehicle, opened)
+def _doubted(other: Joint, chance: float, vehicle: Vehicle, opened: str) -> Doubted:
+    """A second posterior with its own conflicts and doubts."""
+    checks = (*check(other), *file_check(other, vehicle))
+    return Doubted(chance, other, checks, _inflation(other), doubts_of(other, vehicle, opened))
+
+
+def _apart(other: Doubted) -> dict[str, Apart]:
+    """Every parameter by a second posterior, for what is told over both."""
+    middle, gradients = slopes(other.joint)
+    answers = {
+        name: told(v, gradients[name], other.joint, other.checks, other.factor, None, 1.0)
+        for name, v in middle.items()
+    }
     return {
-        name: Apart(chance, answer.value, answer.std, gradients[name], doubts)
+        name: Apart(other.chance, answer.value, answer.std, gradients[name], other.doubts)
         for name, answer in answers.items()
     }
 
@@ -262,7 +273,7 @@ def _with_conflicts(
     named = {
         name: entry
         if entry.status == "not_identifiable" and not surely
-        else replace(entry, reason=first + entry.reason + words)
+        else replace(entry, reason=first + entry.reason + words, refused=first)
         for name, entry in parameters.items()
     }
     return {

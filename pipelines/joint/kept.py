@@ -8,7 +8,7 @@ rows @ v = observed + N(0, I) with rows = J and observed = whitened figures - p(
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -26,7 +26,10 @@ class KeptRelations:
     (m,) of each row, its title, physics and estimator ("vehicle file": stated, no drive's own). given: measured figures
     that outputs need ("sag"). widened: relation -> factor on its standard deviations for a conflict, where above 1.
     inflation: factor on the drive's spreads for misfit as a whole, 1 or more. normal: whether the posterior was close to
-    normal; where not, linear relations say less than the drive's own verdict did.
+    normal; where not, linear relations say less than the drive's own verdict did. told: parameter -> value and standard deviation that the
+    drive leaves of it with all its doubts, whether or not its verdict shows them: one that a drive does not tell stands there with
+    the figures that were known before. empty: the same of the vehicle's own figures (`pipelines.joint.empty`). Both empty in files of
+    earlier versions.
     """
 
     names: tuple[str, ...]
@@ -42,6 +45,8 @@ class KeptRelations:
     widened: Mapping[str, float]
     inflation: float
     normal: bool
+    told: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    empty: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def _turned(part: Part) -> tuple[FloatArray, FloatArray]:
@@ -55,7 +60,14 @@ def _turned(part: Part) -> tuple[FloatArray, FloatArray]:
     return slope, q.T @ part.residual
 
 
-def kept_of(joint: Joint, checks: Sequence[Check], inflation: float, normal: bool) -> KeptRelations:
+def kept_of(
+    joint: Joint,
+    checks: Sequence[Check],
+    inflation: float,
+    normal: bool,
+    told: Mapping[str, tuple[float, float]],
+    empty: Mapping[str, tuple[float, float]],
+) -> KeptRelations:
     """The relations of a joint posterior in the form that is stored."""
     known = joint.known
     turned = [_turned(part) for part in joint.parts]
@@ -76,5 +88,5 @@ def kept_of(joint: Joint, checks: Sequence[Check], inflation: float, normal: boo
         tuple(e.title for e, n in labels for _ in range(n)),
         tuple(str(e.kind) for e, n in labels for _ in range(n)),
         tuple(e.source for e, n in labels for _ in range(n)),
-        dict(joint.given), widened, inflation, normal,
+        dict(joint.given), widened, inflation, normal, dict(told), dict(empty),
     )  # fmt: skip

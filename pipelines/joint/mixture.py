@@ -42,6 +42,30 @@ def _copies(
     return weights, effects[:, 0], np.sqrt(np.maximum(std**2 + effects[:, 1], (0.25 * std) ** 2))
 
 
+def _mixed(first: Apart, apart: Sequence[Apart]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Weights, shifts from the first one's value and spreads of an answer over all its doubts and over other posteriors with theirs."""
+    weights, shifts, stds = _copies(first.std, first.gradient, first.doubts)
+    weights = (1 - sum(other.weight for other in apart)) * weights
+    for other in apart:
+        share, moved, spreads = _copies(other.std, other.gradient, other.doubts)
+        weights = np.concatenate([weights, other.weight * share])
+        shifts = np.concatenate([shifts, other.value - first.value + moved])
+        stds = np.concatenate([stds, spreads])
+    return weights, shifts, stds
+
+
+def _mean_of(weights: FloatArray, shifts: FloatArray, stds: FloatArray) -> tuple[float, float]:
+    """Shift of the mean, and standard deviation, of a mixture."""
+    shift = float(weights @ shifts)
+    return shift, math.sqrt(float(weights @ (stds**2 + (shifts - shift) ** 2)))
+
+
+def moments(first: Apart, apart: Sequence[Apart] = ()) -> tuple[float, float]:
+    """Mean and standard deviation of an answer over all doubts, and over other posteriors. The first one's weight is what they leave."""
+    shift, std = _mean_of(*_mixed(first, apart))
+    return first.value + shift, std
+
+
 def doubted(
     answer: Told, gradient: FloatArray, doubts: Sequence[Weighed], apart: Sequence[Apart] = ()
 ) -> Told:
@@ -49,15 +73,8 @@ def doubted(
 
     The spread holds what hardly ever is otherwise, by much; so the interval is not 1.96 times it.
     """
-    weights, shifts, stds = _copies(answer.std, gradient, doubts)
-    weights = (1 - sum(other.weight for other in apart)) * weights
-    for other in apart:
-        share, moved, spreads = _copies(other.std, other.gradient, other.doubts)
-        weights = np.concatenate([weights, other.weight * share])
-        shifts = np.concatenate([shifts, other.value - answer.value + moved])
-        stds = np.concatenate([stds, spreads])
-    shift = float(weights @ shifts)
-    std = math.sqrt(float(weights @ (stds**2 + (shifts - shift) ** 2)))
+    weights, shifts, stds = _mixed(Apart(1.0, answer.value, answer.std, gradient, doubts), apart)
+    shift, std = _mean_of(weights, shifts, stds)
     draws = answer.draws
     levels = np.array([*INNER, OUTER])
     below, above = np.split(

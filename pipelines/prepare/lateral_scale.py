@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from parsers.checks.grid import CELL_S, make_grid
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.drive import Decision, Drive
+from pipelines.joint.kept import KeptRelations
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import BLOCK_S, LEAST_BLOCKS, block_slopes
 from pipelines.prepare.decided import decided
@@ -156,6 +157,18 @@ def _strange(felt: FloatArray, turning: FloatArray, there: float) -> LateralDoub
 def with_doubt(drive: Drive, doubt: LateralDoubt | None) -> Drive:
     """The drive with what was found in its record."""
     return drive if doubt is None else decided(drive, [doubt.decision])
+
+
+def kept_as_sure(kept: KeptRelations | None, doubt: LateralDoubt | None) -> KeptRelations | None:
+    """What a drive leaves of its parameters for others to be joined with, no surer than the scales that it rests on either."""
+    if kept is None or doubt is None:
+        return kept
+    wider = {
+        name: (value, math.hypot(std, doubt.off * value))
+        for name, (value, std) in kept.told.items()
+        if name in HANG_ON_IT
+    }
+    return replace(kept, told={**kept.told, **wider})
 
 
 def as_sure_as_the_scale(

@@ -64,11 +64,7 @@ def _too_far_back(
         f"{REAR_HEAVY} {share:.0%} of the empty weight of a front-driven car at the rear: was cg_to_front_axle_m measured "
         "from the rear axle? "
     )
-    return found | {
-        name: replace(found[name], status="weak", reason=words + found[name].reason)
-        for name in ALONG
-        if name in found and found[name].status == "identified"
-    }
+    return found | {name: refused(found[name], words) for name in ALONG if name in found}
 
 
 def _too_low_or_high(
@@ -103,9 +99,14 @@ def _too_low_or_high(
         f"{UNMEASURED} {style} has its CG so {where} ({height.value:.2f} m; the {where}est of {len(same)}: {limit:.2f} m): check the vehicle "
         "file's mass, rates and lengths and the log's units; "
     )
-    return {
-        name: replace(entry, status="weak", reason=words + entry.reason)
+    return {name: refused(entry, words) for name, entry in found.items()}
+
+
+def refused(entry: ParameterEstimate, words: str) -> ParameterEstimate:
+    """An answer that is weak at best from here on. One that was no surer says so to whoever joins it with other drives alone."""
+    marked = replace(entry, refused=words + entry.refused)
+    return (
+        replace(marked, status="weak", reason=words + entry.reason)
         if entry.status == "identified"
-        else entry
-        for name, entry in found.items()
-    }
+        else marked
+    )

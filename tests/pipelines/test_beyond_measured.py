@@ -41,6 +41,15 @@ def test_what_no_measured_vehicle_is_like(body: str | None, height: float, std: 
     assert found["roll_gradient_degpg"].reason == "told"
     assert ("no measured" in found["mass_kg"].reason) is not sure
     assert found["cg_height_m"].value == height
+    # one that was weak already stays no more when drives are joined
+    for entry in found.values():
+        assert bool(entry.refused) is not sure
+        assert (
+            entry.status != "weak"
+            or sure
+            or entry.name == "roll_gradient_degpg"
+            or entry.reason.startswith(entry.refused)
+        )
 
 
 @pytest.mark.parametrize(

@@ -95,7 +95,12 @@ def test_bits_of_a_known_case() -> None:
     assert learned.shares[0].bits == pytest.approx(np.log2(3), abs=0.02)
     assert found.parameters["mass_kg"].status == "weak"
     assert found.record.learned["drag_area_m2"].bits < 0.05
-    assert found.parameters["drag_area_m2"].status == "not_identifiable"
+    drag = found.parameters["drag_area_m2"]
+    assert drag.status == "not_identifiable"
+    # for other drives to be joined with, what this one leaves; of a parameter that is told, just that
+    assert found.kept.told["mass_kg"] == (found.parameters["mass_kg"].value, found.parameters["mass_kg"].std)
+    assert drag.std is not None
+    assert 0.7 * drag.std < found.kept.told["drag_area_m2"][1] < 1.3 * drag.std
 
 
 def test_densities_integrate_to_one() -> None:
@@ -120,6 +125,8 @@ def test_a_contradiction_is_named_and_the_interval_holds_both(heavy: float) -> N
     surely = heavy > 2200
     assert mass.status == ("weak" if surely else "identified")
     assert ("beyond doubt" if surely else "disagree") in mass.reason
+    assert bool(mass.refused) is surely
+    assert mass.reason.startswith(mass.refused)
     told = what_limits(RECORD, (), found.parameters, vehicle(), found.record)
     assert any("is it this vehicle's file" in text for text in told) is surely
     assert all(r.probability < 0.003 and r.widened > 1 for r in found.record.relations)

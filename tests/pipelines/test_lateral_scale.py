@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from parsers.drive import Drive, ImportRecord, Signal
+from pipelines.joint.kept import KeptRelations
 from pipelines.prepare.gravity import with_gravity
-from pipelines.prepare.lateral_scale import as_sure_as_the_scale, lateral_doubt, with_doubt
+from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -134,3 +135,20 @@ def test_what_hangs_on_it_is_no_surer() -> None:
     assert entry.status == "weak"
     assert entry.std == pytest.approx(np.hypot(0.1, 5 * doubt.off))
     assert "scale of one of them" in entry.reason
+
+
+def test_what_is_handed_on_for_joining_is_no_surer_either() -> None:
+    """A height that the verdict does not tell has its doubt in no entry of the verdict."""
+    none = np.zeros(0)
+    told = {"cg_height_m": (0.7, 0.05), "mass_kg": (1500.0, 10.0)}
+    kept = KeptRelations(
+        (), none, none, none, np.zeros((0, 0)), none, (), (), (), {}, {}, 1.0, True, told
+    )  # fmt: skip
+    doubt = lateral_doubt(_drive(lambda felt: 1.2 * felt), Vehicle())
+    assert doubt is not None
+    found = kept_as_sure(kept, doubt)
+    assert found is not None
+    assert found.told["mass_kg"] == told["mass_kg"]
+    assert found.told["cg_height_m"] == (0.7, pytest.approx(np.hypot(0.05, 0.7 * doubt.off)))
+    assert kept_as_sure(kept, None) is kept
+    assert kept_as_sure(None, doubt) is None

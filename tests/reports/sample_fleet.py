@@ -131,7 +131,7 @@ def _vehicle_rows(v: int, drives: int, rng: np.random.Generator) -> list[dict[st
             {
                 "vehicle_id": f"van-{v:02d}", "vehicle_name": f"Delivery van {v:02d}", "parameter": name, "title": title,
                 "unit": unit, "value": value, "std": after, "low": value - 1.96 * after, "high": value + 1.96 * after,
-                "status": status, "reason": f"from {drives} drives", "prior": mean, "prior_std": std, "single_std": 0.8 * std,
+                "status": status, "reason": f"from {drives} drives", "prior": mean, "prior_std": std, "single_std": 0.8 * std, "doubts": [],
                 "drives": drives,
             }
         )  # fmt: skip

@@ -24,6 +24,7 @@ PARAMETER = {
     "prior",
     "reference",
     "sources",
+    "refused",
 }
 
 

@@ -117,6 +117,15 @@ def test_vehicles_changes_and_trends(tables: dict[str, pl.DataFrame]) -> None:
     assert tables["trends"]["vehicle_id"].to_list() == ["v1", "v2", "v3"]
 
 
+def test_the_table_of_vehicles_says_what_its_drives_doubt(tables: dict[str, pl.DataFrame]) -> None:
+    """Who opens that table alone sees it: a doubt that drives share once, with who has it."""
+    rows = {row["vehicle_id"]: row["doubts"] for row in tables["vehicles"].iter_rows(named=True)}
+    shared = "the log is truncated: only what was whole is used"
+    assert rows["v1"][0] == "one note"
+    assert f"v1/drive_001.csv, v1/drive_002.csv, v1/drive_003.csv: {shared}" in rows["v1"]
+    assert f"v2/drive_004.csv: {shared}" in rows["v2"]
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_any_order_of_completion_gives_the_same_bytes(store: Store, tmp_path: Path, seed: int) -> None:
     order = list(DRIVES)

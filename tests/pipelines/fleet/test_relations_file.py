@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import io
-from dataclasses import fields
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -34,9 +34,10 @@ def relations(draw: Any) -> KeptRelations:
         return tuple(draw(st.lists(NAME, min_size=n, max_size=n)))
 
     table = st.dictionaries(NAME, FIGURE, max_size=3)
+    pairs = st.dictionaries(NAME, st.tuples(FIGURE, FIGURE), max_size=3)
     return KeptRelations(
         names(k), vector(k), vector(k), vector(k), draw(arrays(np.float64, (m, k), elements=FIGURE)), vector(m), names(m),
-        names(m), names(m), draw(table), draw(table), draw(FIGURE), draw(st.booleans()),
+        names(m), names(m), draw(table), draw(table), draw(FIGURE), draw(st.booleans()), draw(pairs), draw(pairs),
     )  # fmt: skip
 
 
@@ -45,7 +46,7 @@ def bits(value: Any) -> Any:
     if isinstance(value, np.ndarray):
         return value.shape, value.tobytes()
     if isinstance(value, dict):
-        return [(name, np.float64(figure).tobytes()) for name, figure in value.items()]
+        return [(name, np.array(figure, dtype=np.float64).tobytes()) for name, figure in value.items()]
     return np.float64(value).tobytes() if isinstance(value, float) else value
 
 
@@ -65,6 +66,19 @@ def test_an_ordinary_drive_is_small() -> None:
     kept = kept_of_drive(1, unknowns=40, relations=60)
     assert len(relations_bytes(kept)) < 20_000
     assert equal(relations_from(relations_bytes(kept)), kept)
+
+
+def test_a_file_of_before_doubts_were_kept_is_read() -> None:
+    kept = replace(
+        kept_of_drive(1), told={"mass_kg": (1900.0, 40.0)}, empty={"empty_mass_kg": (1800.0, 20.0)}
+    )
+    assert equal(relations_from(relations_bytes(kept)), kept)
+    table = pl.read_parquet(io.BytesIO(relations_bytes(kept))).filter(
+        ~pl.col("entry").is_in(["told", "empty"])
+    )
+    content = io.BytesIO()
+    table.write_parquet(content)
+    assert equal(relations_from(content.getvalue()), replace(kept, told={}, empty={}))
 
 
 def test_others_can_read_it() -> None:

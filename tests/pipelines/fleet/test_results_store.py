@@ -16,7 +16,7 @@ from parsers.errors import StoreError
 from pipelines.fleet.gather import prune
 from pipelines.fleet.moved import lost
 from pipelines.fleet.records import Facts
-from pipelines.fleet.rows import rows_of
+from pipelines.fleet.rows import rows_bytes, rows_from, rows_of
 from pipelines.fleet.storage_local import LocalStorage
 from pipelines.fleet.store import STORE_FILE, Store, folder_of, open_store
 from pipelines.fleet.tables import TABLES
@@ -63,6 +63,30 @@ def test_reads_back_what_was_put(store: Store) -> None:
     assert kept is not None
     np.testing.assert_array_equal(kept.rows, kept_of_drive(1).rows)
     assert store.kept("no-such-drive") is None
+
+
+@pytest.mark.parametrize(
+    ("reason", "refused"),
+    [
+        (
+            "the log and what was known contradict each other beyond doubt (a): one of them is wrong; from b; c",
+            "the log and what was known contradict each other beyond doubt (a): one of them is wrong; ",
+        ),
+        (
+            "the vehicle file has 60% of the empty weight at the rear: was it measured from the rear axle? from b",
+            "the vehicle file has 60% of the empty weight at the rear: was it measured from the rear axle? ",
+        ),
+        ("from b; no measured SUV has its CG so low; c", ""),
+    ],
+)
+def test_rows_of_before_a_refusal_was_a_field_still_say_it(reason: str, refused: str) -> None:
+    rows = rows_of(results_of_drive(1))
+    entry = replace(next(iter(rows.verdict.values())), reason=reason)
+    new = rows_bytes(replace(rows, verdict={entry.name: entry}))
+    assert rows_from(new).verdict[entry.name].refused == ""
+    old = json.loads(new)
+    del old["verdict"][entry.name]["refused"]
+    assert rows_from(json.dumps(old).encode()).verdict[entry.name].refused == refused
 
 
 def test_the_same_drive_gives_the_same_bytes(store: Store) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +53,17 @@ def test_a_change_is_told_with_its_size_and_place() -> None:
     height, spread = more.changes["cg_height_m"]
     assert 0.0 < spread < 0.03
     assert height > 0
+
+
+def test_drives_that_scatter_more_than_their_errors_have_wider_changes() -> None:
+    """As their answers do."""
+    fleet = joined(drives([DRIVER, LADEN]))
+    assert fleet.posterior is not None
+    calm = replace(fleet.posterior, chi2=0.0)
+    wild = replace(calm, chi2=4.0 * calm.figures)
+    (before,), (after,) = (load_changes(posterior, fleet.drives) for posterior in (calm, wild))
+    for name, (size, std) in before.changes.items():
+        assert after.changes[name] == (pytest.approx(size), pytest.approx(2 * std))
 
 
 def test_less_is_the_opposite_of_more() -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import random
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -91,6 +92,18 @@ def test_few_of_a_kind_are_compared_with_their_data_sheet() -> None:
     assert (first.others, first.others_std) == SHEET[STIFF]
     assert "Goes with it" in second.text
     assert second.probability > 0.5
+
+
+def test_a_doubted_answer_contradicts_its_data_sheet_less() -> None:
+    """A doubt makes it wider and tells nothing: it must not pass for an answer that hardly left the sheet."""
+    sure = knowledge("v", {STIFF: estimate(STIFF, 70e3, 2000.0, prior=SHEET[STIFF])})
+    wide = estimate(STIFF, 70e3, float(np.hypot(2000.0, 6000.0)), prior=SHEET[STIFF])
+    doubted = knowledge("v", {STIFF: wide})
+    parameter = replace(doubted.vehicle[STIFF], doubt=6000.0)
+    (before,) = rank([sure], None)
+    (after,) = rank([replace(doubted, vehicle={STIFF: parameter})], None)
+    assert after.score == pytest.approx(10e3 / np.sqrt(8e3**2 - 2e3**2 + 6e3**2))
+    assert after.score < before.score
 
 
 def test_without_a_kind_a_vehicle_is_alone() -> None:
