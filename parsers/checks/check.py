@@ -20,6 +20,7 @@ from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.travel import wrong_travel
 from parsers.checks.travel_range import impossible_travel
+from parsers.checks.twins import twins
 from parsers.checks.unit_faults import unit_faults
 from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
@@ -113,6 +114,8 @@ def _wheels_put_right(
     work = dict(work)
     present = make_grid(fixes(work), grid)
     still = frozen(work, present)
+    if not any(each.applied for each in still):
+        still += twins(work, present)
     if not any(each.applied for each in still):
         still += impossible_travel(present, taken)
     odd = OddWheels()
