@@ -13,6 +13,7 @@ from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
 from parsers.checks.mounting import judge_signs
+from parsers.checks.net_torque import net_torque
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
@@ -173,11 +174,13 @@ def decide(
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
     idle = stuck(work, grid) + dead_brakes(work, grid)
+    twice = net_torque({n: s for n, s in work.items() if n not in {each.signal for each in idle}}, grid)
+    wild |= {each.signal: each for each in twice if each.applied}
     rest = [
         *odd.decisions,
         *signs.decisions,
         *wild.values(),
-        *(each for each in still if not each.applied),
+        *(each for each in (*still, *twice) if not each.applied),
         *idle,
     ]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
