@@ -17,6 +17,7 @@ from parsers.checks.grid import BoolArray, Grid
 from parsers.checks.motion import seconds, smooth, vehicle_speed
 from parsers.checks.pedals import change_of_speed
 from parsers.drive import Decision, Signal
+from parsers.quantiles import median, quantile
 from parsers.signals import WHEELS
 
 _MOVES = 2.0
@@ -99,28 +100,25 @@ def _braking(grid: Grid, drive: FloatArray, brake: FloatArray, *, torque: bool) 
     )
     if seconds(there) < _LEAST_OFF_S + _LEAST_ON_S:
         return None
-    rest = (
-        float(np.median(brake[there & (felt > -_SLOWS / 3)])) if (there & (felt > -_SLOWS / 3)).any() else 0.0
-    )
-    pushed = np.abs(brake - rest)
-    most = float(np.quantile(pushed[there], 0.995))
+    idle = there & (felt > -_SLOWS / 3)
+    if not idle.any():
+        return None
+    pushed = np.abs(brake - median(brake[idle]))
+    most = quantile(pushed[there], 0.995)
     off, on = there & (pushed < _RELEASED * most), there & (pushed > _PRESSED * most) & (felt < -_SLOWS)
     if seconds(off) < _LEAST_OFF_S or seconds(on) < _LEAST_ON_S:
         return None
     asked = _asked(felt, speed, drive, off)
     if asked is None:
         return None
-    weight = float(asked[on] @ asked[on])
+    on_drive, on_asked, on_pushed = drive[on], asked[on], pushed[on]
+    weight = float(on_asked @ on_asked)
     if not weight > 0:
         return None
-    adds = (
-        float((drive - asked)[on] @ (pushed * -np.sign(asked))[on] * -1 / (pushed[on] @ pushed[on]))
-        if torque
-        else float("nan")
-    )
-    return _Braking(
-        float(drive[on] @ asked[on]) / weight, abs(adds), seconds(on), seconds(on & (felt < -_HARD))
-    )
+    short = (on_drive - on_asked) * -np.sign(on_asked)
+    adds = abs(float(short @ on_pushed) / float(on_pushed @ on_pushed)) if torque else float("nan")
+    hard_s = seconds(on & (felt < -_HARD))
+    return _Braking(float(on_drive @ on_asked) / weight, adds, seconds(on), hard_s)
 
 
 def _asked(felt: FloatArray, speed: FloatArray, drive: FloatArray, off: BoolArray) -> FloatArray | None:

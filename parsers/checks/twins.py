@@ -48,4 +48,4 @@ def _same(left: Signal, right: Signal) -> bool:
     """Whether two signals hold the same samples, and move."""
     if len(left.values) < _LEAST_SAMPLES or not np.array_equal(left.values, right.values):
         return False
-    return float(np.nanstd(left.values)) > _LEAST_MOVED_M
+    return float(np.std(left.values[np.isfinite(left.values)])) > _LEAST_MOVED_M
