@@ -10,7 +10,7 @@ from parsers.importer import ImportLog
 from parsers.table_numbers import MISSING_WORDS
 from parsers.table_repeats import LEAST_SHARE
 from parsers.table_stamps import BoolArray
-from parsers.table_time import TimePlan
+from parsers.table_time_plan import TimePlan
 
 SAMPLE_ROWS = 200
 """Rows by which a table is judged."""

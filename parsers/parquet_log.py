@@ -36,7 +36,8 @@ from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rasters import Columns, without_other_rasters
 from parsers.table_repeats import RepeatedStamps
-from parsers.table_time import TimePlan, find_time, may_be_time
+from parsers.table_time import find_time, may_be_time
+from parsers.table_time_plan import TimePlan
 
 if TYPE_CHECKING:
     from parsers.parquet_parts import PartlyFilled
