@@ -29,12 +29,22 @@ def is_number(kind: pl.DataType) -> bool:
     return kind.is_numeric() or kind == pl.Boolean
 
 
+def is_text(kind: pl.DataType) -> bool:
+    """Whether a column holds texts, also as pandas' categories."""
+    return kind == pl.String or isinstance(kind, (pl.Categorical, pl.Enum))
+
+
+def _texts(column: pl.Series) -> pl.Series:
+    """A column of texts without the blanks around them."""
+    return column.cast(pl.String).str.strip_chars()
+
+
 def floats(column: pl.Series) -> FloatArray:
     """A column as doubles, NaN where it has no value or an infinite one, also where its text is no number."""
-    if not is_number(column.dtype) and column.dtype != pl.String:
+    if not is_number(column.dtype) and not is_text(column.dtype):
         return np.full(len(column), np.nan)
-    if column.dtype == pl.String:
-        column = column.str.strip_chars()
+    if is_text(column.dtype):
+        column = _texts(column)
     values = column.cast(pl.Float64, strict=False).fill_null(float("nan")).to_numpy()
     return np.where(np.isinf(values), np.nan, values) if bool(np.isinf(values).any()) else values
 
@@ -60,17 +70,18 @@ def reject_cells(columns: pl.DataFrame, log: ImportLog) -> None:
 
 
 def _infinite_cells(column: pl.Series) -> int:
-    if column.dtype == pl.String:
-        column = column.str.strip_chars().cast(pl.Float64, strict=False)
+    if is_text(column.dtype):
+        column = _texts(column).cast(pl.Float64, strict=False)
     return int(column.is_infinite().sum()) if column.dtype.is_float() else 0
 
 
 def text_cells(column: pl.Series) -> int:
     """How many cells of a column of text are words, where numbers were expected."""
-    if column.dtype != pl.String:
+    if not is_text(column.dtype):
         return 0
-    words = column.filter(column.str.strip_chars().cast(pl.Float64, strict=False).is_null())
-    return int((~words.str.to_lowercase().str.strip_chars().is_in(["", *MISSING_WORDS])).sum())
+    column = _texts(column)
+    words = column.filter(column.cast(pl.Float64, strict=False).is_null())
+    return int((~words.str.to_lowercase().is_in(["", *MISSING_WORDS])).sum())
 
 
 def time_of(part: pl.DataFrame, headers: list[str], plan: TimePlan) -> tuple[IntArray, BoolArray]:

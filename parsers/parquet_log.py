@@ -23,6 +23,7 @@ from parsers.parquet_columns import (
     SAMPLE_ROWS,
     floats,
     is_number,
+    is_text,
     reject_cells,
     stamps_repeat,
     time_of,
@@ -206,7 +207,7 @@ def _spelt_numbers(cells: Sequence[Sequence[str]], types: Sequence[pl.DataType])
     return {
         k
         for k, (own, kind) in enumerate(zip(kept, types, strict=True))
-        if kind == pl.String and own and style.count(own) >= 0.5 * len(own)
+        if is_text(kind) and own and style.count(own) >= 0.5 * len(own)
     }
 
 
@@ -237,7 +238,7 @@ def _fetched_sample(
     columns = [
         header
         for column, (header, kind) in zip(names, schema.items(), strict=True)
-        if kind == pl.String
+        if is_text(kind)
         or isinstance(kind, (pl.Duration, pl.Time))
         or (kind.is_numeric() and may_be_time(column, options))
     ]
@@ -250,7 +251,7 @@ def _cells(column: pl.Series, kind: pl.DataType) -> list[str]:
     if isinstance(kind, pl.Duration):
         # as pandas writes a stretch of time
         return ["" if v is None else f"{v.days} days {v - timedelta(v.days)}" for v in column.to_list()]
-    if not kind.is_numeric() and kind not in (pl.String, pl.Time):
+    if not kind.is_numeric() and not is_text(kind) and kind != pl.Time:
         return []
     return ["" if value is None else str(value) for value in column.to_list()]
 

@@ -71,3 +71,25 @@ def test_decimals_beyond_polars_cost_their_column_alone(tmp_path: Path) -> None:
     assert [*drive.signals] == ["accel_y"]
     assert len(drive.signals["accel_y"].values) == ROWS
     assert any('more than 38 digits are not read: "speed_mps"' in note for note in drive.record.notes)
+
+
+@pytest.mark.parametrize("kind", ["categorical", "enum", "large dictionary"])
+def test_numbers_held_as_categories_of_text_are_read(tmp_path: Path, kind: str) -> None:
+    """pandas writes a column of few different texts as category; words among them are counted as in a column of text."""
+    words = [f"{15 + k % 9}.5" if k % 10 else " n/a " if k % 20 else "open" for k in range(ROWS)]
+    speed = pl.Series("speed_mps", words)
+    frame = table(pl.Series("time_s", np.arange(ROWS) / 100), speed_mps=speed)
+    plain, path = tmp_path / "plain.parquet", tmp_path / "log.parquet"
+    frame.write_parquet(plain)
+    if kind == "large dictionary":
+        whole = frame.to_arrow()
+        coded = whole["speed_mps"].cast(arrow.large_string()).dictionary_encode()
+        parquet.write_table(whole.set_column(1, "speed_mps", coded), path)
+    else:
+        of = pl.Categorical() if kind == "categorical" else pl.Enum(sorted(set(words)))
+        frame.with_columns(pl.col("speed_mps").cast(of)).write_parquet(path)
+    expected, found = load_drive((plain,)), load_drive((path,))
+    assert np.array_equal(found.signals["speed"].values, expected.signals["speed"].values)
+    assert len(found.signals["speed"].values) == ROWS - ROWS // 10
+    assert found.record.rejected == expected.record.rejected
+    assert any("numbers as text" in note for note in found.record.notes)
