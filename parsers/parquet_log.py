@@ -21,6 +21,7 @@ from parsers.parquet_chain import chained
 from parsers.parquet_clock import ParquetClock
 from parsers.parquet_columns import (
     SAMPLE_ROWS,
+    are_iso,
     floats,
     is_number,
     is_text,
@@ -158,11 +159,14 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
     columns = Columns(unique_names(names)[0], cells, NumberStyle("."))
     spelt = _spelt_numbers(cells, types)
     plan = _calendar_time(names, types, options) or find_time(names, cells, columns.style, options, path)
-    if plan.kind in ("calendar", "elapsed") and not all(types[k].is_temporal() for k in plan.columns):
+    told = all(types[k].is_temporal() for k in plan.columns)
+    if plan.kind == "calendar" and len(plan.columns) == 1:
+        told = told or (not plan.whole_ms and are_iso(cells[plan.columns[0]]))
+    if plan.kind in ("calendar", "elapsed") and not told:
         raise LogError(
             f'the time in column "{names[plan.columns[0]].name}" is text',
             path=path,
-            hint="write it as a timestamp or as nanoseconds in a column time_ns",
+            hint="write it as ISO 8601 (2025-03-04T10:20:30.123Z), as a timestamp or as nanoseconds in a column time_ns",
         )
     lost = [names[k].header for k in plan.columns if schema.names()[k] not in head.columns]
     if lost and far is None:
