@@ -63,7 +63,7 @@ def net_torque(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     )
     evidence = f"{found.whole:.2f} times what the braking asks for over {found.on_s:.0f} s, of which brakes that it does not hold would leave next to nothing"
     action = (
-        f"left out, or braking would count twice (to keep it instead: [signals.{drives[0]}] with ignore = true in a mapping file)"
+        f"left out: braking would count twice with it (to keep it instead: [signals.{drives[0]}] with ignore = true in a mapping file)"
         if sure
         else f"left as it is: a motor may have braked; if not, leave out {' and '.join(pressed[:1])} in a mapping file (ignore = true)"
     )

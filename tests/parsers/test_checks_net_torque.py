@@ -51,6 +51,8 @@ def test_a_net_torque_beside_a_brake_torque_leaves_the_brakes_out(
         signals, drive_torque=drive - brake, brake_torque=sign * brake, brake_pressure=brake / 25e-5
     )
     assert {each.signal for each in told(checked)} == {"brake_torque", "brake_pressure"}
+    # what the terminal takes away from the front of it
+    assert all(each.action.startswith("left out: ") for each in told(checked))
     assert {"brake_torque", "brake_pressure"} & checked.signals.keys() == set()
     assert "drive_torque" in checked.signals
 
