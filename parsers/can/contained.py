@@ -70,9 +70,7 @@ class Contained:
                 f"J1939-22: {self.frames} CAN FD frames were taken apart to {self.groups} parameter groups"
             )
             log.reject("J1939-22 frame whose parameter groups do not fill it", self.odd)
-        if self.groups or not self.odd:
-            # alone, frames that are not laid out so are some other protocol's
-            log.reject(
-                "J1939-22 frame with assurance data or another service than J1939's, not read from there on",
-                self.other,
-            )
+        log.reject(
+            "J1939-22 frame with assurance data or another service than J1939's, not read from there on",
+            self.other,
+        )

@@ -13,7 +13,7 @@ from parsers.can.slots import BusArray, IdArray
 from parsers.channels import ByteArray, IntArray
 from parsers.jit import kernel
 
-HEAD, FD_BYTES = 4, 64
+HEAD, FD_BYTES, CLASSIC_BYTES = 4, 64, 8
 MOST_GROUPS = FD_BYTES // HEAD
 """Of one frame: groups may be empty."""
 PADDING, PLAIN = 0, 2
@@ -85,5 +85,6 @@ def split_containers(
             # some other protocol's frame, or a damaged one: none of its groups is believed
             state[FOUND] = first
             state[ODD] += 1
-        elif other > 0:
+        elif other > 0 and size > CLASSIC_BYTES:
+            # shorter ones may be another protocol's on classic CAN
             state[OTHER] += 1

@@ -134,7 +134,8 @@ def test_frames_that_are_not_laid_out_so_give_nothing(tmp_path: Path) -> None:
     assert len(read_all(reader)["Four.Last"][1]) == 1
     assert log.rejected["J1939-22 frame whose parameter groups do not fill it"] == 2
     # of another protocol nothing is said
-    _, log = open_rows(tmp_path, timed([beyond, (0x0C25FF31 | EXTENDED, b"\x60")]), SHORT)
+    classic = [(0x0C25FF31 | EXTENDED, bytes([first] * 8)) for first in range(256)]
+    _, log = open_rows(tmp_path, timed([beyond, (0x0C25FF31 | EXTENDED, b"\x60"), *classic]), SHORT)
     assert not any("J1939-22" in each for each in (*log.notes, *log.rejected))
 
 
