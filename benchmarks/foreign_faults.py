@@ -19,7 +19,7 @@ import polars as pl
 from foreign_logs import Case, Log, make_log
 from foreign_study import JUDGED, through_the_product, warned
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 
 Change = Callable[[Log], Log]
 HEIGHTS = ("cg_height_m", "sprung_cg_height_m", "mass_kg", "cg_to_front_axle_m", "roll_inertia_kgm2")

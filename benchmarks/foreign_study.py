@@ -30,7 +30,8 @@ from foreign_logs import FILES, SENSORS, STYLES, Case, Log, make_log  # noqa: E4
 from foreign_recorders import STRANGE_FILES, STRANGE_SENSORS, STRANGERS, make_stranger  # noqa: E402
 
 from pipelines.analyze import Request, analyze  # noqa: E402
-from pipelines.results import INNER, OUTER, DriveResults  # noqa: E402
+from pipelines.drive_results import DriveResults  # noqa: E402
+from pipelines.results import INNER, OUTER  # noqa: E402
 
 ESTIMATORS = "roll_map,load_balance,brake_roll_batch,axle_load_gls,base_excitation_batch,load_transfer_batch,roll_plane,pitch_plane"
 JUDGED = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "roll_arm_m", "roll_stiffness_nmprad",

@@ -32,8 +32,8 @@ from parsers import places_fs  # noqa: E402
 from parsers.drive import Drive  # noqa: E402
 from parsers.load import load_drive  # noqa: E402
 from parsers.mapping import read_map  # noqa: E402
+from parsers.opened_log import LoadOptions  # noqa: E402
 from parsers.places import as_path  # noqa: E402
-from parsers.read_log import LoadOptions  # noqa: E402
 
 RESULT = ROOT / "benchmarks" / "results" / "remote_logs.md"
 SAMPLES = (

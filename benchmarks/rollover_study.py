@@ -25,10 +25,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from parsers.drive import Drive, ImportRecord, Signal
 from parsers.signals import WHEELS
 from pipelines.prepare.spans import runs
-from pipelines.results import FloatArray, ParameterEstimate, Rollover
+from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.rollover import assess_rollover
 from pipelines.rollover.body import Body, draw_body
 from pipelines.rollover.threshold import limits
+from pipelines.rollover_results import Rollover
 from pipelines.simulation.loads import Load, loaded, truth
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, default_mount, simulate_log
 from pipelines.simulation.logs.vehicle import data_sheet

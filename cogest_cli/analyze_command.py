@@ -22,7 +22,7 @@ from cogest_cli.options import (
 from parsers.places import as_path
 
 if TYPE_CHECKING:
-    from pipelines.results import DriveResults
+    from pipelines.drive_results import DriveResults
 
 
 def analyze(

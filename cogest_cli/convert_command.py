@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cogest_cli.options import Dbc, Logs, Map, NoFix
+from cogest_cli.options import Dbc, Logs, Map, NoFix, VehicleFile
+
+if TYPE_CHECKING:
+    from parsers.mapping import WheelRadius
 
 
 def convert(
@@ -15,6 +19,7 @@ def convert(
     out: Annotated[Path, typer.Option(help="Folder for the Parquet files.", show_default=False)],
     map_file: Map = None,
     dbc: Dbc = None,
+    vehicle: VehicleFile = None,
     no_fix: NoFix = False,
 ) -> None:
     """Bring a log into canonical signals and write them as Parquet: DIR/*.parquet with `time_ns`."""
@@ -25,10 +30,15 @@ def convert(
     check_logs(logs)
     check_out(out)
     from parsers.convert import convert_logs
+    from pipelines.discover import nearest
     from reports.gap_text import gap_lines
 
+    vehicle_path = vehicle or nearest("vehicle.toml", logs[0])
     with ProgressLine() as progress:
-        converted = convert_logs(logs, load_options(logs, map_file, dbc, not no_fix, progress), out)
+        options = load_options(logs, map_file, dbc, not no_fix, progress)
+        if vehicle_path:
+            options = replace(options, radius=_radius(vehicle_path))
+        converted = convert_logs(logs, options, out)
     record = converted.record
     show_line(f"{record.format}, {record.status}: {converted.signals} signals over {record.duration_s:.1f} s")
     for decision in record.decisions:
@@ -43,3 +53,11 @@ def convert(
         show_line(f"  note: {note}")
     for path in converted.files:
         show_line(path)
+
+
+def _radius(vehicle: Path) -> WheelRadius | None:
+    """All that a table needs of a vehicle: with it turn rates of wheels are speeds."""
+    from pipelines.vehicles.vehicle import read_vehicle
+    from pipelines.vehicles.wheel_radius import wheel_radius
+
+    return wheel_radius(read_vehicle(vehicle))

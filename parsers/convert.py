@@ -11,7 +11,8 @@ from parsers.drive import ImportRecord
 from parsers.intake import Budget, Intake
 from parsers.load import find_all, make_drive, options_of_each
 from parsers.log_hash import BackgroundHash
-from parsers.read_log import LoadOptions, make_part, take_in
+from parsers.opened_log import LoadOptions
+from parsers.read_log import make_part, take_in
 from parsers.store_folder import refuse_strangers, write_errors
 
 

@@ -18,7 +18,8 @@ from parsers.table_hhmmss import UNIT, as_time_of_day, could_be, is_it
 from parsers.table_pass import TablePass, TextFile, group_name, take_over_raster
 from parsers.table_rasters import Columns, Raster, find_rasters
 from parsers.table_text import BLOCK_BYTES, Encoding, decode, find_encoding, read_sample
-from parsers.table_time import TimePlan, find_time
+from parsers.table_time import find_time
+from parsers.table_time_plan import TimePlan
 
 _HEAD = 16384
 _LABVIEW = b"LabVIEW Measurement"

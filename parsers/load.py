@@ -16,19 +16,8 @@ from parsers.intake import Intake
 from parsers.log_hash import BackgroundHash, hash_logs
 from parsers.mapping import MapFile, missing_channels
 from parsers.merge import merge_parts
-from parsers.read_log import (
-    LoadOptions,
-    OpenedLog,
-    Part,
-    PartFacts,
-    Progress,
-    lenient,
-    make_part,
-    open_log,
-    quiet,
-    read_chunks,
-    take_in,
-)
+from parsers.opened_log import LoadOptions, OpenedLog, Progress, lenient, open_log, quiet, read_chunks
+from parsers.read_log import Part, PartFacts, make_part, take_in
 from parsers.registry import find_importer
 from parsers.timebase import MAX_GAPS, NS, GapList, list_gaps
 

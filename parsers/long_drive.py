@@ -22,10 +22,11 @@ from parsers.load import (
 )
 from parsers.log_hash import BackgroundHash
 from parsers.merge import join_pieces
+from parsers.opened_log import LoadOptions
 from parsers.parquet_pages import DOUBLE, INT64
 from parsers.parquet_write import Table, write_pieces
 from parsers.pieces import Span
-from parsers.read_log import LoadOptions, Taken
+from parsers.read_log import Taken
 from parsers.signals import SIGNALS
 from parsers.store import group_table
 from parsers.store_folder import Replacement

@@ -10,9 +10,10 @@ import numpy as np
 
 from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
+from parsers.opened_log import OpenedLog
 from parsers.pieces import OVERLAP_NS, Piece, Span, inside, overlap_ns, same_samples
 from parsers.placing import place_logs, refuse_far_apart, refuse_other_moments
-from parsers.read_log import OpenedLog, Part
+from parsers.read_log import Part
 from parsers.timebase import NS
 
 P = TypeVar("P", bound=Piece)

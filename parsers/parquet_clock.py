@@ -5,7 +5,7 @@ from __future__ import annotations
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
 from parsers.table_stamps import unwrap_days
-from parsers.table_time import TimePlan
+from parsers.table_time_plan import TimePlan
 from parsers.table_wraps import Counter, turns_of
 
 

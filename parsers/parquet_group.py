@@ -11,7 +11,7 @@ import polars as pl
 
 from parsers.errors import LogError
 from parsers.table_names import ColumnName
-from parsers.table_time import TimePlan
+from parsers.table_time_plan import TimePlan
 
 if TYPE_CHECKING:
     from parsers.parquet_parts import PartlyFilled

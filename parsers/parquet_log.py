@@ -21,8 +21,10 @@ from parsers.parquet_chain import chained
 from parsers.parquet_clock import ParquetClock
 from parsers.parquet_columns import (
     SAMPLE_ROWS,
+    are_iso,
     floats,
     is_number,
+    is_text,
     reject_cells,
     stamps_repeat,
     time_of,
@@ -36,7 +38,8 @@ from parsers.table_cells import NumberStyle, is_missing
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.table_rasters import Columns, without_other_rasters
 from parsers.table_repeats import RepeatedStamps
-from parsers.table_time import TimePlan, find_time, may_be_time
+from parsers.table_time import find_time, may_be_time
+from parsers.table_time_plan import TimePlan
 
 if TYPE_CHECKING:
     from parsers.parquet_parts import PartlyFilled
@@ -156,11 +159,14 @@ def _open_group(path: Path, options: ReadOptions, log: ImportLog) -> ParquetGrou
     columns = Columns(unique_names(names)[0], cells, NumberStyle("."))
     spelt = _spelt_numbers(cells, types)
     plan = _calendar_time(names, types, options) or find_time(names, cells, columns.style, options, path)
-    if plan.kind in ("calendar", "elapsed") and not all(types[k].is_temporal() for k in plan.columns):
+    told = all(types[k].is_temporal() for k in plan.columns)
+    if plan.kind == "calendar" and len(plan.columns) == 1:
+        told = told or (not plan.whole_ms and are_iso(cells[plan.columns[0]]))
+    if plan.kind in ("calendar", "elapsed") and not told:
         raise LogError(
             f'the time in column "{names[plan.columns[0]].name}" is text',
             path=path,
-            hint="write it as a timestamp or as nanoseconds in a column time_ns",
+            hint="write it as ISO 8601 (2025-03-04T10:20:30.123Z), as a timestamp or as nanoseconds in a column time_ns",
         )
     lost = [names[k].header for k in plan.columns if schema.names()[k] not in head.columns]
     if lost and far is None:
@@ -205,7 +211,7 @@ def _spelt_numbers(cells: Sequence[Sequence[str]], types: Sequence[pl.DataType])
     return {
         k
         for k, (own, kind) in enumerate(zip(kept, types, strict=True))
-        if kind == pl.String and own and style.count(own) >= 0.5 * len(own)
+        if is_text(kind) and own and style.count(own) >= 0.5 * len(own)
     }
 
 
@@ -236,7 +242,7 @@ def _fetched_sample(
     columns = [
         header
         for column, (header, kind) in zip(names, schema.items(), strict=True)
-        if kind == pl.String
+        if is_text(kind)
         or isinstance(kind, (pl.Duration, pl.Time))
         or (kind.is_numeric() and may_be_time(column, options))
     ]
@@ -249,7 +255,7 @@ def _cells(column: pl.Series, kind: pl.DataType) -> list[str]:
     if isinstance(kind, pl.Duration):
         # as pandas writes a stretch of time
         return ["" if v is None else f"{v.days} days {v - timedelta(v.days)}" for v in column.to_list()]
-    if not kind.is_numeric() and kind not in (pl.String, pl.Time):
+    if not kind.is_numeric() and not is_text(kind) and kind != pl.Time:
         return []
     return ["" if value is None else str(value) for value in column.to_list()]
 

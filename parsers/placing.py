@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import combinations
 
 from parsers.errors import LogError
+from parsers.opened_log import OpenedLog
 from parsers.pieces import OVERLAP_NS, Piece, overlap_ns, tell_different_things
-from parsers.read_log import OpenedLog
 from parsers.timebase import NS
 
 APART_NS = 48 * 3600 * NS

@@ -3,71 +3,30 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
 from parsers.axle_sums import HeldRows, with_axle_sums
-from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
+from parsers.bound_signals import is_stated, make_signal, mapped_channel
+from parsers.channels import ChannelInfo, Chunk, IntArray
 from parsers.drive import MappedChannel, Signal
 from parsers.errors import LogError, MappingError
-from parsers.importer import Importer, ImportLog, LogReader, ReadOptions, no_progress
-from parsers.intake import Group, Intake, LogRows
-from parsers.mapping import Binding, MapFile, bind, missing_channels, needed_channels, propose_all
-from parsers.mapping.wheel_radius import WheelRadius
-from parsers.places import remote
-from parsers.registry import find_importer
-from parsers.ros.frame_topics import with_frame_topics
-from parsers.ros.joint_topics import with_joint_names
-from parsers.signals import SIGNALS
+from parsers.importer import ImportLog, LogReader
+from parsers.intake import Intake, LogRows
+from parsers.mapping import Binding, missing_channels, needed_channels, propose_all
+from parsers.opened_log import LoadOptions, OpenedLog, open_log, read_chunks
 from parsers.timebase import LATEST_NS, usual_period_s
-from parsers.units import SI_TEXT
 
 MOST_MISSING = 3
 """Channels of a mapping file that a log lacks which are named one by one."""
 
-MIN_SAMPLES = 2
-"""A channel with fewer valid samples than this is no signal."""
 
 BEYOND_JUMP = "row beyond a jump of the clock"
 MUCH = 0.05
 """Share of a log's rows beyond jumps of its clock from which on it is no whole log."""
-
-_BLOCK = 1 << 14
-
-Progress = Callable[[str, float], None]
-"""Called with what is being done and how much of it is done (0-1)."""
-
-
-def quiet(what: str, share: float) -> None:
-    """Report nothing."""
-
-
-@dataclass(frozen=True)
-class LoadOptions:
-    """How to load. map: a mapping file that was read. fix: apply what the physics checks are sure of.
-
-    dbc, dbc_given: as in `ReadOptions`. radius: of the wheels, as the vehicle file has it.
-    """
-
-    map: MapFile | None = None
-    dbc: tuple[Path, ...] = ()
-    fix: bool = True
-    progress: Progress = quiet
-    dbc_given: bool = True
-    radius: WheelRadius | None = None
-
-
-@dataclass(frozen=True)
-class OpenedLog:
-    """A log that is open, and its log book."""
-
-    path: Path
-    importer: Importer
-    reader: LogReader
-    log: ImportLog
 
 
 @dataclass(frozen=True)
@@ -127,44 +86,6 @@ class Part(PartFacts):
     signals: Mapping[str, Signal]
 
 
-def _unreadable(path: Path, error: OSError) -> LogError:
-    hint = "check the network, and try again" if remote(path) else "check the disk, or copy the log again"
-    return LogError(f"cannot be read ({error.strerror or error})", path=path, hint=hint)
-
-
-def open_log(
-    path: Path, options: LoadOptions, progress: Callable[[int, int], None] = no_progress
-) -> OpenedLog:
-    """Recognise and open a log. Raises LogError where that cannot be done."""
-    importer = find_importer(path)
-    log = ImportLog()
-    read_options = ReadOptions(
-        dbc=options.dbc,
-        dbc_given=options.dbc_given,
-        buses=options.map.buses if options.map else {},
-        time_channel=options.map.time_channel if options.map else None,
-        time_unit=options.map.time_unit if options.map else None,
-        progress=progress,
-    )
-    try:
-        reader = importer.open(path, read_options, log)
-        reader = with_joint_names(reader, lambda book: importer.open(path, read_options, book), log)
-        reader = with_frame_topics(
-            reader, lambda book: importer.open(path, read_options, book), read_options, log, path
-        )
-    except OSError as error:
-        raise _unreadable(path, error) from error
-    return OpenedLog(path, importer, reader, log)
-
-
-def read_chunks(opened: OpenedLog, wanted: frozenset[str]) -> Iterator[Chunk]:
-    """The chunks of an open log. Raises LogError where the disk fails in the middle."""
-    try:
-        yield from opened.reader.read(wanted)
-    except OSError as error:
-        raise _unreadable(opened.path, error) from error
-
-
 def _possible(time_ns: IntArray) -> slice | IntArray:
     """The rows whose stamps a clock can show."""
     if len(time_ns) == 0 or (time_ns.min() >= -LATEST_NS and time_ns.max() <= LATEST_NS):
@@ -180,118 +101,6 @@ def _take_rows(opened: OpenedLog, wanted: frozenset[str], rows: LogRows) -> None
         opened.log.reject("row whose time stamp is impossible", len(chunk.time_ns) - len(time_ns))
         columns = {name: values[possible] for name, values in chunk.columns.items()}
         rows.add(chunk.group, time_ns, columns, own=chunk.own)
-
-
-def _bound(binding: Binding, columns: Mapping[str, FloatArray], *, in_place: bool) -> FloatArray:
-    """`bind` block by block: what it makes in between then stays in the processor's cache.
-
-    in_place: over the main channel, which nobody needs any more; fresh memory takes longer than the arithmetic.
-    """
-    columns = {name: columns[name] for name in binding.needed}
-    main = columns[binding.channels[0]]
-    n = len(main)
-    values = main if in_place else np.empty(n)
-    for start in range(0, n, _BLOCK):
-        part = {name: column[start : start + _BLOCK] for name, column in columns.items()}
-        values[start : start + _BLOCK] = bind(binding, part)
-    return values
-
-
-def given(binding: Binding, columns: Mapping[str, FloatArray]) -> int:
-    """How many rows have a number for a binding that may refuse some; 0 where it takes what it gets, or picks rows."""
-    if not (_by_covariance(binding) or _by_fix(binding)) and (
-        binding.where is not None or (binding.valid_range is None and binding.kind in ("scale", "length"))
-    ):
-        return 0
-    whole = np.logical_and.reduce([np.isfinite(columns[name]) for name in binding.channels])
-    return int(np.count_nonzero(whole))
-
-
-def _by_covariance(binding: Binding) -> bool:
-    """Whether a message itself says, by a covariance below zero, that it has no such value."""
-    return binding.where is not None and "covariance" in binding.where[0].rsplit("/", 1)[-1]
-
-
-def _by_fix(binding: Binding) -> bool:
-    """Whether a receiver itself says that it has no fix, by a status below zero or a place at 0° and 0°."""
-    return binding.beside is not None or (
-        binding.where is not None and binding.where[0].endswith("status.status")
-    )
-
-
-def refused(binding: Binding) -> str:
-    """Why the record counts a value that a binding had and did not take."""
-    if _by_covariance(binding):
-        return f"{binding.signal}: message that says it has none (covariance below 0), or value outside of its valid range"
-    if _by_fix(binding):
-        return f"{binding.signal}: row without a position fix, or value outside of its valid range"
-    if binding.kind in ("scale", "length"):
-        return f"{binding.signal}: value outside of its valid range"
-    return f"{binding.signal}: quaternion that is none, or value outside of its valid range"
-
-
-def _signal(
-    binding: Binding,
-    groups: Mapping[str, Group],
-    infos: Mapping[str, ChannelInfo],
-    log: ImportLog,
-    *,
-    last: bool,
-) -> Signal | None:
-    """A binding's signal, or None where its channel has too few valid samples. last: nobody else needs the channel."""
-    group = groups.get(group_of(binding, infos))
-    if group is None or any(name not in group.columns for name in binding.channels):
-        return None
-    offered = given(binding, group.columns)
-    values = _bound(binding, group.columns, in_place=last and binding.channels[0] in group.own)
-    valid = np.isfinite(values)
-    count = int(np.count_nonzero(valid))
-    log.reject(refused(binding), max(offered - count, 0))
-    if count < MIN_SAMPLES:
-        return None
-    whole = count == len(values)
-    return Signal(
-        binding.signal,
-        group.time_ns if whole else group.time_ns[valid],
-        values if whole else values[valid],
-        source_text(binding),
-        group=group_of(binding, infos),
-    )
-
-
-def group_of(binding: Binding, infos: Mapping[str, ChannelInfo]) -> str:
-    """The group in whose rows a binding's channels are."""
-    return binding.group or infos[binding.channels[0]].group
-
-
-def source_text(binding: Binding) -> str:
-    """The channels of a binding as a signal's source."""
-    return " + ".join(binding.channels)
-
-
-def mapped_channel(
-    binding: Binding, samples: int, period_s: float, proposed: Iterable[Binding]
-) -> MappedChannel:
-    """What the record says of a binding that was chosen out of the proposed ones. period_s: 0 where there is none."""
-    others = (source_text(other) for other in proposed if other is not binding)
-    return MappedChannel(
-        signal=binding.signal,
-        channel=source_text(binding),
-        unit=binding.unit.text or SI_TEXT[SIGNALS[binding.signal].quantity],
-        unit_from=binding.unit_from,
-        rule=binding.rule,
-        samples=samples,
-        rate_hz=1 / period_s if period_s > 0 else 0.0,
-        scale=binding.scale,
-        offset=binding.offset,
-        inverted=binding.invert,
-        alternatives=tuple(dict.fromkeys(others)),
-    )
-
-
-def is_stated(binding: Binding) -> bool:
-    """Whether a binding's unit is known, not assumed."""
-    return not binding.unit_from.startswith("assumed")
 
 
 def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Binding, ...]]:
@@ -371,7 +180,7 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     for name, bindings in taken.proposals.items():
         for binding in bindings:
             once = uses[binding.channels[0]] == 1
-            signal = _signal(binding, groups, infos, taken.opened.log, last=once)
+            signal = make_signal(binding, groups, infos, taken.opened.log, last=once)
             if signal is not None:
                 time_ns = signal.time_ns
                 period = periods[id(time_ns)] if id(time_ns) in periods else usual_period_s(time_ns)
@@ -392,8 +201,3 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
         jumps=sum(each.jumps for each in ordered),
         signals=signals,
     )
-
-
-def lenient(options: LoadOptions) -> LoadOptions:
-    """The options for one of several logs: a mapped channel need not be in each of them."""
-    return options if options.map is None else replace(options, map=replace(options.map, strict=False))

@@ -8,18 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from parsers.axle_sums import RowPiece, with_axle_sums
+from parsers.bound_signals import MIN_SAMPLES, given, group_of, is_stated, mapped_channel, refused
 from parsers.channels import FloatArray, IntArray
-from parsers.read_log import (
-    MIN_SAMPLES,
-    PartFacts,
-    Taken,
-    given,
-    group_of,
-    is_stated,
-    leave_out_beyond_jumps,
-    mapped_channel,
-    refused,
-)
+from parsers.read_log import PartFacts, Taken, leave_out_beyond_jumps
 from parsers.spool import GroupRows, GroupWriter
 from parsers.time_figures import SharedFigures
 from parsers.timebase import NS

@@ -9,7 +9,7 @@ from parsers.channels import IntArray
 from parsers.importer import ImportLog
 from parsers.table_rows import RowBlock, RowCounts
 from parsers.table_stamps import WHOLE_MS, unwrap_days
-from parsers.table_time import TimePlan
+from parsers.table_time_plan import TimePlan
 from parsers.table_wraps import Counter, StandingDate
 
 LOST_NS = 250_000_000

@@ -10,7 +10,7 @@ from pathlib import Path
 from parsers.table_cells import is_missing, split_cells
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
-from parsers.table_time import TimePlan
+from parsers.table_time_plan import TimePlan
 
 UNIT = "hhmmss"
 """What a mapping file's [time] unit says for it."""

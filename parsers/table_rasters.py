@@ -17,7 +17,8 @@ from parsers.importer import ReadOptions
 from parsers.quantiles import quantile
 from parsers.table_cells import NumberStyle
 from parsers.table_names import ColumnName
-from parsers.table_time import TimePlan, find_time, shape_of
+from parsers.table_time import find_time, shape_of
+from parsers.table_time_plan import TimePlan
 
 _TIMES = frozenset(("t", "time", "timestamp", "zeit", "zeitstempel", "temps", "tiempo", "tempo"))
 _TOKENS = re.compile(r"[^0-9a-zäöüß]+|(?<=[a-zäöüß])(?=\d)")

@@ -9,11 +9,11 @@ from itertools import pairwise
 
 import numpy as np
 
+from parsers.bound_signals import source_text
 from parsers.channels import FloatArray, IntArray
 from parsers.drive import Signal
 from parsers.mapping import Binding, bind
 from parsers.pieces import Span
-from parsers.read_log import source_text
 from parsers.spool import GroupRows
 
 _ITEM = 8

@@ -20,6 +20,7 @@ from parsers.signals import SIGNALS
 from parsers.thin import thin_minmax
 from parsers.timebase import NS
 from parsers.units import SI_TEXT
+from pipelines.drive_results import DriveResults, Inputs, Standing
 from pipelines.estimators.base import Estimator, Settings, configured
 from pipelines.estimators.registry import estimators
 from pipelines.joint.kept import KeptRelations
@@ -31,7 +32,7 @@ from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, 
 from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.prepare.steered import steered
-from pipelines.results import Assumption, DriveResults, Estimate, Inputs, ParameterEstimate, Standing, Trace
+from pipelines.results import Assumption, Estimate, ParameterEstimate, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
 from pipelines.vehicles.priors import standing

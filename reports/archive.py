@@ -22,7 +22,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 import numpy as np
 
 from parsers.errors import ReportError
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.files import write_whole
 from reports.reduce import reduce_results
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 from pathlib import PurePath
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Card, Document, Fact, Plot, Section
 from reports.figures.drawing import FigureSpec, Missing
 from reports.figures.registry import FIGURES

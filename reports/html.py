@@ -9,7 +9,7 @@ from importlib import resources
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Document
 from reports.document import build_document
 from reports.files import write_whole

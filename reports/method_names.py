@@ -6,14 +6,8 @@ import re
 from collections.abc import Mapping
 from dataclasses import replace
 
-from pipelines.results import (
-    Assumption,
-    DriveResults,
-    Estimate,
-    JointVerdict,
-    Learned,
-    ParameterEstimate,
-)
+from pipelines.drive_results import DriveResults
+from pipelines.results import Assumption, Estimate, JointVerdict, Learned, ParameterEstimate
 
 NAMES: Mapping[str, str] = {
     "roll_map": "Roll dynamics",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from parsers.errors import ReportError
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Document
 from reports.document import build_document
 from reports.files import write_whole

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pipelines.results import DriveResults, Estimate, Scatter, Trace, Track
+from pipelines.drive_results import DriveResults
+from pipelines.results import Estimate, Scatter, Trace, Track
 from reports.figures.fits import is_residual, quantiles
 from reports.figures.thin import keep_rows, spread_points
 

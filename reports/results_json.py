@@ -12,16 +12,9 @@ from typing import Any
 import numpy as np
 
 from parsers.drive import ImportRecord, MappedChannel
-from pipelines.results import (
-    INNER,
-    Distribution,
-    DriveResults,
-    Estimate,
-    ParameterEstimate,
-    RolloverLimit,
-    Trace,
-    TurnMargin,
-)
+from pipelines.drive_results import DriveResults
+from pipelines.results import INNER, Distribution, Estimate, ParameterEstimate, Trace
+from pipelines.rollover_results import RolloverLimit, TurnMargin
 from reports.files import write_whole
 from reports.joint_json import joint_json
 

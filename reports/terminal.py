@@ -6,7 +6,7 @@ import textwrap
 
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.quality import LEFT_OUT

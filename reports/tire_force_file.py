@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.signals import WHEELS
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from pipelines.tire_forces import forces_of
 from reports.files import remove_old, write_whole
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from parsers.errors import ReportError
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.archive import FILE_NAME, archive_bytes
 from reports.files import make_folder, remove_old, write_whole
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from parsers.allocator import keep_freed_memory
+from parsers.can.contained import CARRIER, Contained
 from parsers.can.database import builtin_j1939, load_databases
 from parsers.can.decode import Place
 from parsers.can.definitions import MessageDef, pgn_of
@@ -60,14 +61,15 @@ class CanReader:
             return _known((*given, *builtin))
 
         self._keeper = Keeper(_known(given), with_extended)
-        transport = Transport()
-        self._kept = self._first_pass(transport)
+        transport, contained = Transport(), Contained()
+        self._kept = self._first_pass(transport, contained)
         seen = self._keeper.seen()
         streams = match_streams(seen, given, builtin, log, options.buses)
         transport.say((*given, *builtin), streams, log)
+        contained.say(streams, log)
         _say_unknown(options, log)
         if streams:
-            note_unknown(without_carriers(seen, transport), streams, log)
+            note_unknown(_without_containers(without_carriers(seen, transport), contained), streams, log)
         else:
             explain_no_match(seen, given, log)
         self._groups = tuple(group for stream in streams for group in groups_of(stream))
@@ -138,12 +140,12 @@ class CanReader:
                 if chunk is not None:
                     yield chunk
 
-    def _first_pass(self, transport: Transport) -> deque[Kept] | None:
+    def _first_pass(self, transport: Transport, contained: Contained) -> deque[Kept] | None:
         """Count all frames and keep the known ones; None where they are too many."""
         keeper = self._keeper
         kept: deque[Kept] = deque()
         size, fits = 0, True
-        for batch in _batches(self._source, keeper, transport, counting=True):
+        for batch in _batches(self._source, keeper, transport, contained, counting=True):
             size += batch.size
             fits = fits and size <= KEPT_BYTES
             if fits:
@@ -157,7 +159,7 @@ class CanReader:
     def _next_pass(self, words: IntArray) -> Iterator[Kept]:
         """The frames of the slots that have words."""
         self._keeper.keep_only(words)
-        yield from _batches(self._source, self._keeper, Transport(), counting=False)
+        yield from _batches(self._source, self._keeper, Transport(), Contained(), counting=False)
         self._options.progress(1, 1)
 
 
@@ -168,13 +170,22 @@ def _say_unknown(options: ReadOptions, log: ImportLog) -> None:
         log.note(f"[buses] of the mapping file names databases that were not read: {', '.join(unknown)}")
 
 
-def _batches(source: FrameSource, keeper: Keeper, transport: Transport, *, counting: bool) -> Iterator[Kept]:
-    """What is kept of one pass through a log: of its frames, and of the messages that these carry in packets."""
+def _without_containers(seen: dict[int, int], contained: Contained) -> dict[int, int]:
+    """The frames of each key but for those that hold others, which count as messages themselves."""
+    if not contained.groups:
+        return seen
+    return {key: count for key, count in seen.items() if pgn_of(key & 0xFFFF_FFFF) != CARRIER}
+
+
+def _batches(
+    source: FrameSource, keeper: Keeper, transport: Transport, contained: Contained, *, counting: bool
+) -> Iterator[Kept]:
+    """What is kept of one pass through a log: of its frames, and of the messages that these hold, or carry in packets."""
     for frames in source.frames(counting=counting):
         yield from keeper.take(frames)
-        messages = transport.take(frames)
-        if messages is not None:
-            yield from keeper.take(messages)
+        for messages in (contained.take(frames), transport.take(frames)):
+            if messages is not None:
+                yield from keeper.take(messages)
     transport.end()
     yield from keeper.rest()
 

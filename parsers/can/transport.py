@@ -1,4 +1,4 @@
-"""Messages of more than eight bytes that J1939's transport protocol sends in packets, put together to frames that a database knows."""
+"""Messages of more bytes than a frame has that J1939's transport protocols send in packets, put together to frames that a database knows."""
 
 from __future__ import annotations
 
@@ -15,11 +15,13 @@ from parsers.can.transport_kernel import (
     CROWDED,
     CUT,
     GIVEN_UP,
+    LONG,
     MESSAGES,
     MISSING,
     MOST_BYTES,
     MOST_SESSIONS,
     OPEN,
+    PER_FD_PACKET,
     PER_PACKET,
     ROW,
     STATE_SIZE,
@@ -27,6 +29,7 @@ from parsers.can.transport_kernel import (
     USED,
     Messages,
     Sessions,
+    count_fd_packets,
     count_packets,
     give_up_all,
     take_packets,
@@ -34,13 +37,14 @@ from parsers.can.transport_kernel import (
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
 
-CARRIERS = (0xEB00, 0xEC00)
-"""The parameter groups of packets and of what announces them."""
+CARRIERS = (0xEB00, 0xEC00, 0x4D00, 0x4E00)
+"""The parameter groups of packets and of what announces them, of J1939-21 and J1939-22."""
 
 WHY = {
     MISSING: "packets missing",
     ABORTED: "broken off by sender or receiver",
     CUT: "cut by the log's end",
+    LONG: f"longer than {MOST_BYTES} bytes",
     CROWDED: f"more than {MOST_SESSIONS} messages in packets at once",
 }
 
@@ -64,15 +68,16 @@ class Transport:
 
     def take(self, frames: CanFrames) -> CanFrames | None:
         """The messages whose last packet is among these frames, in order; None where there are none."""
-        packets = count_packets(np.ascontiguousarray(frames.can_id, np.uint32))
-        if not packets:
+        can_id = np.ascontiguousarray(frames.can_id, np.uint32)
+        packets, fd_packets = count_packets(can_id), count_fd_packets(can_id)
+        if not packets + fd_packets:
             return None
         if self._held is None:
             self._held = _no_sessions()
-        out = _room(packets, int(self._held.state[OPEN]))
+        out = _room(packets, fd_packets, int(self._held.state[OPEN]))
         take_packets(
             np.ascontiguousarray(frames.time_ns, np.int64),
-            np.ascontiguousarray(frames.can_id, np.uint32),
+            can_id,
             np.ascontiguousarray(frames.bus, np.int16),
             np.ascontiguousarray(frames.length, np.uint8),
             np.ascontiguousarray(frames.offset, np.int64),
@@ -91,7 +96,7 @@ class Transport:
     def end(self) -> None:
         """The log is at its end: what is under way is cut."""
         if self._held is not None:
-            out = _room(0, int(self._held.state[OPEN]))
+            out = _room(0, 0, int(self._held.state[OPEN]))
             give_up_all(self._held, out)
             self._count(out)
 
@@ -165,15 +170,17 @@ def _no_sessions() -> Sessions:
     )
 
 
-def _room(packets: int, under_way: int) -> Messages:
+def _room(packets: int, fd_packets: int, under_way: int) -> Messages:
     """Room for all that so many packets can complete, or end, with so many messages under way before them."""
+    held = PER_PACKET * packets + PER_FD_PACKET * fd_packets + MOST_BYTES * under_way
+    packets += fd_packets
     return Messages(
         np.empty(packets, np.int64),
         np.empty(packets, np.uint32),
         np.empty(packets, np.int16),
         np.empty(packets, np.uint16),
         np.empty(packets, np.int64),
-        np.empty(PER_PACKET * packets + MOST_BYTES * under_way, np.uint8),
+        np.empty(held, np.uint8),
         # a frame that breaks off two messages, or begins one where there is no room
         np.empty((2 * packets + under_way, 3), np.int64),
     )

@@ -1,7 +1,10 @@
-"""Kernels of J1939's transport protocol: the packets of many senders at once into the messages that they are of.
+"""Kernels of J1939's transport protocols: the packets of many senders at once into the messages that they are of.
 
 SAE J1939-21: TP.CM (PGN 60416) announces a message of up to 1785 bytes, to all (BAM) or to one (RTS, which CTS and EndOfMsgACK
 answer), TP.DT (PGN 60160) carries a packet number and seven bytes. Between two addresses one message is under way at a time.
+
+SAE J1939-22, on CAN FD: FD.TP.CM (PGN 19712) and FD.TP.DT (PGN 19968) do the same with 60 bytes a packet, and each begins with the number of its
+session, of which up to 16 are under way between two addresses.
 """
 
 from __future__ import annotations
@@ -17,19 +20,25 @@ from parsers.jit import kernel, lean_kernel
 MOST_SESSIONS = 256
 """Messages under way at once; of more the one that waits longest is given up."""
 MOST_BYTES = 1785
-PER_PACKET = 7
+"""J1939-22 sends up to 16 MB in packets: files and programs; what is longer than J1939-21's is counted."""
+PER_PACKET, PER_FD_PACKET = 7, 60
+FD_BYTES = 64
 TIMEOUT_NS = 1_250_000_000
 """J1939-21's T2 and T3, the longest that either side waits for the other."""
 
-# places in a session's row: who sends to whom, what is announced, how many packets are there, the last packet's number, and stamp
-BUS, SENDER, RECEIVER, PGN, SIZE, PACKETS, GOT, LAST, LAST_NS, ROW = range(10)
+# places in a session's row: who sends to whom, what is announced, how many packets are there, the last packet's number, and stamp; the
+# session's number and the bytes of its packets
+BUS, SENDER, RECEIVER, PGN, SIZE, PACKETS, GOT, LAST, LAST_NS, SESSION, PER, ROW = range(12)
 # places in the state vector: sessions under way, messages and bytes written, messages given up, those without an announcement
 OPEN, MESSAGES, USED, GIVEN_UP, UNANNOUNCED, STATE_SIZE = range(6)
 # why a message was given up
-MISSING, ABORTED, CUT, CROWDED = range(4)
+MISSING, ABORTED, CUT, CROWDED, LONG = range(5)
 
 TO_ALL = 255
-RTS, CTS, END_OF_MESSAGE, BAM, ABORT = 16, 17, 19, 32, 255
+RTS, CTS, SENT, END_OF_MESSAGE, BAM, ABORT = 16, 17, 18, 19, 32, 255
+"""As J1939-21 numbers them. SENT is J1939-22's alone: the sender has sent it all."""
+CLASSIC = -1
+"""The number of J1939-21's only session."""
 PRIORITY = 6 << 26
 """What a message in packets would have had as one frame is not told; J1939's default."""
 
@@ -58,12 +67,23 @@ class Messages(NamedTuple):
 
 @kernel
 def count_packets(can_id: IdArray) -> int:
-    """How many frames are of the transport protocol."""
+    """How many frames are of J1939-21's transport protocol."""
     count = 0
     for i in range(can_id.size):
         # 0xEB is TP.DT, 0xEC is TP.CM, either on data page 0
         kind = np.int64(can_id[i]) & 0x83FF0000
         count += int((kind == 0x80EB0000) | (kind == 0x80EC0000))
+    return count
+
+
+@kernel
+def count_fd_packets(can_id: IdArray) -> int:
+    """How many frames are of J1939-22's."""
+    count = 0
+    for i in range(can_id.size):
+        # 0x4D is FD.TP.CM, 0x4E is FD.TP.DT
+        kind = np.int64(can_id[i]) & 0x83FF0000
+        count += int((kind == 0x804D0000) | (kind == 0x804E0000))
     return count
 
 
@@ -108,34 +128,49 @@ def give_up_all(held: Sessions, out: Messages) -> None:
 
 
 @lean_kernel
-def _find(bus: int, sender: int, receiver: int, held: Sessions) -> int:
-    """The session between two addresses, -1 where there is none."""
+def _find(bus: int, sender: int, receiver: int, session: int, held: Sessions) -> int:
+    """The session of this number between two addresses, -1 where there is none."""
     for k in range(int(held.state[OPEN])):
         row = held.rows[k]
-        if row[SENDER] == sender and row[RECEIVER] == receiver and row[BUS] == bus:
+        if (
+            row[SENDER] == sender
+            and row[RECEIVER] == receiver
+            and row[BUS] == bus
+            and row[SESSION] == session
+        ):
             return k
     return -1
 
 
 @lean_kernel
 def _announce(
-    bus: int, sender: int, receiver: int, now: int, frame: ByteArray, held: Sessions, out: Messages
-) -> None:
+    bus: int, sender: int, receiver: int, session: int, now: int, pgn: int, frame: ByteArray, held: Sessions, out: Messages
+) -> None:  # fmt: skip
     """BAM or RTS: a message begins, and one that was under way ends."""
-    size = int(frame[1]) | int(frame[2]) << 8
-    packets = int(frame[3])
-    pgn = int(frame[5]) | int(frame[6]) << 8 | int(frame[7]) << 16
-    whole = 0 < size <= MOST_BYTES and packets == (size + PER_PACKET - 1) // PER_PACKET
+    size, packets = int(frame[1]) | int(frame[2]) << 8, int(frame[3])
+    per = PER_PACKET
+    if session != CLASSIC:
+        size |= int(frame[3]) << 16
+        packets = int(frame[4]) | int(frame[5]) << 8 | int(frame[6]) << 16
+        per = PER_FD_PACKET
+    whole = size > 0 and packets == (size + per - 1) // per
     # what is no such number is some other protocol's frame; groups with a destination have none in their number
     if not whole or pgn > 0x1FFFF or ((pgn >> 8) & 0xFF < 240 and pgn & 0xFF):
         return
-    at = _find(bus, sender, receiver, held)
+    at = _find(bus, sender, receiver, session, held)
     if at >= 0:
         row = held.rows[at]
         if row[GOT] == 0 and row[PGN] == pgn and row[SIZE] == size:
             row[LAST_NS] = now
             return
         _give_up(at, MISSING, held, out)
+    if size > MOST_BYTES:
+        n = int(held.state[GIVEN_UP])
+        target = receiver << 8 if (pgn >> 8) & 0xFF < 240 else 0
+        out.given_up[n, 0], out.given_up[n, 1] = bus, 0x8000_0000 | PRIORITY | (pgn << 8) | target | sender
+        out.given_up[n, 2] = LONG
+        held.state[GIVEN_UP] = n + 1
+        return
     if held.state[OPEN] == MOST_SESSIONS:
         oldest = 0
         for k in range(MOST_SESSIONS):
@@ -145,6 +180,7 @@ def _announce(
     row = held.rows[at]
     row[BUS], row[SENDER], row[RECEIVER], row[PGN] = bus, sender, receiver, pgn
     row[SIZE], row[PACKETS], row[GOT], row[LAST], row[LAST_NS] = size, packets, 0, 0, now
+    row[SESSION], row[PER] = session, per
     for k in range(packets + 1):
         held.marks[at, k] = 0
     held.state[OPEN] = at + 1
@@ -152,15 +188,15 @@ def _announce(
 
 @lean_kernel
 def _control(
-    bus: int, sender: int, receiver: int, now: int, frame: ByteArray, held: Sessions, out: Messages
-) -> None:
-    """A frame of connection management."""
-    what = int(frame[0])
+    bus: int, sender: int, receiver: int, session: int, what: int, now: int, frame: ByteArray, held: Sessions, out: Messages
+) -> None:  # fmt: skip
+    """A frame of connection management. what: as J1939-21 numbers it."""
+    first = 5 if session == CLASSIC else 9
+    pgn = int(frame[first]) | int(frame[first + 1]) << 8 | int(frame[first + 2]) << 16
     if (what == BAM and receiver == TO_ALL) or (what == RTS and receiver != TO_ALL):
-        _announce(bus, sender, receiver, now, frame, held, out)
+        _announce(bus, sender, receiver, session, now, pgn, frame, held, out)
         return
-    pgn = int(frame[5]) | int(frame[6]) << 8 | int(frame[7]) << 16
-    answered = _find(bus, receiver, sender, held)
+    answered = _find(bus, receiver, sender, session, held)
     if answered >= 0 and held.rows[answered, PGN] == pgn:
         if what == CTS:
             # also one that asks to wait keeps the connection
@@ -170,18 +206,40 @@ def _control(
             _give_up(answered, MISSING, held, out)
         elif what == ABORT:
             _give_up(answered, ABORTED, held, out)
-    if what == ABORT:
-        own = _find(bus, sender, receiver, held)
+    if what in (ABORT, SENT):
+        own = _find(bus, sender, receiver, session, held)
         if own >= 0 and held.rows[own, PGN] == pgn:
-            _give_up(own, ABORTED, held, out)
+            if what == ABORT:
+                _give_up(own, ABORTED, held, out)
+            elif receiver == TO_ALL:
+                # one receiver asks for what it lacks; all do not
+                _give_up(own, MISSING, held, out)
+            else:
+                held.rows[own, LAST_NS] = now
 
 
 @lean_kernel
-def _repeats(at: int, begin: int, count: int, frame: ByteArray, held: Sessions) -> bool:
-    """Whether a packet says what is there already."""
+def _as_classic(what: int) -> int:
+    """The number that J1939-21 has for a frame of J1939-22's connection management, -1 for one that it does not know."""
+    if what == 0:
+        return RTS
+    if what == 1:
+        return CTS
+    if what == 2:
+        return SENT
+    if what == 3:
+        return END_OF_MESSAGE
+    if what == 4:
+        return BAM
+    return ABORT if what == 15 else -1
+
+
+@lean_kernel
+def _repeats(at: int, begin: int, count: int, head: int, frame: ByteArray, held: Sessions) -> bool:
+    """Whether a packet says what is there already. head: bytes before its data."""
     same = True
     for k in range(count):
-        same = same and held.data[at, begin + k] == frame[1 + k]
+        same = same and held.data[at, begin + k] == frame[head + k]
     return same
 
 
@@ -200,29 +258,32 @@ def _write(at: int, now: int, held: Sessions, out: Messages) -> None:
 
 @lean_kernel
 def _packet(
-    bus: int, sender: int, receiver: int, now: int, frame: ByteArray, length: int, held: Sessions, out: Messages
+    bus: int, sender: int, receiver: int, session: int, now: int, frame: ByteArray, length: int, held: Sessions, out: Messages
 ) -> None:  # fmt: skip
     """A frame of data transfer.
 
     To all, packets come once and in order: after one that lacks, the message cannot become whole. To one, the receiver asks for what
     it lacks. A packet that says otherwise than the same one before is of another message, whose announcement is not in the log.
     """
-    number = int(frame[0])
-    at = _find(bus, sender, receiver, held)
+    head, number = 1, int(frame[0])
+    if session != CLASSIC:
+        head, number = 4, int(frame[1]) | int(frame[2]) << 8 | int(frame[3]) << 16
+    at = _find(bus, sender, receiver, session, held)
     if at >= 0 and now - held.rows[at, LAST_NS] > TIMEOUT_NS:
         _give_up(at, MISSING, held, out)
         at = -1
     if at < 0:
-        held.state[UNANNOUNCED] += 1 if number == 1 else 0
+        # shorter ones on such an identifier may be another protocol's
+        held.state[UNANNOUNCED] += 1 if number == 1 and (session == CLASSIC or length > 8) else 0
         return
     row = held.rows[at]
-    begin = PER_PACKET * (number - 1)
-    count = min(PER_PACKET, int(row[SIZE]) - begin)
-    if number < 1 or number > row[PACKETS] or length <= count:
+    begin = int(row[PER]) * (number - 1)
+    count = min(int(row[PER]), int(row[SIZE]) - begin)
+    if number < 1 or number > row[PACKETS] or length < head + count:
         _give_up(at, MISSING, held, out)
         return
     if held.marks[at, number]:
-        if _repeats(at, begin, count, frame, held):
+        if _repeats(at, begin, count, head, frame, held):
             row[LAST_NS] = now
         else:
             _give_up(at, MISSING, held, out)
@@ -232,7 +293,7 @@ def _packet(
         _give_up(at, MISSING, held, out)
         return
     for k in range(count):
-        held.data[at, begin + k] = frame[1 + k]
+        held.data[at, begin + k] = frame[head + k]
     held.marks[at, number] = 1
     row[GOT], row[LAST], row[LAST_NS] = row[GOT] + 1, number, now
     if row[GOT] == row[PACKETS]:
@@ -252,18 +313,26 @@ def take_packets(
 ) -> None:
     """Go through a batch of frames; whole messages and those given up are written to `out`, which has room for one a frame."""
     held.state[MESSAGES] = held.state[USED] = held.state[GIVEN_UP] = 0
-    frame = np.zeros(8, np.uint8)
+    frame = np.zeros(FD_BYTES, np.uint8)
     for i in range(can_id.size):
-        kind = (np.int64(can_id[i]) & 0x83FF0000) - 0x80EB0000
-        if kind not in (0, 0x10000):
+        kind = (np.int64(can_id[i]) & 0x83FF0000) >> 16
+        if kind not in (0x80EB, 0x80EC, 0x804D, 0x804E):
             continue
-        first, size = int(offset[i]), min(int(length[i]), 8)
+        fd = kind in (0x804D, 0x804E)
+        room = FD_BYTES if fd else 8
+        first, size = int(offset[i]), min(int(length[i]), room)
         if size < 2 or first < 0 or first > data.size - size:
             continue
-        for k in range(8):
+        for k in range(room):
             frame[k] = data[first + k] if k < size else 0
         sender, receiver = int(can_id[i]) & 0xFF, (int(can_id[i]) >> 8) & 0xFF
-        if kind == 0:
-            _packet(int(bus[i]), sender, receiver, int(time_ns[i]), frame, size, held, out)
-        elif size == 8:
-            _control(int(bus[i]), sender, receiver, int(time_ns[i]), frame, held, out)
+        now, on = int(time_ns[i]), int(bus[i])
+        if kind == 0x80EB:
+            _packet(on, sender, receiver, CLASSIC, now, frame, size, held, out)
+        elif kind == 0x804E and size > 4 and frame[0] & 0xF == 0:
+            _packet(on, sender, receiver, int(frame[0]) >> 4, now, frame, size, held, out)
+        elif kind == 0x80EC and size == 8:
+            _control(on, sender, receiver, CLASSIC, int(frame[0]), now, frame, held, out)
+        elif kind == 0x804D and size >= 12:
+            what = _as_classic(int(frame[0]) & 0xF)
+            _control(on, sender, receiver, int(frame[0]) >> 4, what, now, frame, held, out)

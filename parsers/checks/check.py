@@ -13,6 +13,7 @@ from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
 from parsers.checks.mounting import judge_signs
+from parsers.checks.net_torque import net_torque
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
@@ -20,6 +21,7 @@ from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.travel import wrong_travel
 from parsers.checks.travel_range import impossible_travel
+from parsers.checks.twins import twins
 from parsers.checks.unit_faults import unit_faults
 from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
@@ -114,6 +116,8 @@ def _wheels_put_right(
     present = make_grid(fixes(work), grid)
     still = frozen(work, present)
     if not any(each.applied for each in still):
+        still += twins(work, present)
+    if not any(each.applied for each in still):
         still += impossible_travel(present, taken)
     odd = OddWheels()
     if not any(each.applied for each in still):
@@ -127,11 +131,24 @@ def _wheels_put_right(
     return work, present, odd, still
 
 
-def decide(
-    signals: Mapping[str, Signal], stated: Mapping[str, bool], taken: Mapping[str, float] | None = None
-) -> tuple[Findings, dict[str, Signal]]:
-    """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
-    taken = taken or {}
+@dataclass(frozen=True)
+class _InUnits:
+    """Signals in the units that they turned out to have. work: times their `factors`; grid: as they came. told: signal -> whether its unit
+    is known. pressure: what is said of the brake pressure alone."""
+
+    work: dict[str, Signal]
+    grid: Grid
+    told: Mapping[str, bool]
+    factors: Mapping[str, float]
+    spans: Mapping[str, Span]
+    units: list[Decision]
+    pressure: list[Decision]
+
+
+def _in_units(
+    signals: Mapping[str, Signal], stated: Mapping[str, bool], taken: Mapping[str, float]
+) -> _InUnits:
+    """The first of what is decided: everything else compares sizes. stated, taken: see `check_all`."""
     work = {name: signal for name, signal in signals.items() if len(signal.values)}
     quiet = {name: calm(signal) for name, signal in work.items()}
     spans = nines_free(work) | spans_of_codes(quiet, stated)
@@ -144,20 +161,28 @@ def decide(
     pressure = pressure_faults(grid.scaled(factors), stated, units)
     units += [each for each in pressure if not each.applied]
     units += speed_scale(grid.scaled(factors), {each.signal for each in units if each.kind == "unit"})
-    work = _scaled(work, factors)
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
-    work, spikes, wild, limits = _cleaned(work, spans)
-    wild |= {each.signal: each for each in pressure if each.applied} | scrambled(work)
+    return _InUnits(_scaled(work, factors), grid, told, factors, spans, units, pressure)
+
+
+def decide(
+    signals: Mapping[str, Signal], stated: Mapping[str, bool], taken: Mapping[str, float] | None = None
+) -> tuple[Findings, dict[str, Signal]]:
+    """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
+    taken = taken or {}
+    first = _in_units(signals, stated, taken)
+    work, spikes, wild, limits = _cleaned(first.work, first.spans)
+    wild |= {each.signal: each for each in first.pressure if each.applied} | scrambled(work)
     if wild:
         # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
-        own = {each.signal: each.found for each in units if not each.applied}
+        own = {each.signal: each.found for each in first.units if not each.applied}
         wild = {n: replace(d, evidence=f"{d.evidence}; {own[n]}") if n in own else d for n, d in wild.items()}
         return _beside(wild, *decide({n: s for n, s in signals.items() if n not in wild}, stated, taken))
     if (light := weightless(work)) is not None:
         wild[light.signal] = light
         del work[light.signal]
-    work, present, odd, still = _wheels_put_right(work, grid, taken)
+    work, present, odd, still = _wheels_put_right(work, first.grid, taken)
     dead = {each.signal: each for each in still if each.applied}
     if not dead.keys().isdisjoint(SPEEDS):
         # others' units and signs were judged by it
@@ -165,35 +190,37 @@ def decide(
     if dead:
         wild |= dead
         work = {name: signal for name, signal in work.items() if name not in dead}
-        present = make_grid(fixes(work), grid)
+        present = make_grid(fixes(work), first.grid)
     signs = judge_signs(present)
     grid = signs.grid
     work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
     idle = stuck(work, grid) + dead_brakes(work, grid)
+    twice = net_torque({n: s for n, s in work.items() if n not in {each.signal for each in idle}}, grid)
+    wild |= {each.signal: each for each in twice if each.applied}
     rest = [
         *odd.decisions,
         *signs.decisions,
         *wild.values(),
-        *(each for each in still if not each.applied),
+        *(each for each in (*still, *twice) if not each.applied),
         *idle,
     ]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
     rest += offsets(grid.without(left_out))
     unsure = (
         *signs.unchecked,
-        *_unsaid(n for n in work if not told[n] and n not in factors and n not in left_out),
+        *_unsaid(n for n in work if not first.told[n] and n not in first.factors and n not in left_out),
     )
     findings = Findings(
-        factors,
+        first.factors,
         signs.inverted ^ odd.inverted,
         left_out,
-        tuple(units),
+        tuple(first.units),
         tuple(spikes),
         tuple(rest),
         unsure,
         frozenset(wild) | signs.exchanged,
         limits,
-        spans,
+        first.spans,
     )
     return findings, {name: signal for name, signal in work.items() if name not in left_out}
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
+from parsers.mapping.axle_means import axle_means, say_axle_means
 from parsers.mapping.bindings import Binding
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
@@ -90,13 +91,17 @@ def propose_all(
     left_out = [each for each in of_units if each.channel not in bound]
     said = [f"{each.channel} is not taken for {each.signal}: {each.reason}" for each in left_out]
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
-    free = [channel for channel in channels if channel.name not in refusals]
+    needed = {name for bindings in proposals.values() for each in bindings for name in each.needed}
+    of_axles = axle_means([each for each in channels if each.name not in needed], wanted)
+    free = [channel for channel in channels if channel.name not in refusals and channel.name not in of_axles]
     missed, told = overlooked(free, proposals, user.signals.keys() if user is not None else ())
     texts, joints = texts_of_signals(channels, wanted), say_joints(proposals, channels)
     turning = say_turning(proposals, radius)
-    needed = {name for bindings in proposals.values() for each in bindings for name in each.needed}
-    unknown = say_unknown(channels, refusals | needed | told, {each.channel for each in left_out})
-    sentences = (*said, *texts, *say_dampers(at_dampers, channels), *joints, *turning, *missed)
+    known = refusals | needed | told | of_axles.keys()
+    unknown = say_unknown(channels, known, {each.channel for each in left_out})
+    sentences = (
+        *said, *texts, *say_dampers(at_dampers, channels), *say_axle_means(of_axles), *joints, *turning, *missed,
+    )  # fmt: skip
     return Proposals(proposals, sentences, unknown)
 
 

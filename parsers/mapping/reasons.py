@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from parsers.channels import ChannelInfo
+from parsers.mapping.axle_means import REASON, axle_of
 from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.names import ambiguous_name
@@ -28,4 +29,6 @@ def unmapped_reason(channel: ChannelInfo) -> str:
     refusals = [each for each in found if isinstance(each, Refusal)]
     if refusals:
         return f"{refusals[0].signal}: {refusals[0].reason}"
+    if axle_of(channel) is not None:
+        return REASON
     return ambiguous_name(channel) or "no profile knows it"

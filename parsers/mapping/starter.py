@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping, Sequence
 
 from parsers.channels import ChannelInfo
+from parsers.mapping.axle_means import axle_of
 from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.propose import candidates
@@ -36,6 +37,8 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
     lines += ["", "# Not found in this log. Remove the # and fill in a channel where it has one."]
     used = {name for found in proposals.values() for name in found[0].needed}
     free = [channel for channel in channels if channel.kind == "number" and channel.name not in used]
+    # an axle's deflection is suggested for no wheel's
+    free = [channel for channel in free if axle_of(channel) is None]
     dampers, lengths = _dampers(channels), _lengths(free)
     for signal, spec in SIGNALS.items():
         if signal in proposals:

@@ -96,7 +96,9 @@ class _DataGroupReader:
     def _reader(self, batch: Batch) -> FrameColumnsReader:
         number = batch.group.number
         if number not in self.readers:
-            self.readers[number] = columns_reader(self.layouts[number], self.measurement.start_ns)
+            self.readers[number] = columns_reader(
+                self.layouts[number], self.measurement.start_ns, self.measurement.dates
+            )
         return self.readers[number]
 
     def work(self, stream: DataStream) -> Iterator[_Work]:

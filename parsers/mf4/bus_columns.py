@@ -77,9 +77,11 @@ class FrameColumnsReader:
         return FrameColumns(time_ns, *columns, timeless)
 
 
-def columns_reader(layout: BusLayout, start_ns: int, *, compiled: bool = True) -> FrameColumnsReader:
-    """The reader of a group's frames. start_ns: of the measurement. compiled: False to take the slower way anyway."""
-    stamps = stamp_reader(layout.master, layout.group, start_ns, compiled=compiled)
+def columns_reader(
+    layout: BusLayout, start_ns: int, dates: dict[int, bool] | None = None, *, compiled: bool = True
+) -> FrameColumnsReader:
+    """The reader of a group's frames. start_ns, dates: of the measurement. compiled: False to take the slower way anyway."""
+    stamps = stamp_reader(layout.master, layout.group, start_ns, dates, compiled=compiled)
     return FrameColumnsReader(layout, stamps, _plan(layout) if compiled else None)
 
 

@@ -216,7 +216,7 @@ class MeasuredReader:
             remote = remote_time(file, self.measurement, group, self.log)
         stamps = None
         if remote is None and master is not None:
-            stamps = stamp_reader(master, group, self.measurement.start_ns)
+            stamps = stamp_reader(master, group, self.measurement.start_ns, self.measurement.dates)
         channels = {column.info.name: column.channel for column in columns}
         return _GroupReader(column_reader(channels, group), stamps, remote)
 

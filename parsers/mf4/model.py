@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from parsers.channels import FloatArray
 
@@ -94,7 +94,8 @@ class DataGroup:
 class Measurement:
     """A whole file. start_ns: since 1970 (0 unknown). local: the start is local time. unfinished: id_unfin_flags.
 
-    places: where blocks begin, in order: a data block without a length ends before the next.
+    places: where blocks begin, in order: a data block without a length ends before the next. dates: group -> whether its stamps are
+    dates themselves, of the groups that were read; filled in by those who read.
     """
 
     version: int
@@ -104,3 +105,4 @@ class Measurement:
     data_groups: tuple[DataGroup, ...]
     attachments: tuple[str, ...]
     places: tuple[int, ...] = ()
+    dates: dict[int, bool] = field(default_factory=dict)

@@ -21,10 +21,11 @@ from parsers.mf4.tree import read_measurement
 class Mf4Reader:
     """A `LogReader` over an MF4 file; `frames` is None where it holds no bus logging."""
 
-    def __init__(self, measured: MeasuredReader, frames: Mf4Frames | None, can: LogReader | None) -> None:
-        self._measured, self._can = measured, can
+    def __init__(
+        self, measured: MeasuredReader, frames: Mf4Frames | None, can: LogReader | None, log: ImportLog
+    ) -> None:
+        self._measured, self._can, self._log = measured, can, log
         self.frames = frames
-        self._absolute = measured.measurement.start_ns > 0
         known = can.channels if can is not None else ()
         self._channels = known + tuple(column.info for column in measured.columns)
 
@@ -40,8 +41,9 @@ class Mf4Reader:
 
     @property
     def absolute(self) -> bool:
-        """Whether the file says when it began."""
-        return self._absolute
+        """Whether the file says when it began, or its stamps do: those are known once they were read."""
+        measurement = self._measured.measurement
+        return measurement.start_ns > 0 or any(measurement.dates.values())
 
     @property
     def start_utc_ns(self) -> int | None:
@@ -56,6 +58,7 @@ class Mf4Reader:
         rest = wanted - decoded
         if rest:
             yield from self._measured.read(rest)
+        _say_clock(self._measured.measurement, self._log)
 
 
 def _layouts(measurement: Measurement, log: ImportLog) -> dict[int, BusLayout]:
@@ -69,18 +72,34 @@ def _layouts(measurement: Measurement, log: ImportLog) -> dict[int, BusLayout]:
 
 
 def _say_what_it_is(measurement: Measurement, log: ImportLog) -> None:
-    """Notes on the clock, on an unfinished recording and on databases inside the file."""
+    """Notes on an unfinished recording and on databases inside the file."""
     if measurement.unfinished:
         log.note("the recorder did not finish this MF4 file; its data were read to their end")
-    if not measurement.start_ns:
-        log.note("the MF4 file has no start time: its clock counts from the start of the recording")
-    elif measurement.local:
-        log.without_zone(f"the MF4 file's start time is local time without a zone: it is {TAKEN_AS_UTC}")
     databases = [
         name for name in measurement.attachments if name.lower().endswith((".dbc", ".arxml", ".xml"))
     ]
     if databases:
         log.note(f"the MF4 file carries {', '.join(databases)}; give the database with --dbc to use it")
+
+
+def _say_clock(measurement: Measurement, log: ImportLog) -> None:
+    """Notes on what the stamps count from, once they were read: a group's own dates need no start of the file."""
+    dated = sum(measurement.dates.values())
+    if dated:
+        some = (
+            ""
+            if dated == len(measurement.dates)
+            else f" of {dated} of {len(measurement.dates)} channel groups"
+        )
+        log.note(
+            f"the MF4 file's time channels{some} count from 1970: taken as dates in UTC, and the file's start not added to them"
+        )
+    if dated and dated == len(measurement.dates):
+        return
+    if not measurement.start_ns:
+        log.note("the MF4 file has no start time: its clock counts from the start of the recording")
+    elif measurement.local:
+        log.without_zone(f"the MF4 file's start time is local time without a zone: it is {TAKEN_AS_UTC}")
 
 
 def open_mf4(path: Path, options: ReadOptions, log: ImportLog) -> Mf4Reader:
@@ -109,4 +128,4 @@ def open_mf4(path: Path, options: ReadOptions, log: ImportLog) -> Mf4Reader:
         if can is not None and any(group.number in layouts for group in data_group.groups)
     )
     measured = MeasuredReader(path, measurement, columns, log, options.progress, told)
-    return Mf4Reader(measured, frames, can)
+    return Mf4Reader(measured, frames, can, log)

@@ -58,6 +58,6 @@ def remote_time(file: BlockFile, measurement: Measurement, group: Group, log: Im
                 and other.size
             ):
                 stream = open_stream(file, data_group.data_link, measurement.unfinished, log)
-                stamps = stamp_reader(master, other, measurement.start_ns)
+                stamps = stamp_reader(master, other, measurement.start_ns, measurement.dates)
                 return RemoteTime(other, stamps, stream, log, data_group.id_size)
     return None

@@ -77,19 +77,25 @@ def read_stamps(
 @dataclass(frozen=True)
 class StampReader:
     """Reads the stamps of a group's records. rules, linear: None where the kernel cannot. zero_ns: the stamp of a record of zeros, None
-    where the stamps are not in the records."""
+    where the stamps are not in the records. number: of the group. dates: see `Measurement`; None where nobody asks."""
 
     master: Channel
     start_ns: int
     rules: IntArray | None
     linear: FloatArray
     zero_ns: int | None = None
+    number: int = 0
+    dates: dict[int, bool] | None = None
 
     def read(self, batch: Batch, room: IntArray | None = None) -> tuple[IntArray, int]:
         """Stamps with the start added where they are no dates, NO_TIME where there is none, and how many those are.
 
         room: for as many stamps at least, where they may be put; the caller's memory.
         """
+        if self.dates is not None and batch.count and not self.dates.get(self.number):
+            # one stamp a batch tells: a group's first record may be blank
+            first = times_ns(batch.rows[:1], self.master, batch.first)
+            self.dates[self.number] = bool(first[0] >= EPOCH_NS)
         if self.rules is not None:
             out = np.empty(batch.count, np.int64) if room is None else room[: batch.count]
             bad = read_stamps(batch.data, batch.stride, batch.skip, self.rules, self.linear, out)
@@ -100,14 +106,21 @@ class StampReader:
         return np.where(known, time_ns + start_ns, NO_TIME), int(np.sum(~known))
 
 
-def stamp_reader(master: Channel, group: Group, start_ns: int, *, compiled: bool = True) -> StampReader:
-    """The reader of a group's stamps. compiled: False to take the slower way anyway."""
+def stamp_reader(
+    master: Channel,
+    group: Group,
+    start_ns: int,
+    dates: dict[int, bool] | None = None,
+    *,
+    compiled: bool = True,
+) -> StampReader:
+    """The reader of a group's stamps. dates: see `StampReader`. compiled: False to take the slower way anyway."""
     word, rule = word_of(master, group, *NUMBERS), find_rule(master)
     linear = np.array([1.0, 0.0])
     single = word is not None and word.kind == FLOAT_LE and word.bits != 64
     zero_ns = _zero_ns(master, start_ns)
     if word is None or rule is None or single or not compiled:
-        return StampReader(master, start_ns, None, linear, zero_ns)
+        return StampReader(master, start_ns, None, linear, zero_ns, group.number, dates)
     linear[:] = rule.factor, rule.offset
     rules = np.zeros(RULES, np.int64)
     rules[AT], rules[SHIFT], rules[MASK], rules[START] = word.at, word.shift, word.mask, start_ns
@@ -115,7 +128,7 @@ def stamp_reader(master: Channel, group: Group, start_ns: int, *, compiled: bool
     rules[KIND] = FLOAT_SECONDS if word.kind == FLOAT_LE else WHOLE_SECONDS
     if rule.exact is not None and word.kind != FLOAT_LE:
         rules[KIND], rules[FACTOR], rules[OFFSET] = COUNTS, *rule.exact
-    return StampReader(master, start_ns, rules, linear, zero_ns)
+    return StampReader(master, start_ns, rules, linear, zero_ns, group.number, dates)
 
 
 def _zero_ns(master: Channel, start_ns: int) -> int | None:

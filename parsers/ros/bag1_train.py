@@ -69,6 +69,34 @@ def _chunk_record(data: ByteArray, at: int, limit: int) -> tuple[int, int, int, 
     return kind, body + 4, held, declared
 
 
+@lean_kernel
+def _unpacked(
+    kind: int,
+    begin: int,
+    held: int,
+    declared: int,
+    data: ByteArray,
+    room: ByteArray,
+    reset: int,
+    decompress: int,
+    context: int,
+    state: IntArray,
+) -> bool:
+    """Set where a chunk's records begin and stop, in `room` where it had to be unpacked; False where that is not to be done here."""
+    if kind == _NONE:
+        state[AT], state[STOP] = begin, begin + held
+        return True
+    if kind == 0 or decompress == 0:
+        return False
+    if room.size <= declared:
+        state[STOP], state[WHY] = declared + 1, NO_ROOM
+        return False
+    if unpack_frame(data, begin, held, room, 0, reset, decompress, context, state, _PARTS) != declared:
+        return False
+    state[AT], state[STOP] = 0, declared
+    return True
+
+
 @kernel
 def decode_chunks(
     pread: int,
@@ -105,21 +133,10 @@ def decode_chunks(
             if size > data.size or read_at(pread, file, starts[number], size, data, 0) < size:
                 return
         kind, begin, held, declared = _chunk_record(data, 0, size)
-        if state[AT] < 0:
-            if kind == 0 or (kind == _LZ4 and decompress == 0):
-                return
-            if kind == _LZ4:
-                if room.size <= declared:
-                    state[STOP], state[WHY] = declared + 1, NO_ROOM
-                    return
-                if (
-                    unpack_frame(data, begin, held, room, 0, reset, decompress, context, state, _PARTS)
-                    != declared
-                ):
-                    return
-                state[AT], state[STOP] = 0, declared
-            else:
-                state[AT], state[STOP] = begin, begin + held
+        if state[AT] < 0 and not _unpacked(
+            kind, begin, held, declared, data, room, reset, decompress, context, state
+        ):
+            return
         at, stop = state[AT], state[STOP]
         if kind == _LZ4:
             at = decode_records(

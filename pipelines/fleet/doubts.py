@@ -6,8 +6,9 @@ import math
 from collections.abc import Mapping, Sequence
 
 from parsers.drive import DecisionKind, ImportRecord
+from pipelines.drive_results import DriveResults
 from pipelines.hierarchy.records import VehicleKnowledge
-from pipelines.results import DriveResults, JointVerdict
+from pipelines.results import JointVerdict
 
 NAMED = 3
 """Drives that are named with a doubt; of more there is the number."""

@@ -130,14 +130,19 @@ def _binary_or_framed(path: Path, head: bytes, suffix: str) -> Importer | None:
     return None
 
 
+_DAYS = ("date", "datum")
+"""Names of columns of texts that mostly are days, as those of receipts."""
+
+
 def _no_time_in_parquet(path: Path) -> str:
     """Why a Parquet file is a table of something else; "" where it is a log, or cannot be read, which its drive will say."""
     import polars as pl
 
+    from parsers.parquet_columns import is_text
     from parsers.parquet_parts import PartlyFilled
     from parsers.table_cells import NumberStyle
     from parsers.table_names import split_header
-    from parsers.table_time import find_time
+    from parsers.table_time import find_time, is_called_time
 
     try:
         far = remote(path)
@@ -147,6 +152,10 @@ def _no_time_in_parquet(path: Path) -> str:
     except (pl.exceptions.PolarsError, pl.exceptions.PanicException, LogError, OSError, ValueError):
         return ""
     if any(isinstance(kind, (pl.Datetime, pl.Duration)) for kind in schema.values()):
+        return ""
+    texts = [split_header(name) for name, kind in schema.items() if is_text(kind)]
+    if any(is_called_time(each) and each.name.lower() not in _DAYS for each in texts):
+        # times as texts, which are read
         return ""
     numbers = [name for name, kind in schema.items() if kind.is_numeric()]
     names = [split_header(name) for name in numbers]

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from pipelines.drive_results import DriveResults
 from pipelines.fleet.doubts import doubts_of
 from pipelines.fleet.plain import from_plain, json_bytes, read_json
 from pipelines.prepare.standstill import SPEEDS
-from pipelines.results import DriveResults, ParameterEstimate, Trace
+from pipelines.results import ParameterEstimate, Trace
 
 FILE_NAME = "rows.json"
 MOST_BYTES = 16 * 2**20

@@ -27,9 +27,9 @@ from pipelines.fleet.stored import DRIVES, Catalogue, Sealed, StoredDrive, folde
 if TYPE_CHECKING:
     import polars as pl
 
+    from pipelines.drive_results import DriveResults
     from pipelines.fleet.rows import DriveRows
     from pipelines.joint.kept import KeptRelations
-    from pipelines.results import DriveResults
 
 __all__ = ["FORMAT", "STORE_FILE", "Catalogue", "Sealed", "Store", "StoredDrive", "folder_of", "open_store"]
 

@@ -16,7 +16,8 @@ from parsers.importer import HEAD_BYTES, ReadOptions
 from parsers.table_cells import NumberStyle, split_cells
 from parsers.table_names import split_header
 from parsers.table_text import Encoding, decode, find_encoding, read_sample
-from parsers.table_time import TimePlan, find_time
+from parsers.table_time import find_time
+from parsers.table_time_plan import TimePlan
 
 _NS = 1_000_000_000
 _ROW = re.compile(rb"^[ \t\"']*[-+.]?\d")

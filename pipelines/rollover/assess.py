@@ -9,16 +9,7 @@ import numpy as np
 
 from parsers.drive import Drive
 from pipelines.models.roll import GRAVITY
-from pipelines.results import (
-    CoefficientCheck,
-    Estimate,
-    FloatArray,
-    ParameterEstimate,
-    Rollover,
-    RolloverLimit,
-    TurnSide,
-    WheelLift,
-)
+from pipelines.results import Estimate, FloatArray, ParameterEstimate
 from pipelines.rollover.body import Body, draw_body
 from pipelines.rollover.check import by_forces, compare, onto, slow_forces, spread_of_forces
 from pipelines.rollover.draws import summary
@@ -35,6 +26,7 @@ from pipelines.rollover.motion import (
 )
 from pipelines.rollover.probability import exceedance, lifted_by_forces, unknown
 from pipelines.rollover.threshold import limits, stability_factor
+from pipelines.rollover_results import CoefficientCheck, Rollover, RolloverLimit, TurnSide, WheelLift
 from pipelines.tire_forces import TireForces, tire_forces
 from pipelines.vehicles.vehicle import Vehicle
 

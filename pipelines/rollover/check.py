@@ -10,10 +10,11 @@ import numpy as np
 from parsers.signals import WHEELS
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.spans import runs
-from pipelines.results import CoefficientCheck, FloatArray, ParameterEstimate
+from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.rollover.limits import coefficient_of_forces
 from pipelines.rollover.margin import DriveMargin
 from pipelines.rollover.motion import CUTOFF_HZ, Motion
+from pipelines.rollover_results import CoefficientCheck
 from pipelines.tire_forces import TireForces
 
 LEAST_RMS = 0.05

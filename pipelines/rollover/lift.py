@@ -15,9 +15,10 @@ import numpy as np
 
 from parsers.signals import WHEELS
 from pipelines.prepare.spans import runs
-from pipelines.results import FloatArray, LiftKind, WheelLift
+from pipelines.results import FloatArray
 from pipelines.rollover.check import slow_forces
 from pipelines.rollover.motion import Motion
+from pipelines.rollover_results import LiftKind, WheelLift
 from pipelines.tire_forces import TireForces
 
 LIGHT = 0.03

@@ -7,11 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipelines.prepare.spans import runs
-from pipelines.results import FloatArray, TurnSide, WheelLift
+from pipelines.results import FloatArray
 from pipelines.rollover.lift import LEAST_PROBABILITY, MOST_EVENTS, SHORTEST_S
 from pipelines.rollover.limits import SIDES
 from pipelines.rollover.margin import lifted
 from pipelines.rollover.motion import Motion
+from pipelines.rollover_results import TurnSide, WheelLift
 
 
 def lifts_of_accelerations(

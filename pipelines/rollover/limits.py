@@ -16,7 +16,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.results import FloatArray, TurnSide
+from pipelines.results import FloatArray
+from pipelines.rollover_results import TurnSide
 
 Number = FloatArray | float
 _ROUNDS, _ROLL_ROUNDS = 40, 12

@@ -15,12 +15,13 @@ import numpy as np
 from parsers.channels import IntArray
 from pipelines.prepare.prepared import BoolArray
 from pipelines.prepare.spans import runs
-from pipelines.results import FloatArray, ParameterEstimate, Trace, TurnMargin, TurnSide
+from pipelines.results import FloatArray, ParameterEstimate, Trace
 from pipelines.rollover.body import Body
 from pipelines.rollover.draws import LEVELS, SEED, summary
 from pipelines.rollover.lean import SWING_STD
 from pipelines.rollover.limits import SIDES, rollover_coefficient
 from pipelines.rollover.motion import SCALE_STD, Motion
+from pipelines.rollover_results import TurnMargin, TurnSide
 
 FAR = 5.0
 """Rows whose coefficient is this many standard deviations below the drive's peak cannot hold any draw's peak."""

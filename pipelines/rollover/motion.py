@@ -18,11 +18,12 @@ from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.prepare.roll_angle import rank_roll
 from pipelines.prepare.signals import prepare_signals
 from pipelines.prepare.spans import runs
-from pipelines.results import FloatArray, TurnSide
+from pipelines.results import FloatArray
 from pipelines.rollover.body import Body
 from pipelines.rollover.lean import USUAL_TIRE_SHARE, deflected, lean_of
 from pipelines.rollover.limits import level
 from pipelines.rollover.zero import accel_zero
+from pipelines.rollover_results import TurnSide
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 CUTOFF_HZ = 3.0

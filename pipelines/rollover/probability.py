@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from pipelines.results import Exceedance, TurnSide, WheelLift
 from pipelines.rollover.body import Body
 from pipelines.rollover.margin import AT_LIMIT
 from pipelines.rollover.motion import CUTOFF_HZ
+from pipelines.rollover_results import Exceedance, TurnSide, WheelLift
 
 SURE = 0.01
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.models.roll import DEGREES
-from pipelines.results import FloatArray, ParameterEstimate, RolloverLimit, TurnSide
+from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.rollover.body import Body, mean_track
 from pipelines.rollover.draws import summary
 from pipelines.rollover.limits import (
@@ -20,6 +20,7 @@ from pipelines.rollover.limits import (
     steady_roll,
     suspension_limit,
 )
+from pipelines.rollover_results import RolloverLimit, TurnSide
 from pipelines.vehicles.vehicle import Vehicle
 
 LARGEST = 10.0

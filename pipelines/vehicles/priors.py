@@ -13,7 +13,8 @@ from functools import cache
 import numpy as np
 import numpy.typing as npt
 
-from pipelines.results import FloatArray, Prior, Standing
+from pipelines.drive_results import Standing
+from pipelines.results import FloatArray, Prior
 from pipelines.vehicles.measured import COMBUSTION, Measured, known_body, measured_inertias, measured_vehicles
 
 RANGE_MARGIN = 1.15

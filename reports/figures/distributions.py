@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from pipelines.results import Distribution, DriveResults, FloatArray, ParameterEstimate
+from pipelines.drive_results import DriveResults
+from pipelines.results import Distribution, FloatArray, ParameterEstimate
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels
 from reports.figures.series import gap_spans, shade_gaps

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
-from pipelines.results import DriveResults, Estimate, FloatArray, Trace
+from pipelines.drive_results import DriveResults
+from pipelines.results import Estimate, FloatArray, Trace
 from pipelines.tire_forces import is_force_trace
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, FloatArray, Learned, ParameterEstimate
+from pipelines.drive_results import DriveResults
+from pipelines.results import FloatArray, Learned, ParameterEstimate
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels
 from reports.figures.style import GREY, INK, ORANGE, PALE, STATUS_COLOURS, styled

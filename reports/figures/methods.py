@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, ParameterEstimate
+from pipelines.drive_results import DriveResults
+from pipelines.results import ParameterEstimate
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.style import (
     BLUE,

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, FloatArray
+from pipelines.drive_results import DriveResults
+from pipelines.results import FloatArray
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.fits import TracePanel, draw_lines, trace_panels
 from reports.figures.series import gap_spans

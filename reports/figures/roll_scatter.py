@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.scatters import draw_scatter, leading_scatter
 from reports.figures.style import LEAD_HEIGHT, LEAD_WIDTH, new_figure, styled, to_svg

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, FloatArray, Trace
+from pipelines.drive_results import DriveResults
+from pipelines.results import FloatArray, Trace
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.series import gap_spans, shade_gaps
 from reports.figures.style import (

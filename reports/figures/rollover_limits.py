@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, ParameterEstimate, Rollover
+from pipelines.drive_results import DriveResults
+from pipelines.results import ParameterEstimate
+from pipelines.rollover_results import Rollover
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.style import BLUE, FULL_WIDTH, GREY, INK, ORANGE, SOFT, new_figure, styled, to_svg
 from reports.sections.values import has_result

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, Scatter
+from pipelines.drive_results import DriveResults
+from pipelines.results import Scatter
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels
 from reports.figures.style import BLUE, ORANGE, styled

@@ -6,7 +6,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from pipelines.results import DriveResults, Learned, Share
+from pipelines.drive_results import DriveResults
+from pipelines.results import Learned, Share
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.style import (
     AMBER,

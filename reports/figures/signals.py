@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from parsers.signals import COLUMNS, WHEELS
-from pipelines.results import DriveResults, FloatArray
+from pipelines.drive_results import DriveResults
+from pipelines.results import FloatArray
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels
 from reports.figures.series import (

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, FloatArray, ParameterEstimate, Standing
+from pipelines.drive_results import DriveResults, Standing
+from pipelines.results import FloatArray, ParameterEstimate
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.style import (
     GREY,

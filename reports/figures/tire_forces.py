@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, Trace
+from pipelines.drive_results import DriveResults
+from pipelines.results import Trace
 from pipelines.tire_forces import is_force_trace
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from pipelines.results import DriveResults, FloatArray, ParameterEstimate, Track
+from pipelines.drive_results import DriveResults
+from pipelines.results import FloatArray, ParameterEstimate, Track
 from reports.figures.drawing import Drawing, Missing
 from reports.figures.grid import panels
 from reports.figures.series import gap_spans, shade_gaps

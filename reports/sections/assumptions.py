@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import chain
 
-from pipelines.results import Assumption, DriveResults
+from pipelines.drive_results import DriveResults
+from pipelines.results import Assumption
 from reports.blocks import Block, Cell, Column, Folded, Heading, Paragraph, Table
 from reports.sections.contract import Plots
 from reports.sections.given_words import capital, file_key, given

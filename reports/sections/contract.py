@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Block, Plot
 
 Plots = Mapping[str, tuple[Plot, ...]]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pipelines.results import DriveResults, ParameterEstimate
+from pipelines.drive_results import DriveResults
+from pipelines.results import ParameterEstimate
 from reports.blocks import Block, Cell, Column, Folded, Table
 from reports.sections.contract import Plots
 from reports.sections.values import decimals_of, has_result, interval_text

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pipelines.results import DriveResults, Estimate
+from pipelines.drive_results import DriveResults
+from pipelines.results import Estimate
 from reports.blocks import Block, Cell, Column, Folded, Heading, Paragraph, Table, Tone
 from reports.method_names import code_of
 from reports.sections.contract import Plots

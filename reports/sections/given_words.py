@@ -6,7 +6,7 @@ import math
 import re
 from dataclasses import dataclass
 
-from pipelines.vehicles.vehicle import VEHICLE_KEYS
+from pipelines.vehicles.keys import VEHICLE_KEYS
 from reports.text import clean, decimals_for, number, significant, with_unit
 
 _UNITS: tuple[tuple[str, str, float], ...] = (

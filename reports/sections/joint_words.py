@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from pipelines.drive_results import DriveResults
 from pipelines.joint.conflict import WIDEST
-from pipelines.results import DriveResults, JointVerdict, Learned, NextMeasurement, RelationCheck
+from pipelines.results import JointVerdict, Learned, NextMeasurement, RelationCheck
 from reports.sections.values import NORMAL_95, half_width
 from reports.sections.verdict import LEADING, ordered
 from reports.text import (

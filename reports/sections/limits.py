@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Block, Bullets, Item, Paragraph
 from reports.text import gist, sentence
 

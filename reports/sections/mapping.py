@@ -9,7 +9,7 @@ from itertools import groupby
 
 from parsers.drive import MappedChannel
 from parsers.signals import SIGNALS, WHEELS
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import (
     Block,
     Bullets,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Block, Plot
 from reports.sections.contract import Plots
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Block, Fact, Facts
 from reports.sections.contract import Plots
 from reports.text import clean

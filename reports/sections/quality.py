@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from parsers.drive import Decision, Gap, ImportRecord
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.blocks import Block, Bullets, Cell, Column, Fact, Facts, Heading, Item, Paragraph, Table, Tone
 from reports.sections.contract import Plots
 from reports.text import clean, count, gist, number, seconds, sentence

@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from pipelines.results import DriveResults, ParameterEstimate
+from pipelines.drive_results import DriveResults
+from pipelines.results import ParameterEstimate
 from reports.blocks import Block, Bullets, Fact, Facts, Item, Paragraph
 from reports.sections.values import STATUS_TONES, STATUS_WORDS, has_result
 from reports.text import DASH, clean, count, decimals_for, number, seconds, sentence, span, with_unit

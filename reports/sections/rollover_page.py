@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from pipelines.results import DriveResults, ParameterEstimate, Rollover, TurnMargin, WheelLift
+from pipelines.drive_results import DriveResults
+from pipelines.results import ParameterEstimate
+from pipelines.rollover_results import Rollover, TurnMargin, WheelLift
 from reports.blocks import Block, Bullets, Cell, Column, Heading, Item, Paragraph, Table, Tone
 from reports.sections.contract import Plots
 from reports.sections.values import NORMAL_95, has_result

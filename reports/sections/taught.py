@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+from pipelines.drive_results import DriveResults
 from pipelines.joint.conflict import WIDEST
-from pipelines.results import DriveResults, JointVerdict, Learned, RelationCheck, Share
+from pipelines.results import JointVerdict, Learned, RelationCheck, Share
 from reports.blocks import Bar, Block, Bullets, Cell, Column, Folded, Heading, Item, Paragraph, Table, Tone
 from reports.sections.contract import Plots
 from reports.sections.joint_words import (

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from parsers.signals import WHEELS
-from pipelines.results import DriveResults, Estimate
+from pipelines.drive_results import DriveResults
+from pipelines.results import Estimate
 from pipelines.tire_forces import forces_of
 from reports.blocks import Block, Cell, Column, Paragraph, Table
 from reports.sections.contract import Plots

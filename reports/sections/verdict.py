@@ -7,8 +7,9 @@ from collections import Counter
 from collections.abc import Callable, Hashable, Iterable
 from dataclasses import dataclass
 
+from pipelines.drive_results import DriveResults
 from pipelines.parameters import PARAMETERS
-from pipelines.results import DriveResults, ParameterEstimate
+from pipelines.results import ParameterEstimate
 from reports.blocks import Block, Cell, Column, Table, filled
 from reports.sections.contract import Plots
 from reports.sections.values import (

@@ -9,7 +9,7 @@ import pytest
 
 from parsers.drive import Drive
 from parsers.load import load_drive
-from parsers.read_log import LoadOptions
+from parsers.opened_log import LoadOptions
 from parsers.table_headers import other_header
 from parsers.table_rows import RowRules
 

@@ -11,7 +11,7 @@ from parsers.channels import ChannelInfo
 from parsers.intake import Intake
 from parsers.load import load_drive
 from parsers.mapping import read_map
-from parsers.read_log import LoadOptions
+from parsers.opened_log import LoadOptions
 
 ROWS = 70_000
 """More than one chunk of a table."""

@@ -11,7 +11,7 @@ import polars as pl
 import pytest
 
 import parsers.load
-import parsers.read_log
+import parsers.opened_log
 from parsers.channels import ChannelInfo, Chunk
 from parsers.checks.check import Checked
 from parsers.drive import Decision
@@ -67,7 +67,7 @@ def play(tmp_path, monkeypatch):
             path.write_bytes(b"tape")
             paths.append(path)
         found = dict(zip(paths, tapes, strict=True))
-        monkeypatch.setattr(parsers.read_log, "find_importer", found.__getitem__)
+        monkeypatch.setattr(parsers.opened_log, "find_importer", found.__getitem__)
         monkeypatch.setattr(parsers.load, "find_importer", found.__getitem__)
         return load_drive(paths, LoadOptions(fix=fix))
 

@@ -205,6 +205,7 @@ def test_local_start_time_is_said(tmp_path: Path) -> None:
     b.header("dg", time_flags=1)
     reader, log = opened(tmp_path / "a.mf4", b.build())
     assert reader.absolute
+    values_of(reader)
     assert any("local time" in note for note in log.notes)
     b.header("dg", start=0)
     reader, log = opened(tmp_path / "a.mf4", b.build())

@@ -218,3 +218,22 @@ def test_a_master_of_dates_is_not_added_to_the_start(
         assert abs(int(time_ns[0]) - first_ns) < 1000
         assert np.allclose(np.diff(time_ns), 10**7, atol=1000)
         assert np.array_equal(found, values)
+
+
+def test_the_record_says_that_time_channels_are_dates(tmp_path: Path) -> None:
+    seconds = np.arange(500) * 0.01
+    for name, begins, told in (
+        ("all", (1.7e9, 1.7e9), "the MF4 file's time channels count from 1970: taken as dates in UTC"),
+        ("some", (1.7e9, 0.0), "the MF4 file's time channels of 1 of 2 channel groups count from 1970"),
+        ("none", (0.0, 0.0), None),
+    ):
+        signals = [
+            Signal(np.sin(seconds), begin + seconds, name=signal, unit="m/s")
+            for begin, signal in zip(begins, ("speed", "vx"), strict=True)
+        ]
+        reader, log = opened(write(tmp_path / f"{name}.mf4", *[[each] for each in signals]))
+        read_all(reader)
+        notes = [each for each in log.notes if "1970" in each]
+        assert len(notes) == (told is not None)
+        assert told is None or notes[0].startswith(told)
+        assert reader.absolute

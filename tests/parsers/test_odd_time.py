@@ -8,7 +8,7 @@ import numpy as np
 
 from parsers.load import load_drive
 from parsers.mapping.map_file import read_map
-from parsers.read_log import LoadOptions
+from parsers.opened_log import LoadOptions
 
 
 def _log(tmp_path: Path, time: np.ndarray) -> Path:

@@ -193,7 +193,7 @@ def test_damaged_footer_or_middle_is_a_clear_error(tmp_path: Path) -> None:
     [
         (pl.DataFrame({"a": [1.0], "b": [2.0]}), "no time column"),
         (pl.DataFrame({"time_ns": pl.Series([], dtype=pl.Int64)}), "no rows"),
-        (pl.DataFrame({"time": ["2014-04-11T08:00:00Z"], "a": [1.0]}), "is text"),
+        (pl.DataFrame({"time": ["11.04.2014 08:00:00"], "a": [1.0]}), "is text"),
     ],
 )
 def test_tables_without_a_usable_time(frame: pl.DataFrame, message: str, tmp_path: Path) -> None:

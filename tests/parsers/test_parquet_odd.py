@@ -71,3 +71,49 @@ def test_decimals_beyond_polars_cost_their_column_alone(tmp_path: Path) -> None:
     assert [*drive.signals] == ["accel_y"]
     assert len(drive.signals["accel_y"].values) == ROWS
     assert any('more than 38 digits are not read: "speed_mps"' in note for note in drive.record.notes)
+
+
+@pytest.mark.parametrize("kind", ["categorical", "enum", "large dictionary"])
+def test_numbers_held_as_categories_of_text_are_read(tmp_path: Path, kind: str) -> None:
+    """pandas writes a column of few different texts as category; words among them are counted as in a column of text."""
+    words = [f"{15 + k % 9}.5" if k % 10 else " n/a " if k % 20 else "open" for k in range(ROWS)]
+    speed = pl.Series("speed_mps", words)
+    frame = table(pl.Series("time_s", np.arange(ROWS) / 100), speed_mps=speed)
+    plain, path = tmp_path / "plain.parquet", tmp_path / "log.parquet"
+    frame.write_parquet(plain)
+    if kind == "large dictionary":
+        whole = frame.to_arrow()
+        coded = whole["speed_mps"].cast(arrow.large_string()).dictionary_encode()
+        parquet.write_table(whole.set_column(1, "speed_mps", coded), path)
+    else:
+        of = pl.Categorical() if kind == "categorical" else pl.Enum(sorted(set(words)))
+        frame.with_columns(pl.col("speed_mps").cast(of)).write_parquet(path)
+    expected, found = load_drive((plain,)), load_drive((path,))
+    assert np.array_equal(found.signals["speed"].values, expected.signals["speed"].values)
+    assert len(found.signals["speed"].values) == ROWS - ROWS // 10
+    assert found.record.rejected == expected.record.rejected
+    assert any("numbers as text" in note for note in found.record.notes)
+
+
+@pytest.mark.parametrize(
+    ("zone", "between", "hours"), [("Z", "T", 0), ("", " ", 0), ("+02:00", "T", -2), (" UTC", " ", 0), ("-0530", " ", 5.5), (" +01", "t", -1)]
+)  # fmt: skip
+@pytest.mark.parametrize("category", [False, True])
+def test_times_as_texts_of_iso_8601(
+    tmp_path: Path, zone: str, between: str, hours: float, category: bool
+) -> None:
+    """Fractions as long as they have to be, as Python writes them; a text that is no time costs its row."""
+    at = np.arange(ROWS)
+    texts = [
+        f"2025-03-04{between}10:{20 + k // 6000}:{k // 100 % 60:02d}{f'.{k % 100:02d}' if k % 100 else ''}{zone}"
+        for k in at
+    ]
+    texts[7], texts[1700], texts[1701] = "none", "9999-01-01 00:00:00", "2025-02-30T00:00:00"
+    time = pl.Series("time", texts)
+    table(time.cast(pl.Categorical()) if category else time).write_parquet(tmp_path / "log.parquet")
+    drive = load_drive((tmp_path / "log.parquet",))
+    speed = drive.signals["speed"]
+    begin = 1_741_083_600 + round(3600 * hours)
+    assert np.array_equal(speed.time_ns, (begin * 100 + np.delete(at, [7, 1700, 1701])) * 10**7)
+    assert drive.record.rejected["row without a valid time"] == 3
+    assert any("zone" in note for note in drive.record.notes) == (not zone)

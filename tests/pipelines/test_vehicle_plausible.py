@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 
 from parsers.errors import VehicleError
+from pipelines.vehicles.keys import LOAD_KEYS, SENSOR_KEYS, SHARES, VEHICLE_KEYS
 from pipelines.vehicles.plausible import SPANS
-from pipelines.vehicles.vehicle import LOAD_KEYS, SENSOR_KEYS, SHARES, VEHICLE_KEYS, parse_vehicle
+from pipelines.vehicles.vehicle import parse_vehicle
 
 FILE = Path("car.toml")
 

@@ -9,21 +9,13 @@ from pathlib import Path
 import numpy as np
 
 from parsers.drive import Decision, Gap, ImportRecord, MappedChannel
-from pipelines.results import (
-    Assumption,
+from pipelines.drive_results import DriveResults, Inputs, Standing
+from pipelines.results import Assumption, Estimate, ParameterEstimate, Prior, Scatter, Trace, Track
+from pipelines.rollover_results import (
     CoefficientCheck,
-    DriveResults,
-    Estimate,
     Exceedance,
-    Inputs,
-    ParameterEstimate,
-    Prior,
     Rollover,
     RolloverLimit,
-    Scatter,
-    Standing,
-    Trace,
-    Track,
     TurnMargin,
     WheelLift,
 )

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from sample_results import bare, hostile, rich
 
-from pipelines.results import Distribution, DriveResults
+from pipelines.drive_results import DriveResults
+from pipelines.results import Distribution
 from reports.archive import load_results, save_results
 from reports.figures.distributions import density, draw, level, usable
 from reports.figures.drawing import Drawing, Missing

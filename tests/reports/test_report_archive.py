@@ -11,7 +11,7 @@ import pytest
 from sample_results import bare, hostile, rich
 
 from parsers.errors import ReportError
-from pipelines.results import DriveResults
+from pipelines.drive_results import DriveResults
 from reports.archive import load_results, save_results
 from reports.html import render_html
 from reports.reduce import reduce_results

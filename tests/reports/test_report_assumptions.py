@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from pipelines.results import Assumption, Estimate
-from pipelines.vehicles.vehicle import VEHICLE_KEYS
+from pipelines.vehicles.keys import VEHICLE_KEYS
 from reports.blocks import Folded, Table
 from reports.sections import assumptions
 from reports.sections.given_words import file_key, given, words_of

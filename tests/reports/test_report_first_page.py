@@ -9,8 +9,8 @@ from dataclasses import replace
 import pytest
 from sample_results import rich
 
+from pipelines.drive_results import DriveResults
 from pipelines.parameters import PARAMETERS
-from pipelines.results import DriveResults
 from reports.document import build_document
 from reports.pdf import pdf_of
 

@@ -9,7 +9,8 @@ from pathlib import Path
 import pytest
 from sample_results import bare, rich
 
-from pipelines.results import DriveResults, Rollover
+from pipelines.drive_results import DriveResults
+from pipelines.rollover_results import Rollover
 from reports.archive import FILE_NAME, load_results, save_results
 from reports.blocks import Document, Paragraph, Plot, Section, Table
 from reports.document import build_document

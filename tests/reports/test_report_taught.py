@@ -12,7 +12,8 @@ import numpy as np
 import pytest
 from sample_results import bare, hostile, rich
 
-from pipelines.results import DriveResults, Learned, NextMeasurement, Prior, RelationCheck, Share
+from pipelines.drive_results import DriveResults
+from pipelines.results import Learned, NextMeasurement, Prior, RelationCheck, Share
 from reports.archive import load_results, save_results
 from reports.blocks import Bullets, Document, Folded, Heading, Section, Table
 from reports.figures.drawing import Drawing

@@ -11,8 +11,9 @@ from sample_results import bare, hostile, rich
 from parsers.drive import Decision
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
+from pipelines.drive_results import DriveResults
 from pipelines.parameters import PARAMETERS
-from pipelines.results import DriveResults, ParameterEstimate
+from pipelines.results import ParameterEstimate
 from reports.sections.quality import checks_card, decision_item
 from reports.terminal import verdict_table
 

@@ -95,6 +95,30 @@ def _held(u: FloatArray, gate: FloatArray) -> int:
 
 
 @kernel
+def _widen(x: FloatArray, u: FloatArray, gates: FloatArray, added: FloatArray, held: FloatArray) -> None:
+    """Add the spread that time adds, (51), (58), and keep what is held."""
+    for i in range(x.shape[0]):
+        hold = _held(u, gates[i])
+        if hold > 0:
+            held[i] = x[i]
+        x[i, 1 + i] += added[i]
+        if hold == 2:
+            # the others must not learn from it what it is not allowed to
+            x[i, 1:] = 0.0
+
+
+@kernel
+def _write(x: FloatArray, row: int, track: FloatArray, spread: FloatArray) -> None:
+    """Means and standard deviations of all parameters, into one row."""
+    for i in range(x.shape[0]):
+        track[row, i] = x[i, 0]
+        total = 0.0
+        for s in range(1, x.shape[1]):
+            total += x[i, s] * x[i, s]
+        spread[row, i] = np.sqrt(total)
+
+
+@kernel
 def run(
     model: int,
     inputs: FloatArray,
@@ -127,14 +151,7 @@ def run(
     row, left = 0, every
     for k in range(measured.shape[0]):
         u = inputs[k]
-        for i in range(d):
-            hold = _held(u, gates[i])
-            if hold > 0:
-                held[i] = x[i]
-            x[i, 1 + i] += added[i]
-            if hold == 2:
-                # the others must not learn from it what it is not allowed to
-                x[i, 1:] = 0.0
+        _widen(x, u, gates, added, held)
         at_points(x, matrix, p)
         if model == LTM:
             _ltm(p, u, size, values)
@@ -151,11 +168,6 @@ def run(
                 x[i] = held[i]
         left -= 1
         if left == 0:
-            for i in range(d):
-                track[row, i] = x[i, 0]
-                total = 0.0
-                for s in range(1, terms):
-                    total += x[i, s] * x[i, s]
-                spread[row, i] = np.sqrt(total)
+            _write(x, row, track, spread)
             row += 1
             left = every

@@ -10,12 +10,12 @@ from itertools import pairwise
 
 import numpy as np
 
+from pipelines.drive_results import DriveResults
 from pipelines.fleet.gather import gather
 from pipelines.fleet.records import Facts, FoundDrive, FoundFleet
 from pipelines.fleet.store import open_store
 from pipelines.hierarchy.records import DriveTold, LoadChange, Trend, VehicleKnowledge, VehicleParameter
 from pipelines.joint.kept import KeptRelations
-from pipelines.results import DriveResults
 from tests.reports.sample_results import rich
 
 FOLDER = "/data/fleet"

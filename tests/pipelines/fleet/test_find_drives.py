@@ -151,12 +151,19 @@ def test_what_is_no_log_is_named_with_its_reason(tmp_path):
         },
     )
     pl.DataFrame({"a": [1, 2], "b": [1.5, 2.5]}).write_parquet(tmp_path / "prices.parquet")
+    pl.DataFrame({"Date": ["2024-01-03", "2024-01-04"], "b": [1.5, 2.5]}).write_parquet(
+        tmp_path / "fuel.parquet"
+    )
+    times = [f"2024-01-03T10:20:{k:02d}Z" for k in range(9)]
+    pl.DataFrame({"time": times, "speed_mps": [float(k) for k in range(9)]}).write_parquet(
+        tmp_path / "suv/texts.parquet"
+    )
     found = find_drives(str(tmp_path))
-    assert [drive.name for drive in found.drives] == ["suv/drive.csv"]
+    assert [drive.name for drive in found.drives] == ["suv/drive.csv", "suv/texts.parquet"]
     why = reasons(found)
     assert set(why) == {
         "README.txt", "service.log", "notes.csv", "fuel.csv", "words.csv", "empty.txt", "photo.jpg", "data.json", "archive",
-        "prices.parquet",
+        "prices.parquet", "fuel.parquet",
     }  # fmt: skip
     assert "no time column" in why["notes.csv"]
     assert "dates without a time of day" in why["fuel.csv"]

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 from roll_plane import RATE, Plane, drive, log_of, ride, slalom, turn, vehicle, verdict
 
-from pipelines.results import ParameterEstimate, Rollover
+from pipelines.results import ParameterEstimate
 from pipelines.rollover import assess_rollover
 from pipelines.rollover.margin import before_lift, lifted, shown_rows
+from pipelines.rollover_results import Rollover
 
 PLANE = Plane()
 

@@ -9,8 +9,9 @@ import pytest
 from roll_plane import RATE, Plane, Ride, drive, log_of, ride, slalom, turn, vehicle, verdict
 
 from parsers.drive import Drive
-from pipelines.results import FloatArray, Rollover
+from pipelines.results import FloatArray
 from pipelines.rollover import assess_rollover
+from pipelines.rollover_results import Rollover
 
 TALL = replace(Plane(), high=1.0, stiffness=120_000.0)
 PLANE = Plane()

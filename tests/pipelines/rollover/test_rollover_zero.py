@@ -9,10 +9,11 @@ import pytest
 from roll_plane import RATE, G, Plane, drive, log_of, ride, slalom, turn, vehicle, verdict
 
 from parsers.drive import Drive
-from pipelines.results import FloatArray, ParameterEstimate, Rollover
+from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.rollover import assess_rollover
 from pipelines.rollover.motion import prepare_motion
 from pipelines.rollover.zero import DRIVEN_STD_G, PLACE_STD_G, UNKNOWN_STD_G, accel_zero, angle_zero
+from pipelines.rollover_results import Rollover
 
 PLANE = Plane()
 KERB = np.radians(3.0)
