@@ -26,6 +26,13 @@ from pipelines.estimators.registry import estimators
 from pipelines.joint.kept import KeptRelations
 from pipelines.limits import what_limits
 from pipelines.needs import readiness
+from pipelines.prepare.angle_scale import (
+    angle_doubts,
+    as_sure_as_angles,
+    estimates_as_sure,
+    kept_as_sure_as_angles,
+    with_angle_doubts,
+)
 from pipelines.prepare.deflection_zero import with_zero_open
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
@@ -177,9 +184,9 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given, wheel_radius(vehicle)),
     )
     drive = at_the_wheels(drive, vehicle)
-    lateral = lateral_doubt(drive, vehicle)
+    lateral, angles = lateral_doubt(drive, vehicle), angle_doubts(drive)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
-    drive = steered(with_doubt(drive, lateral), vehicle)
+    drive = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
     step = load_step(drive, vehicle)
     drive, vehicle = with_zero_open(with_load_step(drive, step), vehicle)
     results: list[Estimate] = []
@@ -189,9 +196,10 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     progress("weighing the evidence", 1.0)
     rng = np.random.default_rng([request.seed, zlib.crc32(b"verdict")])
     whole = verdict_of(results, vehicle, rng, drive.signals.keys())
-    verdict = holding_both_loads(as_sure_as_the_scale(whole.parameters, lateral), step, vehicle)
+    sure = as_sure_as_angles(as_sure_as_the_scale(whole.parameters, lateral), angles)
+    verdict = holding_both_loads(sure, step, vehicle)
     # what predicts is code, and no result
-    results = [replace(estimate, evidence=()) for estimate in results]
+    results = estimates_as_sure([replace(estimate, evidence=()) for estimate in results], angles)
     made = DriveResults(
         inputs=replace(
             inputs,
@@ -210,7 +218,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         joint=taught_with_both_loads(whole.joint, step, verdict),
     )
     # relations of two loads are of no state that a vehicle's other drives could be joined with
-    return Analysis(made, kept_as_sure(whole.kept, lateral) if step is None else None)
+    kept = kept_as_sure_as_angles(kept_as_sure(whole.kept, lateral), angles, whole.parameters)
+    return Analysis(made, kept if step is None else None)
 
 
 def _assumptions(results: Sequence[Estimate]) -> tuple[Assumption, ...]:
