@@ -31,8 +31,10 @@ LIVELY = {
     "suspension_force": 60.0,
     "tire_normal_force": 80.0,
     "wheel_speed": 0.3,
+    "accel_z_unsprung": 0.1,
+    "accel_z_sprung": 0.1,
 }
-"""Spread (SI) from which on the other wheels count as moving."""
+"""Spread (SI, of cells' means) from which on the other wheels count as moving."""
 SHARE = 0.1
 """Of the time in which the others move: one that is idle for longer is left out. Less does little harm."""
 

@@ -49,6 +49,40 @@ def test_a_healthy_drive_has_none() -> None:
         assert not [each for each in decisions if "suspension_deflection" in each.signal]
 
 
+def with_accelerations(kind: str, size: float = 3.0) -> dict[str, Signal]:
+    """A slalom with four vertical accelerations of hubs or of the body above them; rear hubs are the livelier ones."""
+    signals = drive()
+    rng = np.random.default_rng(5)
+    time_ns = signals["roll"].time_ns
+    for wheel in WHEELS:
+        name = f"{kind}_{wheel}"
+        road = size * (1.0 if wheel[0] == "f" else 2.0) * rng.standard_normal(len(time_ns))
+        signals[name] = Signal(name, time_ns, 9.81 + road, name)
+    return signals
+
+
+@pytest.mark.parametrize("kind", ["accel_z_unsprung", "accel_z_sprung"])
+@pytest.mark.parametrize("dead", ["fl", "rr"])
+@pytest.mark.parametrize("since", [0.0, 0.5])
+def test_a_dead_acceleration_at_one_wheel_is_left_out(kind: str, dead: str, since: float) -> None:
+    """A hub's that stood at 9.81 put the CG 55 mm to one side, identified, at 4.5 standard deviations."""
+    name = f"{kind}_{dead}"
+    fixed, decisions = check(hold(with_accelerations(kind), name, (since, 1.0)))
+    (found,) = [each for each in decisions if each.signal.startswith(kind)]
+    assert (found.signal, found.applied) == (name, True)
+    assert "does not move with the other wheels" in found.found
+    assert name not in fixed
+    assert {f"{kind}_{w}" for w in WHEELS if w != dead} <= set(fixed)
+
+
+@pytest.mark.parametrize("size", [0.05, 3.0])
+@pytest.mark.parametrize("kind", ["accel_z_unsprung", "accel_z_sprung"])
+def test_accelerations_that_are_as_lively_as_their_axle_stay(kind: str, size: float) -> None:
+    fixed, decisions = check(with_accelerations(kind, size))
+    assert {f"{kind}_{w}" for w in WHEELS} <= set(fixed)
+    assert not [each for each in decisions if each.signal.startswith(kind)]
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.0002])
 @pytest.mark.parametrize("since", [0.0, 0.5])
 def test_a_dead_or_frozen_wheel_is_left_out_with_its_time(since: float, noise: float) -> None:
