@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
 from parsers.checks.axle_scales import unlike_axles, unlike_sides
 from parsers.checks.codes import Span, nines_free, possible, spans_of_codes, without_codes
 from parsers.checks.dead_brakes import dead_brakes
 from parsers.checks.flat_tops import Limits
+from parsers.checks.force_scales import unlike_gains
 from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
@@ -23,6 +24,7 @@ from parsers.checks.travel import wrong_travel
 from parsers.checks.travel_range import impossible_travel
 from parsers.checks.twins import twins
 from parsers.checks.unit_faults import unit_faults
+from parsers.checks.wheel_forces import exchanged_forces
 from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
 
@@ -128,7 +130,15 @@ def _wheels_put_right(
         present = make_grid(fixes(work), grid)
     if not any(each.applied for each in still):
         still += unlike_sides(work, present) or unlike_axles(work, present) or wrong_travel(work, present)
-    return work, present, odd, still
+    return work, present, odd, still + _forces(present, {each.signal for each in still if each.applied})
+
+
+def _forces(grid: Grid, dead: Collection[str]) -> list[Decision]:
+    """Vertical forces that are another wheel's or of another gain. dead: signals that are left out already."""
+    if not set(SPEEDS).isdisjoint(dead):
+        return []
+    exchanged = exchanged_forces(grid, dead)
+    return exchanged + unlike_gains(grid, {*dead, *(each.signal for each in exchanged)})
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ class OddWheels:
 
 
 @dataclass(frozen=True)
-class _Marks:
+class Marks:
     """+1 where a wheel moves as it should, -1 where the other way round. braking: empty where that does not tell. figures: in words."""
 
     bends: Mapping[str, int]
@@ -51,7 +51,7 @@ class _Marks:
 
 def odd_wheels(grid: Grid) -> OddWheels:
     """Wheels that move otherwise than the others in bends, and mostly in braking; nothing without all four or a drive that tells."""
-    marks = _marks(grid)
+    marks = marks_of(grid)
     if marks is None or (len(set(marks.bends.values())) == 1 and len(set(marks.braking.values())) < 2):
         return OddWheels()
     if marks.braking:
@@ -67,7 +67,7 @@ def odd_wheels(grid: Grid) -> OddWheels:
     return _by_bends(grid, marks, dict.fromkeys(WHEELS, 1))
 
 
-def _by_both(grid: Grid, marks: _Marks) -> OddWheels:
+def _by_both(grid: Grid, marks: Marks) -> OddWheels:
     """Where braking tells as well: its signs are known, those of bends up to the sign of the lateral signals."""
     coherent = len({marks.bends[wheel] * marks.braking[wheel] for wheel in WHEELS}) == 1
     if not coherent:
@@ -85,12 +85,12 @@ def _by_both(grid: Grid, marks: _Marks) -> OddWheels:
     return OddWheels(frozenset(names), (), (decision,))
 
 
-def _by_bends(grid: Grid, marks: _Marks, braking: Mapping[str, int]) -> OddWheels:
+def _by_bends(grid: Grid, marks: Marks, braking: Mapping[str, int]) -> OddWheels:
     """Wheels that contradict the lateral signals or braking alone; all four where nothing else tells which of them are right."""
     pitching = {wheel for wheel in WHEELS if braking[wheel] < 0}
     if pitching in (_PAIRS["front"], _PAIRS["rear"], set(WHEELS)):
         pitching = set()  # how an axle's links hold it in braking may be anything
-    sign = _bends_sign(grid)
+    sign = bends_sign(grid)
     if len(set(marks.bends.values())) == 1:
         sign = next(iter(marks.bends.values()))
     if sign is None:
@@ -105,7 +105,7 @@ def _by_bends(grid: Grid, marks: _Marks, braking: Mapping[str, int]) -> OddWheel
     return _out(odd, "moves as at another wheel: channels look exchanged, or have the other sign", marks)
 
 
-def _bends_sign(grid: Grid) -> int | None:
+def bends_sign(grid: Grid) -> int | None:
     """-1 where the lateral reference itself has the wrong sign, by what is no spring; None where only turning is there to tell."""
     rest = grid.without(DEFLECTIONS)
     reference = lateral_reference(rest)
@@ -114,7 +114,7 @@ def _bends_sign(grid: Grid) -> int | None:
     return -1 if reference[0] in lateral_signs(rest).inverted else 1
 
 
-def _out(wheels: set[str], text: str, marks: _Marks) -> OddWheels:
+def _out(wheels: set[str], text: str, marks: Marks) -> OddWheels:
     action = "left out: say the sign, or which channel is which wheel, in a mapping file"
     names = [f"suspension_deflection_{wheel}" for wheel in WHEELS if wheel in wheels]
     return OddWheels(
@@ -124,9 +124,10 @@ def _out(wheels: set[str], text: str, marks: _Marks) -> OddWheels:
     )
 
 
-def _marks(grid: Grid) -> _Marks | None:
+def marks_of(grid: Grid, names: Sequence[str] = DEFLECTIONS) -> Marks | None:
+    """How the signals of the four wheels move; None where a drive does not tell."""
     reference, change = lateral_reference(grid), change_of_speed(grid)
-    columns = [grid.get(name) for name in DEFLECTIONS]
+    columns = [grid.get(name) for name in names]
     there = [column for column in columns if column is not None]
     if (
         reference is None
@@ -155,7 +156,7 @@ def _marks(grid: Grid) -> _Marks | None:
     if braked:
         words = ", ".join(f"{w} {found:+.2f}" for w, found in zip(WHEELS, braked, strict=True))
         figures += f"; with the loss of speed by the pedals: {words}"
-    return _Marks(turning, braking, figures)
+    return Marks(turning, braking, figures)
 
 
 def _brakes(grid: Grid, slowing: FloatArray) -> bool:
