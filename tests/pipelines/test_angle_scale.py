@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import polars as pl
 import pytest
 
 from parsers.drive import Drive, ImportRecord, Signal
+from pipelines.analyze import Request, analyze
 from pipelines.joint.kept import KeptRelations
 from pipelines.prepare.angle_scale import (
     AngleDoubt,
@@ -177,3 +179,19 @@ def test_it_is_in_the_record_and_in_what_is_joined() -> None:
     assert found.told["roll_gradient_degpg"][1] == pytest.approx(np.hypot(0.1, 3.5))
     assert found.told["mass_kg"] == told["mass_kg"]
     assert kept_as_sure_as_angles(None, (DOUBT,), {}) is None
+
+
+@pytest.mark.parametrize(("factor", "status"), [(1.0, "identified"), (0.5, "not_identifiable")])
+def test_an_analysis_marks_what_a_halved_angle_tells(tmp_path: Path, factor: float, status: str) -> None:
+    """In the estimator's own row, and in the verdict."""
+    source = Path(__file__).parents[2] / "sample_logs"
+    frame = pl.read_csv(source / "csv" / "drive.csv")
+    log = tmp_path / "drive.csv"
+    frame.with_columns(pl.col("roll_rad") * factor).write_csv(log)
+    results = analyze(Request((log,), vehicle=source / "vehicle.toml", estimators="roll_map"))
+    (told,) = [each.parameters["roll_gradient_degpg"] for each in results.estimates]
+    assert told.status == status
+    entry = results.verdict.get("roll_gradient_degpg")
+    assert entry is not None
+    assert (entry.status == "identified") == (factor == 1)
+    assert any("integrates to" in each.found for each in results.record.decisions) == (factor != 1)
