@@ -207,8 +207,6 @@ def _sensors(book: Book) -> None:
     # wheels, hubs and tyres take part in quick motion in their own ways: an inertia is seen no better than this
     for axis, share in (("pitch", 0.06), ("roll", 0.15)):
         book.put(f"swing_{axis}", 0.0, share)
-    # how the body really swings over what springs as stated or usual have it do, where no sensor shows it
-    book.put("guessed_swing", 1.0, 1.0)
     # dampers have knees and friction: the rate that a drive shows is that of its own speeds
     book.put("damping_factor", 1.0, 0.15)
     # what swings (hubs that lean, tyres, a load that gives) is not the rigid vehicle's inertia: no roll motion tells that better
@@ -273,6 +271,8 @@ def before_the_log(vehicle: Vehicle) -> Known:
     inertias(book, kilos)
     _sensors(book)
     _long(book, kilos)
+    # how the body really swings over what springs as stated or usual have it do, where no sensor shows it
+    book.put("guessed_swing", 1.0, 1.0)
     table = np.array(list(book.rows.values()))
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,

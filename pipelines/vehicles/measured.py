@@ -7,11 +7,14 @@ import io
 from dataclasses import dataclass
 from functools import cache
 from importlib import resources
+from typing import TYPE_CHECKING
 
 import numpy as np
-import polars as pl
 
 from pipelines.results import FloatArray
+
+if TYPE_CHECKING:
+    import polars as pl
 
 COMBUSTION = "combustion"
 POWERTRAINS = (COMBUSTION, "hybrid", "battery")
@@ -56,17 +59,23 @@ class Inertias:
 
 
 def _table(name: str) -> pl.DataFrame:
+    import polars as pl  # a vehicle file is read without: a conversion asks for its wheel radius alone
+
     data = resources.files("pipelines.vehicles.data").joinpath(name).read_bytes()
     return pl.read_csv(io.BytesIO(data), infer_schema_length=None)
 
 
 def _column(frame: pl.DataFrame, name: str) -> FloatArray:
+    import polars as pl
+
     return np.asarray(frame.get_column(name).cast(pl.Float64).to_numpy(), dtype=np.float64)
 
 
 @cache
 def measured_vehicles() -> Measured:
     """The 1 270 measured CG heights."""
+    import polars as pl
+
     name = ["make", "model", "model_year"]
     frame = _table("measured_cg_heights.csv").join(
         _table("electrified.csv"), on=name, how="left", maintain_order="left"
