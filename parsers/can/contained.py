@@ -7,16 +7,17 @@ from collections.abc import Iterable
 import numpy as np
 
 from parsers.can.contained_kernel import (
+    CONTAINER,
     FOUND,
     MOST_GROUPS,
     ODD,
     OTHER,
     STATE_SIZE,
     Groups,
-    count_containers,
     split_containers,
 )
 from parsers.can.frames import CanFrames
+from parsers.can.j1939_kernel import count_groups
 from parsers.can.matching import Stream
 from parsers.importer import ImportLog
 
@@ -34,25 +35,15 @@ class Contained:
 
     def take(self, frames: CanFrames) -> CanFrames | None:
         """The groups of these frames, in order; None where there are none."""
-        can_id = np.ascontiguousarray(frames.can_id, np.uint32)
-        count = count_containers(can_id)
-        if not count:
+        if not (count := count_groups(np.ascontiguousarray(frames.can_id, np.uint32), CONTAINER, CONTAINER)):
             return None
         room = count * MOST_GROUPS
         out = Groups(
             np.empty(room, np.int64), np.empty(room, np.uint32), np.empty(room, np.int16), np.empty(room, np.uint8),
             np.empty(room, np.int64), np.zeros(STATE_SIZE, np.int64),
         )  # fmt: skip
-        data = np.ascontiguousarray(frames.data, np.uint8)
-        split_containers(
-            np.ascontiguousarray(frames.time_ns, np.int64),
-            can_id,
-            np.ascontiguousarray(frames.bus, np.int16),
-            np.ascontiguousarray(frames.length, np.uint8),
-            np.ascontiguousarray(frames.offset, np.int64),
-            data,
-            out,
-        )
+        columns = frames.columns()
+        split_containers(*columns, out)
         n, odd = int(out.state[FOUND]), int(out.state[ODD])
         self.groups += n
         self.other += int(out.state[OTHER])
@@ -61,7 +52,9 @@ class Contained:
         if not n:
             return None
         self.keys.update(np.unique(out.bus[:n].astype(np.int64) << 32 | out.can_id[:n]).tolist())
-        return CanFrames(out.time_ns[:n], out.can_id[:n], out.bus[:n], out.length[:n], out.offset[:n], data)
+        return CanFrames(
+            out.time_ns[:n], out.can_id[:n], out.bus[:n], out.length[:n], out.offset[:n], columns.data
+        )
 
     def say(self, streams: Iterable[Stream], log: ImportLog) -> None:
         """Write into the log book that messages were found in such frames, and what was left of those."""

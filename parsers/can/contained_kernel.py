@@ -9,6 +9,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
+from parsers.can.j1939_kernel import GROUP
 from parsers.can.slots import BusArray, IdArray
 from parsers.channels import ByteArray, IntArray
 from parsers.jit import kernel
@@ -17,6 +20,8 @@ HEAD, FD_BYTES, CLASSIC_BYTES = 4, 64, 8
 MOST_GROUPS = FD_BYTES // HEAD
 """Of one frame: groups may be empty."""
 PADDING, PLAIN = 0, 2
+CONTAINER = 0x80250000
+"""GROUP bits of an identifier whose frame may hold several groups."""
 # places in the state vector: groups written, those with assurance data or another service, frames that are not laid out so
 FOUND, OTHER, ODD, STATE_SIZE = range(4)
 
@@ -33,15 +38,6 @@ class Groups(NamedTuple):
 
 
 @kernel
-def count_containers(can_id: IdArray) -> int:
-    """How many frames may hold several groups."""
-    count = 0
-    for i in range(can_id.size):
-        count += int(int(can_id[i]) & 0x83FF0000 == 0x80250000)
-    return count
-
-
-@kernel
 def split_containers(
     time_ns: IntArray,
     can_id: IdArray,
@@ -54,7 +50,7 @@ def split_containers(
     """Write the groups of all such frames; `out` has room for MOST_GROUPS a frame."""
     state = out.state
     for i in range(can_id.size):
-        if int(can_id[i]) & 0x83FF0000 != 0x80250000:
+        if np.int64(can_id[i]) & GROUP != CONTAINER:
             continue
         begin, size = int(offset[i]), min(int(length[i]), FD_BYTES)
         if begin < 0 or begin > data.size - size:

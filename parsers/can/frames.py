@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +13,17 @@ from parsers.channels import ByteArray, IntArray
 
 EXTENDED = 0x8000_0000
 """Set in `CanFrames.can_id` for a 29-bit identifier (as socketcan and DBC files have it)."""
+
+
+class FrameColumns(NamedTuple):
+    """`CanFrames` of one type and layout a column."""
+
+    time_ns: IntArray
+    can_id: NDArray[np.uint32]
+    bus: NDArray[np.int16]
+    length: ByteArray
+    offset: IntArray
+    data: ByteArray
 
 
 @dataclass(frozen=True)
@@ -31,6 +42,14 @@ class CanFrames:
     length: NDArray[np.uint8] | NDArray[np.uint16]
     offset: IntArray
     data: ByteArray
+
+    def columns(self) -> FrameColumns:
+        """As kernels take them. Of frames as they were sent alone: a message of several packets is longer than its column can say."""
+        return FrameColumns(
+            np.ascontiguousarray(self.time_ns, np.int64), np.ascontiguousarray(self.can_id, np.uint32),
+            np.ascontiguousarray(self.bus, np.int16), np.ascontiguousarray(self.length, np.uint8),
+            np.ascontiguousarray(self.offset, np.int64), np.ascontiguousarray(self.data, np.uint8),
+        )  # fmt: skip
 
 
 class FrameSource(Protocol):

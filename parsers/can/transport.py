@@ -9,6 +9,7 @@ import numpy as np
 
 from parsers.can.definitions import MessageDef, pgn_of
 from parsers.can.frames import CanFrames
+from parsers.can.j1939_kernel import count_groups
 from parsers.can.matching import Stream
 from parsers.can.transport_kernel import (
     ABORTED,
@@ -21,6 +22,8 @@ from parsers.can.transport_kernel import (
     MOST_BYTES,
     MOST_SESSIONS,
     OPEN,
+    PACKETS_21,
+    PACKETS_22,
     PER_FD_PACKET,
     PER_PACKET,
     ROW,
@@ -29,8 +32,6 @@ from parsers.can.transport_kernel import (
     USED,
     Messages,
     Sessions,
-    count_fd_packets,
-    count_packets,
     give_up_all,
     take_packets,
 )
@@ -69,22 +70,14 @@ class Transport:
     def take(self, frames: CanFrames) -> CanFrames | None:
         """The messages whose last packet is among these frames, in order; None where there are none."""
         can_id = np.ascontiguousarray(frames.can_id, np.uint32)
-        packets, fd_packets = count_packets(can_id), count_fd_packets(can_id)
+        packets, fd_packets = count_groups(can_id, *PACKETS_21), count_groups(can_id, *PACKETS_22)
         if not packets + fd_packets:
             return None
         if self._held is None:
             self._held = _no_sessions()
         out = _room(packets, fd_packets, int(self._held.state[OPEN]))
-        take_packets(
-            np.ascontiguousarray(frames.time_ns, np.int64),
-            can_id,
-            np.ascontiguousarray(frames.bus, np.int16),
-            np.ascontiguousarray(frames.length, np.uint8),
-            np.ascontiguousarray(frames.offset, np.int64),
-            np.ascontiguousarray(frames.data, np.uint8),
-            self._held,
-            out,
-        )
+        columns = frames.columns()
+        take_packets(*columns, self._held, out)
         self._count(out)
         n, used = int(self._held.state[MESSAGES]), int(self._held.state[USED])
         if not n:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from parsers.can.j1939_kernel import GROUP
 from parsers.can.slots import BusArray, IdArray, LengthArray
 from parsers.channels import ByteArray, IntArray
 from parsers.jit import kernel, lean_kernel
@@ -41,6 +42,10 @@ CLASSIC = -1
 """The number of J1939-21's only session."""
 PRIORITY = 6 << 26
 """What a message in packets would have had as one frame is not told; J1939's default."""
+PACKETS_21 = 0x80EC0000, 0x80EB0000
+"""GROUP bits of J1939-21's TP.CM and TP.DT."""
+PACKETS_22 = 0x804D0000, 0x804E0000
+"""Of J1939-22's FD.TP.CM and FD.TP.DT."""
 
 
 class Sessions(NamedTuple):
@@ -63,28 +68,6 @@ class Messages(NamedTuple):
     offset: IntArray
     data: ByteArray
     given_up: IntArray
-
-
-@kernel
-def count_packets(can_id: IdArray) -> int:
-    """How many frames are of J1939-21's transport protocol."""
-    count = 0
-    for i in range(can_id.size):
-        # 0xEB is TP.DT, 0xEC is TP.CM, either on data page 0
-        kind = np.int64(can_id[i]) & 0x83FF0000
-        count += int((kind == 0x80EB0000) | (kind == 0x80EC0000))
-    return count
-
-
-@kernel
-def count_fd_packets(can_id: IdArray) -> int:
-    """How many frames are of J1939-22's."""
-    count = 0
-    for i in range(can_id.size):
-        # 0x4D is FD.TP.CM, 0x4E is FD.TP.DT
-        kind = np.int64(can_id[i]) & 0x83FF0000
-        count += int((kind == 0x804D0000) | (kind == 0x804E0000))
-    return count
 
 
 @lean_kernel
@@ -315,7 +298,7 @@ def take_packets(
     held.state[MESSAGES] = held.state[USED] = held.state[GIVEN_UP] = 0
     frame = np.zeros(FD_BYTES, np.uint8)
     for i in range(can_id.size):
-        kind = (np.int64(can_id[i]) & 0x83FF0000) >> 16
+        kind = (np.int64(can_id[i]) & GROUP) >> 16
         if kind not in (0x80EB, 0x80EC, 0x804D, 0x804E):
             continue
         fd = kind in (0x804D, 0x804E)

@@ -16,7 +16,7 @@ Values = Mapping[str, FloatArray]
 
 @dataclass(frozen=True)
 class Figure:
-    """A vehicle's parameter. of: from the unknowns by name, (n,) each, to (n,). least: unknowns that must be there."""
+    """A vehicle's parameter. of: from the unknowns by name, (n,) each, to (n,). needs: unknowns that must be there."""
 
     name: str
     title: str

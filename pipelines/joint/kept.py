@@ -7,8 +7,9 @@ rows @ v = observed + N(0, I) with rows = J and observed = whitened figures - p(
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -47,6 +48,14 @@ class KeptRelations:
     normal: bool
     told: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     empty: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+
+    def less_sure(self, names: Collection[str], share: float) -> KeptRelations:
+        """The same, where what is told of these parameters has that share of its value in its spread."""
+        wider = {
+            name: (value, math.hypot(std, share * value)) if name in names else (value, std)
+            for name, (value, std) in self.told.items()
+        }
+        return replace(self, told=wider)
 
 
 def _turned(part: Part) -> tuple[FloatArray, FloatArray]:

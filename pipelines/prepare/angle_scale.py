@@ -23,7 +23,7 @@ from pipelines.joint.kept import KeptRelations
 from pipelines.prepare.block_slope import block_slopes
 from pipelines.prepare.decided import decided
 from pipelines.results import Estimate, FloatArray, ParameterEstimate
-from pipelines.verdict.widened import widened
+from pipelines.verdict.widened import by_share
 
 USUAL = 0.12
 """What honest sensors, a unit that is askew, and what is left of filters and sampling make the two differ by at most."""
@@ -159,15 +159,11 @@ def kept_as_sure_as_angles(
     kept: KeptRelations | None, doubts: Sequence[AngleDoubt], verdict: Mapping[str, ParameterEstimate]
 ) -> KeptRelations | None:
     """What a drive leaves for others to be joined with, no surer than the scales that it rests on. verdict: of this drive."""
-    for doubt in doubts if kept is not None else ():
-        assert kept is not None
-        sources = {name: entry.sources for name, entry in verdict.items()}
-        wider = {
-            name: (value, math.hypot(std, doubt.off * value))
-            for name, (value, std) in kept.told.items()
-            if doubt.hangs(name, sources.get(name, ()))
-        }
-        kept = replace(kept, told={**kept.told, **wider})
+    if kept is None:
+        return None
+    sources = {name: verdict[name].sources if name in verdict else () for name in kept.told}
+    for doubt in doubts:
+        kept = kept.less_sure([name for name, by in sources.items() if doubt.hangs(name, by)], doubt.off)
     return kept
 
 
@@ -178,12 +174,8 @@ def as_sure_as_angles(
     found = dict(told)
     for doubt in doubts:
         for name, entry in told.items():
-            if not doubt.hangs(name, entry.sources if by is None else (by,)):
-                continue
-            entry = found[name]
-            if entry.value is not None and entry.std is not None and entry.status != "not_identifiable":
-                wide = math.hypot(entry.std, doubt.off * entry.value)
-                found[name] = widened(entry, wide, doubt.found)
+            if doubt.hangs(name, entry.sources if by is None else (by,)):
+                found[name] = by_share(found[name], doubt.off, doubt.found)
     return found
 
 

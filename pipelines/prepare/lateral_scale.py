@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from pipelines.prepare.decided import decided
 from pipelines.prepare.gravity import LEAST_MPS, NAMES, tilt_of
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
-from pipelines.verdict.widened import widened
+from pipelines.verdict.widened import by_share
 
 USUAL = 0.08
 """What sideslip, bank and honest sensors make the scales differ by at most."""
@@ -161,25 +161,16 @@ def with_doubt(drive: Drive, doubt: LateralDoubt | None) -> Drive:
 
 def kept_as_sure(kept: KeptRelations | None, doubt: LateralDoubt | None) -> KeptRelations | None:
     """What a drive leaves of its parameters for others to be joined with, no surer than the scales that it rests on either."""
-    if kept is None or doubt is None:
-        return kept
-    wider = {
-        name: (value, math.hypot(std, doubt.off * value))
-        for name, (value, std) in kept.told.items()
-        if name in HANG_ON_IT
-    }
-    return replace(kept, told={**kept.told, **wider})
+    return kept if kept is None or doubt is None else kept.less_sure(HANG_ON_IT, doubt.off)
 
 
 def as_sure_as_the_scale(
     verdict: Mapping[str, ParameterEstimate], doubt: LateralDoubt | None
 ) -> dict[str, ParameterEstimate]:
     """The verdict, where what hangs on lateral acceleration is no surer than the scales that it rests on."""
-    found = dict(verdict)
-    for name in HANG_ON_IT if doubt is not None else ():
-        entry = found.get(name)
-        if entry is None or entry.value is None or entry.std is None or entry.status == "not_identifiable":
-            continue
-        assert doubt is not None
-        found[name] = widened(entry, math.hypot(entry.std, doubt.off * entry.value), doubt.found)
-    return found
+    if doubt is None:
+        return dict(verdict)
+    return {
+        name: by_share(entry, doubt.off, doubt.found) if name in HANG_ON_IT else entry
+        for name, entry in verdict.items()
+    }

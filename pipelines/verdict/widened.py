@@ -56,6 +56,13 @@ def widened(
     return _not_told(wide, words, entry.reason, opens=opens)
 
 
+def by_share(entry: ParameterEstimate, share: float, words: str) -> ParameterEstimate:
+    """The answer with that share of its value in its spread, as of a scale that may be wrong by so much; one without figures as it is."""
+    if entry.value is None or entry.std is None:
+        return entry
+    return widened(entry, math.hypot(entry.std, share * entry.value), words)
+
+
 def _not_told(wide: ParameterEstimate, words: str, reason: str, *, opens: bool) -> ParameterEstimate:
     """The figures that are left: what was known before, the wide ones where the drive opened that, or none."""
     prior, value, std, high = wide.prior, wide.value, wide.std, wide.high
