@@ -51,7 +51,6 @@ def suspension_map(
     check_file(out)
     from cogest_cli.version import version
     from pipelines.discover import nearest
-    from pipelines.prepare.spring_forces import at_the_wheels
     from pipelines.suspension_mapping.file import map_text
     from pipelines.suspension_mapping.judge import judge
     from pipelines.suspension_mapping.train import train, training_drive
@@ -64,14 +63,13 @@ def suspension_map(
     known = read_vehicle(found, with_map=False) if found else Vehicle()
     with ProgressLine() as progress:
         drives = [
-            training_drive(at_the_wheels(_load(log, map_file, dbc, no_fix, known, progress), known), log.name)
-            for log in logs
+            training_drive(_load(log, map_file, dbc, no_fix, known, progress), log.name) for log in logs
         ]
         progress("training", 0.9)
         record = train(drives, known, _name(known, logs))
         judged: list[Judged] = []
         for log in validate or ():
-            drive = at_the_wheels(_load(log, map_file, dbc, no_fix, known, progress), known)
+            drive = _load(log, map_file, dbc, no_fix, known, progress)
             judged += judge(record, drive, log.name)
     write_whole(out, map_text(record).encode("utf-8"))
     if as_json:
@@ -114,7 +112,10 @@ def _load(
 ) -> Drive:
     from cogest_cli.options import load_options
     from parsers.load import load_drive
+    from pipelines.prepare.force_units import forces_in_newtons
+    from pipelines.prepare.spring_forces import at_the_wheels
     from pipelines.vehicles.wheel_radius import wheel_radius
 
     options = load_options([log], map_file, dbc, not no_fix, progress)
-    return load_drive([log], replace(options, radius=wheel_radius(known)))
+    drive = load_drive([log], replace(options, radius=wheel_radius(known)))
+    return forces_in_newtons(at_the_wheels(drive, known), known, fix=not no_fix)

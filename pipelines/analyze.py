@@ -21,6 +21,7 @@ from parsers.thin import thin_minmax
 from parsers.timebase import NS
 from parsers.units import SI_TEXT
 from pipelines.drive_results import DriveResults, Inputs, Standing
+from pipelines.estimators.against_file import held_against
 from pipelines.estimators.base import Estimator, Settings, configured
 from pipelines.estimators.registry import estimators
 from pipelines.joint.kept import KeptRelations
@@ -34,6 +35,7 @@ from pipelines.prepare.angle_scale import (
     with_angle_doubts,
 )
 from pipelines.prepare.deflection_zero import with_zero_open
+from pipelines.prepare.force_units import forces_in_newtons
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
 from pipelines.prepare.load_step import load_step, with_load_step
@@ -103,7 +105,7 @@ def run_estimator(
     except ValueError as error:
         # libraries say so of figures that no step before had thought of
         estimate = Estimate(estimator.name, "failed", f"it cannot use this drive's figures: {error}")
-    return replace(estimate, runtime_s=time.perf_counter() - started)
+    return replace(held_against(estimate, vehicle), runtime_s=time.perf_counter() - started)
 
 
 def signal_traces(drive: Drive) -> tuple[Trace, ...]:
@@ -183,7 +185,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         request.logs,
         LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given, wheel_radius(vehicle)),
     )
-    drive = at_the_wheels(drive, vehicle)
+    drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
     lateral, angles = lateral_doubt(drive, vehicle), angle_doubts(drive)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)

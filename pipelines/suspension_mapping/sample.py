@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -60,6 +60,16 @@ class Sample:
     rate_hz: float
 
 
+def _left_out(drive: Drive, names: Collection[str]) -> str | None:
+    """Why the first of these signals is not there though the log has it."""
+    said = (
+        each
+        for each in drive.record.decisions
+        if each.applied and each.signal in names and each.signal not in drive.signals
+    )
+    return next((f"{each.found}; {each.action}" for each in said), None)
+
+
 def training_drive(drive: Drive, name: str, band_hz: float = BAND_HZ) -> Training:
     """Bring a drive into rows. Raises LogError where it lacks what training needs, and says what."""
     missing = [n for n in MEASURED if n not in drive.signals]
@@ -67,13 +77,15 @@ def training_drive(drive: Drive, name: str, band_hz: float = BAND_HZ) -> Trainin
         raise LogError(
             f"cannot train a suspension map: no {', '.join(missing)}",
             path=name,
-            hint="training needs the normal forces of all four wheels, by wheel-force transducers",
+            hint=_left_out(drive, missing)
+            or "training needs the normal forces of all four wheels, by wheel-force transducers",
         )
     if not any(all(n in drive.signals for n in names) for names in (STRUTS, DEFLECTIONS)):
         raise LogError(
             "cannot train a suspension map: neither suspension forces nor deflections of all four wheels",
             path=name,
-            hint="map suspension_force_fl … or suspension_deflection_fl … in a mapping file (--map)",
+            hint=_left_out(drive, STRUTS)
+            or "map suspension_force_fl … or suspension_deflection_fl … in a mapping file (--map)",
         )
     data = collect(prepare_map(drive, band_hz), need_measured=True)
     if data.size < SHORTEST_S * data.rate_hz:
