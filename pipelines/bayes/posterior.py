@@ -177,12 +177,25 @@ def posterior(priors: Priors, found: Surrogate, draws: int = DRAWS) -> Posterior
 @cache
 def _standard_draws(draws: int, d: int) -> tuple[FloatArray, FloatArray]:
     """Evenly spread points (b, d) of the box, and of Student's distribution about 0 (draws - b, d)."""
+    broad = round(BROAD_SHARE * draws)
+    return 2 * hammersley(broad, d) - 1, student_draws(draws - broad, (d,))
+
+
+@cache
+def student_draws(draws: int, parts: tuple[int, ...], turn: int = 0) -> FloatArray:
+    """(draws, sum of parts) evenly spread draws of Student's distributions about 0, a tail for each part.
+
+    turn: another set, as even, for each.
+    """
     from scipy.special import gammaincinv, ndtri
 
-    broad = round(BROAD_SHARE * draws)
-    cube = hammersley(draws - broad, d + 1)
-    tail = np.sqrt(TAIL / (2 * gammaincinv(TAIL / 2, cube[:, d])))
-    return 2 * hammersley(broad, d) - 1, ndtri(cube[:, :d]) * tail[:, None]
+    d = sum(parts)
+    cube = hammersley(draws, d + len(parts))
+    if turn:
+        shift = turn * np.sqrt(np.arange(2, d + len(parts) + 2))
+        cube = np.clip((cube + shift) % 1.0, 1e-9, 1 - 1e-9)
+    tails = np.sqrt(TAIL / (2 * gammaincinv(TAIL / 2, cube[:, d:])))
+    return np.asarray(ndtri(cube[:, :d]) * np.repeat(tails, parts, axis=1))
 
 
 def _mixture(whitened: FloatArray, axes: FloatArray, d: int, broad: float) -> FloatArray:

@@ -11,6 +11,20 @@ from pipelines.filters.whiten import whiten
 from pipelines.results import FloatArray
 
 GRAVITY = 9.80665
+GRAVITY_SHARE = 0.001
+"""Standard deviation of gravity over that: 9.78 m/s² at the equator, 9.83 at the poles. A mass that is weighed is no surer."""
+
+BLOCK_S = 5.0
+"""Stretches whose means err independently."""
+
+
+def mean_error(values: FloatArray, rate_hz: float) -> float:
+    """Standard deviation of the mean of (n,) values by the scatter of stretches; that of the values where there are not two."""
+    blocks = int(len(values) / (BLOCK_S * rate_hz))
+    if blocks < 2:
+        return float(np.std(values))
+    means = np.array([np.mean(part) for part in np.array_split(values, blocks)])
+    return float(np.std(means, ddof=1) / math.sqrt(blocks))
 
 
 def axle_loads(

@@ -18,7 +18,7 @@ from pipelines.estimators.axle_load_gls.known import (
     rolling_arm,
     spin_moment,
 )
-from pipelines.models.axle_load import GRAVITY, patch_shift
+from pipelines.models.axle_load import GRAVITY, GRAVITY_SHARE, patch_shift
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.vehicles.axle_loads import by_springs
 from pipelines.vehicles.priors import measured_cg_height
@@ -123,6 +123,8 @@ def draw_answers(
     measured = data.front is not None and data.rear is not None
     known: FloatArray | None
     if measured:
+        total += _normal(rng, count, 0.0, data.total_std)
+        total *= _normal(rng, count, 1.0, GRAVITY_SHARE)
         known = total / (GRAVITY * float(np.mean(np.cos(data.grade_source.angle[data.rows]))))
     else:
         known = None if mass is None else mass.draws

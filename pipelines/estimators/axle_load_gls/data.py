@@ -15,7 +15,7 @@ from pipelines.estimators.axle_load_gls.road import (
     vertical_force,
     without_small_holes,
 )
-from pipelines.models.axle_load import GRAVITY
+from pipelines.models.axle_load import GRAVITY, mean_error
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import BoolArray, Prepared
 from pipelines.prepare.spans import runs
@@ -101,7 +101,7 @@ class AxleData:
     accel: accelerometer in m/s², or None. vertical: specific force normal to the road in m/s². pitch_accel: of the
     body in rad/s², + nose down, or None. speed, or None. grade: see Grade. starts: 1 where a run begins.
     drive_rows: how many rows the drive had. kinds: sensors of the front and the rear axle's load ("axle", "tyre",
-    "suspension"), None where there are none; added: weight in N that was put to them.
+    "suspension"), None where there are none; added: weight in N that was put to them. total_std: of the mean sum of both, N.
     """
 
     time_s: FloatArray
@@ -127,6 +127,7 @@ class AxleData:
     rows: np.ndarray
     kinds: tuple[str | None, str | None] = (None, None)
     added: tuple[float, float] = (0.0, 0.0)
+    total_std: float = 0.0
 
     def share_of(self, kind: str) -> float:
         """How much of `load` such sensors give, 0 to 1."""
@@ -242,4 +243,5 @@ def collect(
         rows=rows,
         kinds=(kind_of(columns, "front") if front else None, kind_of(columns, "rear") if rear else None),
         added=(front[3] if front else 0.0, rear[3] if rear else 0.0),
+        total_std=0.0 if loads is None else mean_error((loads[0] + loads[1])[rows], prepared.rate_hz),
     )

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.estimators.axle_load_gls.data import AxleData, axle_load
-from pipelines.models.axle_load import GRAVITY
+from pipelines.models.axle_load import GRAVITY, GRAVITY_SHARE, mean_error
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Assumption, FloatArray
@@ -94,7 +94,10 @@ def measured_mass(
     if not len(total):
         return None
     mass = float(np.mean(total)) / GRAVITY
-    std = math.hypot(scale_std * mass, parts[0][1] / GRAVITY, parts[1][1] / GRAVITY)
+    own = mean_error(total, prepared.rate_hz) / GRAVITY
+    std = math.hypot(
+        math.hypot(scale_std, GRAVITY_SHARE) * mass, own, parts[0][1] / GRAVITY, parts[1][1] / GRAVITY
+    )
     return MassKnowledge(mass + std * rng.standard_normal(count), "sum of both axles' loads", True)
 
 

@@ -67,6 +67,8 @@ SETTINGS: tuple[Setting, ...] = (
     Setting("model_error_scale", 1.0, "", "factor on what the model leaves out (0 on a simulation of the model itself)", 0.0, 10.0),
 )  # fmt: skip
 DEFAULTS = {s.name: s.default for s in SETTINGS}
+UNTOLD_ERROR = 1.0
+"""Error of a log likelihood over the posterior beyond which its width is anyone's guess."""
 
 
 @dataclass(frozen=True)
@@ -205,6 +207,12 @@ class GpcBayesianMap:
             why = (
                 f"{chosen.title}: it explains {max(found.explained, 0):.0%} of the outputs only ({chosen.least_explained:.0%} are "
                 "needed): check channels, signs and units, or the drive holds what the model does not"
+            )
+            return self._nothing(vehicle, data, why, priors, assumed, found)
+        if found.found.error > UNTOLD_ERROR:
+            why = (
+                f"{chosen.title}: neither an expansion nor draws by the model itself hold its posterior (log likelihood off by "
+                f"{found.found.error:.1f}): give narrower priors"
             )
             return self._nothing(vehicle, data, why, priors, assumed, found)
         values = dict(zip(priors.names, (float(v) for v in found.found.posterior.map_value), strict=True))

@@ -8,10 +8,11 @@ their errors and a spectrum is an estimate too: the scatter of the blocks' score
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from pipelines.bayes.exact import densest, exact
 from pipelines.bayes.priors import Normal, Priors
 from pipelines.bayes.sequence import Choice, Found, domain_about, estimate
 from pipelines.bayes.surrogate import Domain
@@ -31,6 +32,9 @@ FIRST_SHARE = 0.1
 
 HOPELESS = 0.6
 """Share of what a model must explain below which the fit ends early."""
+
+FAR_OFF = 0.25
+"""Error of a surrogate's log likelihood over its posterior from which the model itself is run for the posterior."""
 
 STEP_SHARE = 0.02
 """Steps of the derivatives at the MAP, in prior spreads, as far as these are narrow."""
@@ -148,12 +152,18 @@ def fit(
     for _ in range(2):
         first = estimate(priors, whole, 1, choice, rng, start=start)
         runs += first.runs * len(everything)
-        likelihood.learn(priors.coordinates(first.posterior.map_value))
+        place = priors.coordinates(first.posterior.map_value)
+        if first.error > FAR_OFF:
+            place = densest(priors, lambda c: likelihood.normalised(c, everything), place)
+        likelihood.learn(place)
         start = domain_about(first.posterior, priors, blur=2.0)
-    place = priors.coordinates(first.posterior.map_value)
     # a model that does not hold has a posterior of many hills: no use to follow it through the intervals
     hopeless = _explained(likelihood, place) < HOPELESS * model.least_explained
     found = first if hopeless else estimate(priors, part, len(everything), choice, rng)
+    if found.error > FAR_OFF and not hopeless:
+        told, close, more = exact(priors, lambda c: likelihood.normalised(c, everything), found.posterior)
+        found = replace(found, posterior=told, error=0.0 if close else found.error)
+        runs += more * len(everything)
     place = priors.coordinates(found.posterior.map_value)
     residual = likelihood.blocks_of(place[None], everything)[0]
     growth, shifts = _spread(likelihood, place, residual, given)

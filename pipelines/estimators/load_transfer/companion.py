@@ -35,6 +35,7 @@ from pipelines.estimators.load_transfer.data import (
 )
 from pipelines.estimators.load_transfer.evidence import evidence
 from pipelines.estimators.load_transfer.figures import force_traces, mass_tracks
+from pipelines.estimators.load_transfer.noise import with_noise
 from pipelines.joint.hubs import hubs_past_of
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.braking import AIR_DENSITY
@@ -108,7 +109,7 @@ class LoadTransferBatch:
         errors = Errors(
             value_of(settings, SETTINGS, "force_scale_std"), value_of(settings, SETTINGS, "force_offset_std")
         )
-        found = fit(data)
+        found = with_noise(fit(data), data, prepared.cutoff_hz)
         standing = _standing(found, data, known, vehicle, errors, value_of(settings, SETTINGS, "model_std"))
         wrong = contradiction(standing, data, vehicle)
         if wrong is not None:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from parsers.signals import WHEELS
-from pipelines.estimators.load_transfer.batch import LOOSE, STATIC, BatchFit
+from pipelines.estimators.load_transfer.batch import LOOSE, STATIC, TOGETHER, BatchFit
 from pipelines.estimators.load_transfer.data import Known, StrutData
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
@@ -46,7 +46,7 @@ def mass_tracks(
     blocks = len(found.edges)
     ends = np.unique(np.linspace(min(3, blocks), blocks, min(TRACK_POINTS, blocks)).round().astype(int))
     noise = float(np.sqrt(np.mean(found.residual**2)))
-    ridge = np.diag(noise**2 * 25 / LOOSE**2)
+    ridge = np.diag(noise**2 * TOGETHER / LOOSE**2)
     products, targets = np.cumsum(found.products, axis=0), np.cumsum(found.targets, axis=0)
     loads = np.array([np.linalg.solve(products[e - 1] + ridge, targets[e - 1])[STATIC] for e in ends])
     total = loads.sum(axis=1)

@@ -8,7 +8,7 @@ import numpy as np
 
 from pipelines.estimators.load_transfer.batch import STATIC, fit
 from pipelines.estimators.load_transfer.data import StrutData
-from pipelines.prepare.lowpass import lowpass
+from pipelines.estimators.load_transfer.noise import quick_part
 from pipelines.results import FloatArray
 
 QUICK_HZ = 1.0
@@ -23,19 +23,9 @@ APART = 2.0
 """Standard deviations from which a filter's mass contradicts the balance over the whole drive."""
 
 
-def _quick(values: FloatArray, data: StrutData) -> FloatArray:
-    """A column without what is slower than QUICK_HZ, run by run."""
-    out = np.zeros(len(values))
-    begin = np.flatnonzero(data.starts > 0.5)
-    for first, past in zip(begin, [*begin[1:], len(values)], strict=True):
-        piece = values[first:past]
-        out[first:past] = piece - lowpass(piece, data.rate_hz, min(QUICK_HZ, 0.4 * data.rate_hz))
-    return out
-
-
 def quick_mass_share(data: StrutData, loads: FloatArray) -> float:
     """Standard deviation of a filter's mass, as a share, from strut forces above 1 Hz. loads (4,): static, N."""
-    power = float(np.mean([np.mean(_quick(data.forces[:, i], data) ** 2) for i in range(4)]))
+    power = float(np.mean([np.mean(quick_part(data.forces[:, i], data, QUICK_HZ) ** 2) for i in range(4)]))
     return QUICK_MASS * power / float(np.mean(loads)) ** 2
 
 

@@ -2,31 +2,58 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
 from pipelines.bayes.priors import Known
-from pipelines.models.axle_load import GRAVITY
+from pipelines.models.axle_load import GRAVITY, GRAVITY_SHARE
 from pipelines.models.described.common import about, usual
 from pipelines.models.record import Given, Model, ModelParameter
 from pipelines.results import FloatArray
-from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.usual import usual_radius, usual_rolling
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 PARAMETERS = (
     ModelParameter("mass_kg", "Mass", "kg", 100.0, 80_000.0, 0.01),
     ModelParameter("cg_to_front_axle_m", "CG to front axle", "m", 0.05, 15.0, 0.01),
     ModelParameter("cg_height_m", "CG height above ground", "m", 0.1, 5.0, 0.03),
 )
-GIVEN = (Given("wheelbase_m", "the lever of the load transfer"),)
+
+
+def _usual(of: Callable[[Vehicle], tuple[float, float]]) -> Callable[[Vehicle], Quantity]:
+    """What vehicles of its kind have, where the file is silent."""
+    return lambda vehicle: Quantity(*of(vehicle), "usual")
+
+
+GIVEN = (
+    Given("wheelbase_m", "the lever of the load transfer"),
+    Given(
+        "rolling_resistance",
+        "it moves load to the rear axle, as if the CG were further back",
+        _usual(usual_rolling),
+    ),
+    Given("wheel_radius_m", "the lever of rolling resistance", _usual(usual_radius)),
+    Given(
+        "gravity_mps2",
+        "what a load makes of a mass",
+        Quantity(GRAVITY, GRAVITY_SHARE * GRAVITY, "anywhere on earth"),
+    ),
+    Given(
+        "accel_x_zero_mps2", "an accelerometer's zero reads as the CG's place", Quantity(0.0, 0.05, "usual")
+    ),
+)
+"""The last two are no vehicle's: they are allowances."""
 
 
 def predict(values: FloatArray, inputs: FloatArray, step_s: float, given: Mapping[str, float]) -> FloatArray:
     """Front and rear axle load (Q, n, 2) in N from the longitudinal specific force (n, 1): static, without memory."""
     mass, behind, height = (column[:, None] for column in values.T)
-    length = given["wheelbase_m"]
-    rear = mass * (GRAVITY * behind + height * inputs[None, :, 0]) / length
-    return np.stack((mass * GRAVITY - rear, rear), axis=2)
+    length, gravity = given["wheelbase_m"], given["gravity_mps2"]
+    rolling = given["rolling_resistance"] * given["wheel_radius_m"]
+    force = inputs[None, :, 0] - given["accel_x_zero_mps2"]
+    rear = mass * (gravity * (behind + rolling) + height * force) / length
+    return np.stack((mass * gravity - rear, rear), axis=2)
 
 
 def priors(vehicle: Vehicle) -> dict[str, Known]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from pipelines.models.described.common import about, sprung_share, usual
 from pipelines.models.record import Given, Model, ModelParameter
 from pipelines.models.roll import RollCoefficients, discretise
 from pipelines.results import FloatArray
-from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.usual import usual_unsprung
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 PARAMETERS = (
     ModelParameter("roll_stiffness_nmprad", "Roll stiffness", "N·m/rad", 2_000.0, 5_000_000.0, 0.15),
@@ -23,9 +24,29 @@ PARAMETERS = (
 )  # fmt: skip
 """Model errors are large: tyres give way in series with the suspension, a fifth of the roll angle on a car."""
 
-GIVEN = (Given("mass_kg", "the moment that rolls the body"),)
-SPRUNG_SHARE = 0.9
+
+def _usual_hubs(axle: str) -> Callable[[Vehicle], Quantity]:
+    """An axle's unsprung mass where the vehicle file is silent."""
+
+    def found(vehicle: Vehicle) -> Quantity:
+        mass = vehicle.get("mass_kg")
+        heavy = 1_600.0 if mass is None else mass.value
+        return Quantity(*usual_unsprung(vehicle, axle, heavy), "usual share of the mass")
+
+    return found
+
+
+GIVEN = (
+    Given("mass_kg", "the moment that rolls the body"),
+    *(
+        Given(f"unsprung_mass_{a}_kg", "what of the mass does not roll", _usual_hubs(a))
+        for a in ("front", "rear")
+    ),
+)
 LEAST_M = 0.02
+TRACK_M, HUB_BELOW_M, ROLL_AXIS_M, LEAST_PLACE_STD_M = 1.55, 0.3, (0.1, 0.07), 0.02
+"""LEAST_M: of the effective lever, c. Where the vehicle file is silent: track, hubs below the vehicle's CG, height of the roll axis; and how well
+anyone knows where an accelerometer sits."""
 
 
 @kernel
@@ -45,7 +66,7 @@ def _roll(phi: FloatArray, before: FloatArray, after: FloatArray, force: FloatAr
 
 def predict(values: FloatArray, inputs: FloatArray, step_s: float, given: Mapping[str, float]) -> FloatArray:
     """Roll angle (Q, n, 1) in rad that follows from the lateral specific force (n, 1) on the body."""
-    mass = SPRUNG_SHARE * given["mass_kg"]
+    mass = given["mass_kg"] - given["unsprung_mass_front_kg"] - given["unsprung_mass_rear_kg"]
     count = len(values)
     phi, before, after = np.empty((count, 2, 2)), np.empty((count, 2)), np.empty((count, 2))
     for q, (stiffness, damping, inertia, arm, above) in enumerate(values):
@@ -77,7 +98,42 @@ def priors(vehicle: Vehicle) -> dict[str, Known]:
         if known is not None:
             spec = next(p for p in PARAMETERS if p.name == name)
             found[name] = about(name, known, spec.low, spec.high, 0.1)
+    inertia, place = _stated_inertia(vehicle), _stated_place(vehicle)
+    if inertia is not None:
+        spec = next(p for p in PARAMETERS if p.name == "sprung_roll_inertia_kgm2")
+        found[spec.name] = about(spec.name, inertia, spec.low, spec.high, 0.1)
+    if place is not None:
+        found["imu_above_roll_axis_m"] = Known(
+            "imu_above_roll_axis_m", Normal(place.value, place.std, -1.0, 3.0), False, place.source
+        )
     return found
+
+
+def _stated_inertia(vehicle: Vehicle) -> Quantity | None:
+    """Roll inertia of the sprung mass by the whole vehicle's: its hubs stand half a track from the middle."""
+    whole = vehicle.get("roll_inertia_kgm2")
+    if whole is None:
+        return None
+    hubs, std = 0.0, whole.std
+    for axle in ("front", "rear"):
+        under = vehicle.get(f"unsprung_mass_{axle}_kg") or _usual_hubs(axle)(vehicle)
+        track = vehicle.get(f"track_{axle}_m")
+        square = 0.25 * (track.value if track is not None else TRACK_M) ** 2 + HUB_BELOW_M**2
+        hubs += under.value * square
+        std = float(np.hypot(std, under.std * square))
+    return Quantity(max(whole.value - hubs, 0.3 * whole.value), std, f"{whole.source}, hubs taken off")
+
+
+def _stated_place(vehicle: Vehicle) -> Quantity | None:
+    """Accelerometer above the roll axis, by the heights of both above ground."""
+    stated = vehicle.sensors.get("imu_above_ground_m")
+    if stated is None:
+        return None
+    axes = [q for a in ("front", "rear") if (q := vehicle.get(f"roll_center_height_{a}_m")) is not None]
+    axis = sum(q.value for q in axes) / len(axes) if axes else ROLL_AXIS_M[0]
+    off = max((q.std for q in axes), default=ROLL_AXIS_M[1])
+    std = float(np.hypot(max(stated.std, LEAST_PLACE_STD_M), off))
+    return Quantity(stated.value - axis, std, "its height above ground, over the roll axis")
 
 
 MODEL = Model(

@@ -70,6 +70,16 @@ def bench(rng: np.random.Generator) -> Bench:
     )
 
 
+def off_ground_of_terrains(speeds: tuple[float, ...], draws: int) -> FloatArray:
+    """(draws, speeds) share of the time in % that the tyre is off the ground, on other terrains of the same spectrum and size."""
+    car, found = QuarterCar(), []
+    for draw in range(draws):
+        raw = off_road_terrain(max(speeds) * DURATION_S + 20, np.random.default_rng([16, draw]))
+        terrain = scaled_terrain(raw, car, SPEED_MPS, DURATION_S, HUB_RMS_MPS2)
+        found.append([100 * drive_quarter_car(car, terrain, v, DURATION_S).off_ground for v in speeds])
+    return np.array(found)
+
+
 def at_ratio(run: QuarterRun, decibel: float) -> float:
     """The noise's standard deviation for a signal-to-noise ratio of the hub's acceleration."""
     return float(np.std(run.accel_unsprung)) / 10 ** (decibel / 20)
