@@ -6,6 +6,7 @@ import numpy as np
 
 from pipelines.joint.book import AXLES, Book
 from pipelines.joint.feet import feet
+from pipelines.joint.suspension import levels
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_inertia
 from pipelines.vehicles.spring_base import rigid_axle
@@ -102,17 +103,30 @@ def _roll_links(book: Book) -> None:
     book.put("wheel_plane", 0.2, 0.4)
 
 
+USUAL_SINKING = (0.6, 0.55)
+"""Of a roll centre, over the body's: struts 1 to 1.8, wishbones 0.5 to 1, beam axles and most simulators none."""
+
+
 def _sinking(book: Book) -> None:
     """How far roll centres come down for a metre that the body does: of each axle as stated, else as usual of both."""
     stated = [book.vehicle.get(f"roll_center_drop_{axle}") for axle in AXLES]
-    if all(drop is not None for drop in stated):
+    levelled = [levels(book.vehicle, axle) for axle in AXLES]
+    if any(levelled) or all(drop is not None for drop in stated):
         book.put("axis_sinks", 0.0, 0.0)
     else:
         said = "how far roll centres sink for a metre that a load presses the springs"
-        # struts 1 to 1.8, wishbones 0.5 to 1, beam axles and most simulators none
-        book.put("axis_sinks", 0.6, 0.55, said)
-    for axle, drop in zip(AXLES, stated, strict=True):
-        if drop is None:
+        book.put("axis_sinks", *USUAL_SINKING, said)
+    for axle, drop, stays in zip(AXLES, stated, levelled, strict=True):
+        if stays:
+            # a load does not bring it down
+            book.put(f"sinks_{axle}", 0.0, 0.0)
+        elif drop is None and any(levelled):
+            book.put(
+                f"sinks_{axle}",
+                *USUAL_SINKING,
+                f"how far the {axle} roll centre sinks for a metre that a load presses its springs",
+            )
+        elif drop is None:
             book.put(f"sinks_{axle}", 0.0, 0.0)
         else:
             book.put(f"sinks_{axle}", drop.value, drop.std, f"roll_center_drop_{axle}", drop.source)

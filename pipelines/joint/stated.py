@@ -9,6 +9,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence, Kind, Values
 from pipelines.joint.outputs import roll_stiffness_of
+from pipelines.joint.suspension import levels
 from pipelines.joint.unknowns import AXLES
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -93,6 +94,9 @@ def _stated_roll_stiffness(vehicle: Vehicle) -> tuple[Evidence, ...]:
     parts = [vehicle.get(f"spring_rate_{axle}_npm") for axle in AXLES]
     parts += [vehicle.get(f"anti_roll_stiffness_{axle}_nmprad") for axle in AXLES]
     if total is None or all(part is not None for part in parts):
+        return ()
+    if any(levels(vehicle, axle) for axle in AXLES):
+        # it is the empty vehicle's, and such springs grow with the load
         return ()
     std = max(total.std, 1e-3 * total.value)
     return (

@@ -39,6 +39,12 @@ STATED_STOP = (25.0, 20.0)
 stops of three to six spring rates from the first touch."""
 
 
+BELLOWS = (0.8, 0.3)
+"""Growth of the rate of a spring that levels itself over that of the weight on it. Air at constant volume and its outside pressure: 0.85 to
+0.95; gas of constant mass behind oil: above 1; pumps in dampers beside a steel spring: half of it."""
+CARRIES = {"front": 0.85, "rear": 1.5}
+"""Growth of an axle's sprung weight over a load's share of the vehicle's mass: six tenths of a load rest on the rear axle."""
+
 FAR_M = 10.0
 
 USUAL_CURVE = ((0.01, 0.02), (0.02, 0.04))
@@ -87,6 +93,30 @@ def levelled_n(vehicle: Vehicle, kilos: float) -> float:
     """N: how far a wheel's spring force may be from what its deflection says, where springs level themselves: a load's share."""
     usual = usual_load(vehicle, kilos)
     return 0.4 * GRAVITY * float(np.hypot(usual.mean, usual.std))
+
+
+def levels(vehicle: Vehicle, axle: str) -> bool:
+    """Whether the axle's springs keep the body's height under any load."""
+    return vehicle.self_levelling == "both" or (vehicle.self_levelling == "rear" and axle == "rear")
+
+
+def pumped_up(
+    axle: str, rate: tuple[float, float], load: tuple[float, float], kilos: float
+) -> tuple[float, float]:
+    """Mean and spread of the rate under load, N/m, of springs that level themselves. rate: of the empty vehicle; load: kg."""
+    more, unsure = (CARRIES[axle] * x / kilos for x in load)
+    grows, spread = BELLOWS
+    factor, off = 1 + grows * more, float(np.hypot(grows * unsure, spread * np.hypot(more, unsure)))
+    return factor * rate[0], float(np.hypot(factor * rate[1], off * rate[0]))
+
+
+def _as_loaded(book: Book, axle: str, kilos: float) -> None:
+    """The unknown is the rate of the drive: stated is the empty vehicle's."""
+    said = (
+        f"springs that level themselves: {BELLOWS[0]:g} ± {BELLOWS[1]:g} of what the weight on them grows by"
+    )
+    mean, std = pumped_up(axle, book.rows[f"spring_{axle}"], book.rows["load"], kilos)
+    book.put(f"spring_{axle}", mean, std, f"spring rate, {axle}, under load, N/m", said)
 
 
 def _zero_words(vehicle: Vehicle) -> str:
@@ -140,6 +170,8 @@ def suspension(book: Book, kilos: float) -> bool:
         book.quantity(f"spring_{axle}", f"spring_rate_{axle}_npm", corner * 70.0, corner * 40.0)
     _bars(book)
     for axle in AXLES:
+        if levels(vehicle, axle):
+            _as_loaded(book, axle, kilos)
         rate = book.rows[f"spring_{axle}"][0]
         _curve(book, axle, rate)
         # half a spring's force more, 30 mm into it, where nobody knows where it begins
@@ -156,15 +188,15 @@ def suspension(book: Book, kilos: float) -> bool:
         share, spread = SLIDING[rigid_axle(vehicle, axle)]
         book.put(f"friction_{axle}", share * GRAVITY * corner, spread * GRAVITY * corner)
     # a zero that is off by a travel twists the bars as well; springs that level themselves are off by a force alone
-    book.put("zero_twists", float(vehicle.self_levelling not in ("rear", "both")), 0.0)
+    book.put("zero_twists", float(not levels(vehicle, "rear")), 0.0)
     # how much of it turns round within millimetres only
     book.put("yielding", *YIELDING)
     stuck = STUCK * GRAVITY * corner
     for wheel in CORNERS:
         rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
         zero = float(np.hypot(ZERO_M * rate, 20.0))
-        levels = vehicle.self_levelling == "both" or (vehicle.self_levelling == "rear" and wheel[0] == "r")
-        if levels or vehicle.deflection_zero == "loaded":
+        axle = "front" if wheel[0] == "f" else "rear"
+        if levels(vehicle, axle) or vehicle.deflection_zero == "loaded":
             zero = levelled_n(vehicle, kilos)
         book.put(f"zero_{wheel}", 0.0, zero)
         book.put(f"stuck_{wheel}", 0.0, stuck)
