@@ -50,7 +50,8 @@ class Model:
     where it started. centred: whether each input's mean is taken off (accelerations about rest). least_input: mean RMS of the
     inputs in the band from which a stretch is used, in their unit. least_explained: share of the outputs in the band that must
     follow from the model. priors: of every parameter, from a vehicle file; settings go over them.
-    cutoff_hz: the low-pass of inputs and outputs alike. note: what cannot be told apart, in words.
+    cutoff_hz: the low-pass of inputs and outputs alike. note: what cannot be told apart, in words. noisy_inputs: whether what the inputs
+    show above the band is their noise, which then is in the band as well; an interval holds what it does.
     """
 
     name: str
@@ -69,6 +70,7 @@ class Model:
     centred: bool = True
     least_input: float = 0.0
     least_explained: float = 0.8
+    noisy_inputs: bool = False
 
     def parameter(self, name: str) -> ModelParameter:
         """By name. Raises KeyError."""

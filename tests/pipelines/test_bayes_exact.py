@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from plant_described_roll import roll_drive
 
-from parsers.drive import Drive, ImportRecord, Signal
 from pipelines.bayes.exact import exact
 from pipelines.bayes.priors import Known, Normal, Priors
 from pipelines.bayes.sequence import Choice, estimate
 from pipelines.estimators.gpc_bayesian_map.estimator import DEFAULTS, GpcBayesianMap
-from pipelines.models.described.roll import predict
-from pipelines.prepare.lowpass import lowpass
 from pipelines.results import FloatArray
-from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 THIN = 0.004
 
@@ -37,38 +34,6 @@ def test_a_bent_sheet_has_the_moments_of_its_grid() -> None:
     assert np.all(np.abs(told.mean - mean) < 0.1 * std)
     np.testing.assert_allclose(told.std, std, rtol=0.1)
     assert np.abs(bent(told.map_value[None], 0)).max() < 0.5
-
-
-def roll_drive(seed: int) -> tuple[Drive, Vehicle, dict[str, float]]:
-    """A slalom by the model's own equation with noise, and a file each of whose figures is wrong by what it says."""
-    rng = np.random.default_rng(seed)
-    mass, arm, rate = rng.uniform(1300, 2300), rng.uniform(0.5, 0.8), 50.0
-    stiffness = mass * arm * 9.81 / np.radians(rng.uniform(4, 7))
-    inertia = mass * (arm * rng.uniform(0.6, 0.9)) ** 2
-    damping = 2 * rng.uniform(0.2, 0.4) * np.sqrt(stiffness * (inertia + mass * arm**2))
-    t = np.arange(0, 50, 1 / rate)
-    force = lowpass(rng.normal(0, 1, len(t)), rate, 1.2)
-    force *= 2.5 / force.std()
-    none = {"mass_kg": mass, "unsprung_mass_front_kg": 0.0, "unsprung_mass_rear_kg": 0.0}
-    roll = predict(np.array([[stiffness, damping, inertia, arm, 0.5]]), force[:, None], 1 / rate, none)[
-        0, :, 0
-    ]
-    time = (t * 1e9).astype(np.int64)
-    columns = {"accel_y": force + rng.normal(0, 0.03, len(t)), "roll": roll + rng.normal(0, 0.0015, len(t))}
-    signals = {k: Signal(k, time, v, "made") for k, v in columns.items()}
-    record = ImportRecord("made", (), "", "complete", 0, {}, (), "made", None, float(t[-1]), ())
-
-    def stated(value: float, share: float) -> Quantity:
-        return Quantity(value * (1 + share * rng.normal()), share * value, "made")
-
-    figures = {
-        "mass_kg": stated(mass, 0.005), "roll_stiffness_nmprad": stated(stiffness, 0.1),
-        "roll_damping_nmsprad": stated(damping, 0.2), "roll_inertia_kgm2": stated(inertia, 0.1),
-        "unsprung_mass_front_kg": Quantity(0.5, 0.1, "made"), "unsprung_mass_rear_kg": Quantity(0.5, 0.1, "made"),
-        "roll_center_height_front_m": Quantity(0.0, 0.001, "made"), "roll_center_height_rear_m": Quantity(0.0, 0.001, "made"),
-    }  # fmt: skip
-    vehicle = Vehicle(quantities=figures, sensors={"imu_above_ground_m": Quantity(0.5, 0.02, "made")})
-    return Drive(signals, record), vehicle, {"roll_stiffness_nmprad": stiffness, "roll_arm_m": arm}
 
 
 def test_roll_parameters_that_only_come_together_are_as_wide_as_the_figures_that_part_them() -> None:

@@ -204,8 +204,7 @@ def collect(
         return None
     grade = road_grade(prepared, speed, accel)
     good = _usable(prepared, speed, by_speed, most_lateral)
-    shortest = SHORTEST_RUN_S * prepared.rate_hz
-    spans = [(i, j) for i, j in runs(good) if j - i >= shortest]
+    spans = [(i, j) for i, j in runs(good) if j - i >= SHORTEST_RUN_S * prepared.rate_hz]
     if not spans:
         return None
     rows = np.concatenate([np.arange(i, j) for i, j in spans])

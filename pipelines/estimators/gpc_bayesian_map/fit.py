@@ -8,6 +8,7 @@ their errors and a spectrum is an estimate too: the scatter of the blocks' score
 from __future__ import annotations
 
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,6 +24,7 @@ from pipelines.estimators.base_excitation.blocks import (
     smooth_spectrum,
 )
 from pipelines.estimators.gpc_bayesian_map.data import ModelData
+from pipelines.estimators.gpc_bayesian_map.inputs_noise import noise_of_inputs, shift_by_inputs
 from pipelines.models.record import Model
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity
@@ -110,6 +112,20 @@ class Likelihood:
         """All intervals."""
         return tuple(range(len(self.data.groups)))
 
+    def slopes(self, place: FloatArray, step: FloatArray) -> ComplexArray:
+        """Derivatives of the predictions at a point (d,), (d, b, f, o). step (d,): of the differences."""
+        around = np.vstack((place + np.diag(step), place - np.diag(step)))
+        left = self.blocks_of(around, self.everything())
+        # residuals fall where predictions rise
+        d = len(place)
+        return np.asarray((left[d:] - left[:d]) / (2 * step[:, None, None, None]))
+
+    def on(self, data: ModelData) -> Likelihood:
+        """The same with other inputs."""
+        other = copy(self)
+        other.data = data
+        return other
+
     def learn(self, coordinates: FloatArray) -> ComplexArray:
         """Take the residual's spectrum at a point (d,) for the noise's; returns the residual (b, f, o)."""
         left = self.blocks_of(coordinates[None], self.everything())[0]
@@ -190,10 +206,7 @@ def _spread(
     d = len(place)
     prior = np.array([_precision(likelihood.priors, j, place) for j in range(d)])
     step = STEP_SHARE * np.minimum(1 / np.sqrt(np.maximum(prior, 1e-12)), 1.0)
-    around = np.vstack((place + np.diag(step), place - np.diag(step)))
-    left = likelihood.blocks_of(around, likelihood.everything())
-    # residuals fall where predictions rise
-    slopes = (left[d:] - left[:d]) / (2 * step[:, None, None, None])
+    slopes = likelihood.slopes(place, step)
     information, score = np.zeros((d, d)), np.zeros((len(residual), d))
     for o in range(residual.shape[2]):
         power = likelihood.power[:, o]
@@ -209,6 +222,16 @@ def _spread(
             changed = likelihood.moved(place, key, quantity.std)
             right = np.einsum("pbfo,bfo,fo->p", slopes.conj(), changed, 2 / likelihood.power).real
             shifts[key] = -np.linalg.solve(information + prior_information, right)
+    if likelihood.model.noisy_inputs:
+        std = noise_of_inputs(likelihood.data, likelihood.model.cutoff_hz)
+
+        def on(data: ModelData, at: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+            again = likelihood.on(data)
+            return again.slopes(at, step), again.blocks_of(at[None], again.everything())[0]
+
+        shifts["noise of the inputs"] = shift_by_inputs(
+            likelihood.data, std, on, likelihood.power, place, prior_information
+        )
     return np.asarray(growth), shifts
 
 

@@ -154,4 +154,5 @@ MODEL = Model(
         "the roll angle against the road must not hold its bank"
     ),
     least_input=0.3,
+    noisy_inputs=True,
 )
