@@ -181,8 +181,10 @@ def links(book: Book) -> None:
 
 def inertias(book: Book, kilos: float) -> None:
     """Roll and pitch inertia of the empty vehicle of so many kilograms."""
+    vehicle = book.vehicle
     roll = measured_roll_inertia(kilos, book.rows["track_front"][0])
-    pitch = measured_pitch_inertia(kilos)
+    length = vehicle.get("wheelbase_m")
+    pitch = measured_pitch_inertia(kilos, None if length is None else length.value)
     # beyond the measured vehicles: they go by the size
     wide, long = (
         0.15 * book.rows["track_front"][0] ** 2 * kilos,

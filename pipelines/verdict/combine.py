@@ -142,6 +142,8 @@ def _given(estimates: Sequence[Estimate]) -> dict[str, list[_Given]]:
                 found.setdefault(name, []).append(_Given(estimate.estimator, estimate.witness, entry))
     for answers in found.values():
         answers.sort(key=lambda g: (g.witness, ORDER.index(g.entry.status), g.std))
+    # who saw that bump stops held the body knows more of it than who did not look
+    found.get(BY_DEFLECTIONS, []).sort(key=lambda g: (g.witness, not g.entry.refused))
     return found
 
 

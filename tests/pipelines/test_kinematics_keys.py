@@ -194,3 +194,4 @@ def test_a_roll_gradient_on_stops_is_one_of_the_drive_s_bends() -> None:
     assert (wide.value, wide.status) == (5.0, "weak")
     assert wide.std == pytest.approx(np.hypot(0.1, 0.5))
     assert "5% of the bends" in wide.reason
+    assert wide.refused in wide.reason

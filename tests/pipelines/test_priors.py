@@ -6,7 +6,12 @@ import numpy as np
 import pytest
 
 from pipelines.vehicles.measured import POWERTRAINS, known_body, measured_inertias, measured_vehicles
-from pipelines.vehicles.priors import measured_cg_height, measured_roll_inertia, standing
+from pipelines.vehicles.priors import (
+    measured_cg_height,
+    measured_pitch_inertia,
+    measured_roll_inertia,
+    standing,
+)
 
 
 def test_tables_are_whole() -> None:
@@ -125,3 +130,31 @@ def test_no_prior_for_a_bus_whatever_drives_it() -> None:
     unknown = measured_cg_height(None, 1800, "battery")
     assert unknown is not None
     assert unknown.std > 0.07
+
+
+# mass, wheelbase (their makers') and measured pitch inertia, kg m and kg m²
+KNOWN_LENGTHS = {
+    "325i": (1251.5, 2.57, 2011.4),
+    "Caravan": (1667.7, 2.845, 3270.1),
+    "Club Wagon": (2529.0, 3.505, 6748.6),
+    "E150": (2256.8, 3.505, 6476.6),
+    "Suburban": (2667.0, 3.34, 7284.2),
+    "Tahoe": (2536.9, 2.985, 5003.7),
+}
+
+
+@pytest.mark.parametrize("name", KNOWN_LENGTHS)
+def test_a_pitch_inertia_goes_by_the_wheelbase_where_it_is_known(name: str) -> None:
+    mass, length, measured = KNOWN_LENGTHS[name]
+    prior = measured_pitch_inertia(mass, length)
+    assert prior is not None
+    assert abs(measured - prior.value) < 1.96 * prior.std
+    assert prior.std < 0.13 * prior.value
+    by_mass = measured_pitch_inertia(mass)
+    assert by_mass is not None
+    assert by_mass.std / by_mass.value > prior.std / prior.value
+
+
+def test_a_pitch_inertia_without_a_mass_is_not_told() -> None:
+    assert measured_pitch_inertia(None, 2.7) is None
+    assert measured_pitch_inertia(9000.0, 4.2) is None

@@ -79,3 +79,18 @@ def test_a_relation_that_no_spread_reconciles_tells_nothing(widened: float) -> N
     assert (found.status, found.value, found.std, found.low, found.high) == ("not_identifiable", *[None] * 4)
     assert "times as wide" not in found.reason
     assert "contradicts the rest" in found.reason
+
+
+def test_who_saw_bump_stops_leads_though_another_is_surer() -> None:
+    """Only one estimator looks at the springs' travel: one that does not is as sure as ever of a gradient that stops made."""
+    words = "bump stops were touched in 98% of the bends"
+    seen = ParameterEstimate(NAME, 9.3, 0.96, 7.4, 11.2, "weak", f"{words}; seen", refused=f"{words}; ")
+    sure = _estimate("sure", 200.0, 10.0, 8.6)
+    found = verdict_of((sure, Estimate("looks", "ran", "", {NAME: seen})), vehicle()).parameters[NAME]
+    assert (found.value, found.std, found.status) == (9.3, 0.96, "weak")
+    assert words in found.reason
+    # a stranger's doubt about another parameter does not put it first
+    doubted = ParameterEstimate("roll_damping_ratio", 0.3, 0.05, 0.2, 0.4, "weak", "seen", refused="odd; ")
+    plain = ParameterEstimate("roll_damping_ratio", 0.2, 0.01, 0.18, 0.22, "identified", "seen")
+    pair = [Estimate(s, "ran", "", {p.name: p}) for s, p in (("a", doubted), ("b", plain))]
+    assert verdict_of(pair, vehicle()).parameters["roll_damping_ratio"].value == 0.2

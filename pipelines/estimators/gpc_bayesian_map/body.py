@@ -141,7 +141,7 @@ def whole_vehicle(
         pitch + sprung * (place - behind) ** 2 + hubs,
         math.hypot(pitch_std, 0.1 * hubs),
         "of the whole vehicle about its CG: the sprung mass's and that of the hubs at their distances",
-        measured_pitch_inertia(empty.value if empty is not None else None),
+        measured_pitch_inertia(empty.value if empty is not None else None, length.value),
     )
     found["roll_inertia_kgm2"] = _roll(values, stds, vehicle, (front, rear))
     return found, assumed

@@ -46,4 +46,5 @@ def with_stops(gradient: ParameterEstimate, touched: float) -> ParameterEstimate
     return replace(
         gradient, std=std, low=gradient.value - half, high=gradient.value + half, inner=(),
         status="weak" if gradient.status == "identified" else gradient.status, reason=f"{words}; {gradient.reason}",
+        refused=f"{words}; ",
     )  # fmt: skip
