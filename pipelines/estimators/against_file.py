@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from pipelines.results import Estimate, ParameterEstimate
-from pipelines.vehicles.mass_limits import loaded_limits
+from pipelines.vehicles.mass_limits import LEAST_SPRUNG, loaded_limits
 from pipelines.vehicles.vehicle import Vehicle
 
 SURELY = 4.0
@@ -27,8 +27,7 @@ def _contradictions(estimate: Estimate, vehicle: Vehicle) -> Iterator[str]:
             continue
         low, high = p.value - SURELY * p.std, p.value + SURELY * p.std
         if limits is not None and name in ("mass_kg", "sprung_mass_kg"):
-            # hubs and wheels are a fifth of the mass at the most
-            least = limits[0] if name == "mass_kg" else 0.75 * limits[0]
+            least = limits[0] if name == "mass_kg" else LEAST_SPRUNG * limits[0]
             if high < least or low > limits[1]:
                 yield f"{name} {p.value:.0f} kg"
         elif limits is not None and name.startswith("corner_mass_"):

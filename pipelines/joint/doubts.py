@@ -25,7 +25,7 @@ import numpy as np
 from pipelines.evidence import Evidence
 from pipelines.joint.channels import WRONG, channels_of
 from pipelines.joint.file_check import LOAD, of_any, stated_unknowns
-from pipelines.joint.suspension import levelled_n, pumped_up
+from pipelines.joint.suspension import levelled_n, loaded_rate
 from pipelines.joint.unknowns import AXLES, BY_SPRINGS, CORNERS, SPRINGS_CARRY, Known
 from pipelines.results import FloatArray
 from pipelines.vehicles.axle_loads import by_springs
@@ -299,7 +299,7 @@ def _levelling(joint: Place, vehicle: Vehicle) -> list[Doubt]:
         return float(known.mean[row]), float(known.std[row])
 
     both = {f"zero_{wheel}": (0.0, spread) for wheel in CORNERS}
-    both |= {f"spring_{a}": pumped_up(a, law(f"spring_{a}"), law("load"), kilos) for a in AXLES}
+    both |= {f"spring_{a}": loaded_rate(a, law(f"spring_{a}"), law("load"), kilos) for a in AXLES}
     rear = {name: both[name] for name in ("zero_rl", "zero_rr", "spring_rear")}
     return [_physics(LEVELS, known, figures, chance) for figures in (both, rear)]
 

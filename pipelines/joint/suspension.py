@@ -100,7 +100,7 @@ def levels(vehicle: Vehicle, axle: str) -> bool:
     return vehicle.self_levelling == "both" or (vehicle.self_levelling == "rear" and axle == "rear")
 
 
-def pumped_up(
+def loaded_rate(
     axle: str, rate: tuple[float, float], load: tuple[float, float], kilos: float
 ) -> tuple[float, float]:
     """Mean and spread of the rate under load, N/m, of springs that level themselves. rate: of the empty vehicle; load: kg."""
@@ -115,7 +115,7 @@ def _as_loaded(book: Book, axle: str, kilos: float) -> None:
     said = (
         f"springs that level themselves: {BELLOWS[0]:g} ± {BELLOWS[1]:g} of what the weight on them grows by"
     )
-    mean, std = pumped_up(axle, book.rows[f"spring_{axle}"], book.rows["load"], kilos)
+    mean, std = loaded_rate(axle, book.rows[f"spring_{axle}"], book.rows["load"], kilos)
     book.put(f"spring_{axle}", mean, std, f"spring rate, {axle}, under load, N/m", said)
 
 

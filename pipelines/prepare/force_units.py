@@ -19,7 +19,7 @@ from parsers.quantiles import median
 from parsers.signals import WHEELS
 from parsers.units import STANDARD_GRAVITY
 from pipelines.prepare.decided import decided
-from pipelines.vehicles.mass_limits import loaded_limits
+from pipelines.vehicles.mass_limits import LEAST_SPRUNG, loaded_limits
 from pipelines.vehicles.vehicle import Vehicle
 
 UNITS = (("kN", 1000.0), ("kgf", STANDARD_GRAVITY), ("daN", 10.0), ("lbf", 4.448))
@@ -28,8 +28,6 @@ BEYOND = 2.0
 """Beyond what the vehicle file allows by that factor nothing else explains it."""
 NEAR = 1.2
 """What a unit explains it leaves within the limits by that."""
-LEAST_SPRUNG = 0.75
-"""Share of the mass that stands on the struts: hubs, wheels and axles are a quarter at the most."""
 AXLE = (0.28, 0.85)
 """Share of the mass on one axle of two."""
 ZEROED = 0.5

@@ -11,6 +11,9 @@ MOST_LOAD = {"car": 0.6, "carrier": 1.2, "heavy": 3.0}
 LIGHTER = 0.9
 """Of the stated mass: below it is no vehicle of that kind, with an empty tank and nobody in it."""
 
+LEAST_SPRUNG = 0.75
+"""Share of the mass that stands on springs and struts: hubs, wheels and axles are a quarter at the most."""
+
 SURELY = 4.0
 """Standard deviations of the stated mass by which it must lie beyond."""
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipelines.joint.stated import stated_relations
-from pipelines.joint.suspension import BELLOWS, levels, pumped_up
+from pipelines.joint.suspension import BELLOWS, levels, loaded_rate
 from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -53,7 +53,7 @@ def test_an_air_spring_at_constant_volume_is_held() -> None:
     growth = (full + outside) / (empty + outside)
     # 0.5 more weight on the rear axle: by six tenths of the load
     load = 0.5 * 2000 / 1.5
-    rate, std = pumped_up("rear", (30e3, 0.0), (load, 0.0), 2000.0)
+    rate, std = loaded_rate("rear", (30e3, 0.0), (load, 0.0), 2000.0)
     assert abs(rate - growth * 30e3) < std
     assert rate == pytest.approx(30e3 * (1 + BELLOWS[0] * 0.5))
 
