@@ -28,6 +28,7 @@ from pipelines.simulation.logs.loads import PLACES
 from pipelines.simulation.manoeuvres.base import Options
 from pipelines.simulation.plant.random_vehicle import random_vehicle
 from pipelines.simulation.plant.vehicle import PlantVehicle
+from pipelines.simulation.records import Air
 from pipelines.simulation.sensors.truth import rotation
 from pipelines.simulation.sensors.units import SensorGroup, SensorLog
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
@@ -70,7 +71,8 @@ SENSORS = {
 class Plan:
     """One drive before it is driven. mirrored: loads and driver on the right instead of the left. told: whether the vehicle file gives the height about which the links pitch the body. wrong: a kind of figures (`benchmarks.wrong_figures`) that is off by several of its stated spreads.
 
-    error_scale: of the sensors; sheet_errors: of the vehicle file; both 1 = as large as their kind's.
+    error_scale: of the sensors; sheet_errors: of the vehicle file; both 1 = as large as their kind's. air: density, kg/m³, and wind, m/s,
+    ahead and to the left of the start.
     """
 
     seed: int
@@ -89,6 +91,7 @@ class Plan:
     told: bool = True
     mirrored: bool = False
     wrong: str = ""
+    air: tuple[float, float, float] = (1.2, 0.0, 0.0)
 
     @property
     def key(self) -> str:
@@ -160,6 +163,7 @@ def random_plan(seed: int, sensors: str | None = None) -> Plan:
         told=bool(rng.random() < 0.5),
         mirrored=bool(rng.random() < 0.5),
         wrong=drawn_wrong(seed),
+        air=_air(seed),
     )  # fmt: skip
 
 
@@ -168,7 +172,24 @@ def median_plan(seed: int, sensors: str, told: bool = True) -> Plan:
     rng = np.random.default_rng([seed, 21])
     load, kilos = _random_load(rng)
     mirrored = bool(rng.random() < 0.5)
-    return Plan(seed, "public_road", sensors, load, round(kilos, 1), 10.0, told=told, mirrored=mirrored)
+    return Plan(
+        seed,
+        "public_road",
+        sensors,
+        load,
+        round(kilos, 1),
+        10.0,
+        told=told,
+        mirrored=mirrored,
+        air=_air(seed),
+    )
+
+
+def _air(seed: int) -> tuple[float, float, float]:
+    """Air of -5 to 35 °C between the sea and some 500 m, and a wind of up to 6 m/s (2.5 m/s usual) toward anywhere, from a stream of its own."""
+    rng = np.random.default_rng([seed, 25])
+    wind = np.clip(rng.standard_normal(2), -2.0, 2.0) * 2.0
+    return round(float(rng.uniform(1.1, 1.3)), 3), round(float(wind[0]), 2), round(float(wind[1]), 2)
 
 
 def _random_load(rng: np.random.Generator) -> tuple[str, float]:
@@ -219,7 +240,7 @@ def _choice(plan: Plan) -> Choice:
     return Choice(
         plan.manoeuvre, vehicle, plan_loads(plan, vehicle), options, plan.sensors, error_scale=plan.error_scale,
         dropouts_per_s=plan.dropouts_per_s, outlier_share=plan.outlier_share, sheet_errors=plan.sheet_errors,
-        seed=plan.seed,
+        seed=plan.seed, air=Air(*plan.air),
     )  # fmt: skip
 
 

@@ -15,7 +15,7 @@ measured   a vehicle that was weighed at its corners, tilted for its CG's height
   to 0.5 % on one rig, 25 mm; the pads' way along as the body pitches, 10 mm a rad; wheels' centres along a metre of travel, 8 mm;
 - the same rigs' camber a degree of roll: 0.05; wheel rates 50 mm above and below ride height beside that at it: 1 %; where bump
   stops begin: 3 mm; how far roll centres come down with the body: 0.1 m a m;
-- a tyre rig's give of the patch, along 10 %, sideways that and a tenth of what is usual (the simulated tyres' patches do not move);
+- a tyre rig's give of the patch, along and sideways 10 %;
 - a scale for wheel, hub and half of the links: 1.5 %; tape and laser: 2 mm.
 
 levelled   measured, and what the inertial unit shows with the empty vehicle on a level floor to 0.1 degrees (a bubble level of
@@ -34,6 +34,7 @@ import numpy as np
 from pipelines.simulation.loads import truth
 from pipelines.simulation.logs.vehicle import sheet_values
 from pipelines.simulation.plant.vehicle import PlantVehicle
+from pipelines.simulation.records import GRAVITY
 from pipelines.vehicles.kinematics import AXLES, TRAVEL_M, rate_keys
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -51,7 +52,7 @@ BASE_STD_M = 0.003
 """Of how far a live axle's springs stand apart, where the sheet says it: a tape's, and a rig's roll rate beside its wheel rates."""
 
 STIFF_NPM = 1e9
-"""Of the simulated tyres sideways: what they give is a lag, and not a place of the patch."""
+"""Of tyres whose load stays under the wheel, whatever they give."""
 
 RELATIVE: Mapping[str, float] = {
     "mass_kg": 0.0025, "cg_height_m": 0.01, "unsprung_mass_front_kg": 0.015, "unsprung_mass_rear_kg": 0.015,
@@ -103,7 +104,7 @@ def curves(plant: PlantVehicle, file: Mapping[str, Quantity]) -> dict[str, tuple
         rest, *ends = rate_keys(axle)
         rate = file[rest].value * rise
         found |= dict.fromkeys(ends, (rate, RATE_STD * rate))
-        found[f"roll_center_drop_{axle}"] = (0.0, DROP_STD)
+        found[f"roll_center_drop_{axle}"] = (getattr(plant, f"roll_center_drop_{axle}"), DROP_STD)
         found[f"bump_stop_clearance_{axle}_m"] = (plant.bump_clearance_m, STOP_STD_M)
     return found
 
@@ -111,7 +112,7 @@ def curves(plant: PlantVehicle, file: Mapping[str, Quantity]) -> dict[str, tuple
 def paths(plant: PlantVehicle) -> dict[str, tuple[float, float]]:
     """True figure and std of the ways that wheels' loads and hubs go, and of the tyres' give along, by the vehicle file's keys.
 
-    The plant's feet go with their hubs along straight lines in the body's axes; its tyres' patches lag by the rolling radius less
+    The plant's wheels are round: loads stand under hubs, which go along straight lines in the body's side view. Its tyres' patches lag by the rolling radius less
     the hub's height, two thirds of the squash, of force over load.
     """
     ahead, length = truth(plant, ())["cg_to_front_axle_m"], plant.wheelbase_m
@@ -120,11 +121,23 @@ def paths(plant: PlantVehicle) -> dict[str, tuple[float, float]]:
     return {
         "patch_path_front_mprad": (plant.roll_center_height_front_m, EASED_STD_MPRAD),
         "patch_path_rear_mprad": (plant.roll_center_height_rear_m, EASED_STD_MPRAD),
-        "patch_path_pitch_mprad": (ahead * (length - ahead) / length * (front - rear), PATH_STD_MPRAD),
+        "patch_path_pitch_mprad": (
+            float(np.mean(plant.hub_heights_m)) + ahead * (length - ahead) / length * (front - rear),
+            PATH_STD_MPRAD,
+        ),
         "wheel_recession_front": (-front, SLOPE_STD),
         "wheel_recession_rear": (-rear, SLOPE_STD),
         "tire_longitudinal_rate_npm": (1.5 * vertical, 0.1 * 1.5 * vertical),
     }
+
+
+def lateral_rate(plant: PlantVehicle) -> float:
+    """Side force over the way across of the middle of a tyre's load, N/m: mean of the axles, empty."""
+    if plant.patch_give == 0:
+        return STIFF_NPM
+    load = plant.mass_kg * GRAVITY / 4
+    slopes = 0.5 * (plant.cornering_stiffness_front_prad + plant.cornering_stiffness_rear_prad)
+    return slopes * load / (plant.relaxation_lateral_m * plant.patch_give)
 
 
 def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, errors: float = 1.0) -> Vehicle:
@@ -149,5 +162,7 @@ def measured(file: Vehicle, plant: PlantVehicle, rng: np.random.Generator, error
         found["spring_base_rear_m"] = Quantity(
             plant.track_rear_m + errors * BASE_STD_M * draw, BASE_STD_M, RIG
         )
-    found["tire_lateral_rate_npm"] = Quantity(STIFF_NPM, 0.1 * STIFF_NPM, RIG)
+    lateral = lateral_rate(plant)
+    draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
+    found["tire_lateral_rate_npm"] = Quantity(lateral * (1 + 0.1 * errors * draw), 0.1 * lateral, RIG)
     return replace(file, quantities=found)

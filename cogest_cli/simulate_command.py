@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shlex
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from pipelines.simulation.logs.drive import Choice, SimulatedLog
     from pipelines.simulation.manoeuvres.base import Options
     from pipelines.simulation.plant.vehicle import PlantVehicle
+    from pipelines.simulation.records import Air
 
 HIGHEST_HZ, LOWEST_HZ = 1000.0, 1.0
 Side = Literal["left", "right", "both"]
@@ -62,6 +64,16 @@ Severity = Annotated[
 ]
 Direction = Annotated[Side, typer.Option(help="left, right or both, where it has sides.")]
 Surface = Annotated[str | None, typer.Option(help="Roughness class of ISO 8608, A to H.", show_default=False)]
+Wind = Annotated[float, typer.Option(help="Steady wind in m/s.")]
+WindToward = Annotated[
+    float,
+    typer.Option(
+        help="Where the wind blows to, in degrees left of the heading at the start; 0 is from behind."
+    ),
+]
+AirDensity = Annotated[
+    float, typer.Option(help="Of the air, kg/m³: 1.1 on a hot day or at 900 m, 1.3 in frost.")
+]
 SensorErrors = Annotated[float, typer.Option(help="Factor on noise, offsets, scale errors and misalignment.")]
 Dropouts = Annotated[float, typer.Option(help="Lost messages of each sensor unit a second.")]
 Outliers = Annotated[float, typer.Option(help="Share of wild samples.")]
@@ -87,6 +99,9 @@ def simulate(
     severity: Severity = 1.0,
     direction: Direction = "both",
     surface: Surface = None,
+    wind: Wind = 0.0,
+    wind_toward: WindToward = 180.0,
+    air_density: AirDensity = 1.2,
     sensor_errors: SensorErrors = 1.0,
     dropouts: Dropouts = 0.0,
     outliers: Outliers = 0.0,
@@ -116,6 +131,7 @@ def simulate(
         vehicle=found,
         loads=tuple(part for text in load or () for part in parse_load(text, found)),
         options=_options(speed, severity, duration, friction, direction, surface),
+        air=_air(wind, wind_toward, air_density),
         sensors=sensors,
         rate_hz=rate,
         error_scale=sensor_errors,
@@ -154,6 +170,20 @@ def _options(
             text = f"--speed is {speed:g} km/h: expected {low:g} to {high:g}"
             raise SettingsError(text, wrong_usage=True) from error
         raise SettingsError(str(error), wrong_usage=True) from error
+
+
+def _air(wind: float, toward: float, density: float) -> Air:
+    """What the drive goes through. Raises SettingsError for what no air is."""
+    from pipelines.simulation.records import Air
+
+    if not 0 <= wind <= 30:
+        raise SettingsError(f"--wind is {wind:g} m/s: expected 0 to 30", wrong_usage=True)
+    if not -360 <= toward <= 360:
+        raise SettingsError(f"--wind-toward is {toward:g} degrees: expected -360 to 360", wrong_usage=True)
+    if not 0.5 <= density <= 2:
+        raise SettingsError(f"--air-density is {density:g} kg/m³: expected 0.5 to 2", wrong_usage=True)
+    angle = math.radians(toward)
+    return Air(density, wind * math.cos(angle), wind * math.sin(angle))
 
 
 def _check_ranges(rate: float | None, factors: dict[str, float], dropouts: float, outliers: float) -> None:

@@ -99,6 +99,14 @@ def sprung_cg(vehicle: PlantVehicle, at_rest: Posture) -> tuple[float, float, fl
     return float(front), float(-middle), float(at_rest.coordinates[0])
 
 
+def roll_axis_height_m(vehicle: PlantVehicle, at_rest: Posture) -> float:
+    """Height of the roll axis above ground under the sprung CG, at rest: as far down as the springs' deflections bring it."""
+    front, rear = (float(at_rest.coordinates[k : k + 2].mean()) for k in (3, 5))
+    share = vehicle.sprung_cg_behind_front_axle_m / vehicle.wheelbase_m
+    down = (1 - share) * vehicle.roll_center_drop_front * front + share * vehicle.roll_center_drop_rear * rear
+    return vehicle.roll_axis_height_m - down
+
+
 def truth(vehicle: PlantVehicle, loads: Sequence[Load], rest: Posture | None = None) -> dict[str, float]:
     """True parameters of the loaded vehicle at rest on flat ground, by the names of `pipelines.parameters`.
 
@@ -125,6 +133,7 @@ def truth(vehicle: PlantVehicle, loads: Sequence[Load], rest: Posture | None = N
     pitch_inertia = full.sprung_pitch_inertia_kgm2 + full.sprung_mass_kg * float(
         shift[0] ** 2 + shift[2] ** 2
     )
+    axis = roll_axis_height_m(full, rest)
     values = {
         "cg_height_m": cg_height,
         "mass_kg": total,
@@ -132,8 +141,8 @@ def truth(vehicle: PlantVehicle, loads: Sequence[Load], rest: Posture | None = N
         "sprung_cg_height_m": height,
         "cg_to_front_axle_m": behind - float(shift[0]),
         "cg_lateral_offset_m": left + float(shift[1]),
-        "roll_center_height_m": full.roll_axis_height_m,
-        "roll_arm_m": height - full.roll_axis_height_m,
+        "roll_center_height_m": axis,
+        "roll_arm_m": height - axis,
         "pitch_arm_m": height - full.pitch_axis_height_m,
         "roll_stiffness_nmprad": float(half**2 @ spring_rates(rest.coordinates[3:], body, wheels)) + bars,
         "roll_damping_nmsprad": float(half**2 @ dampers),

@@ -67,6 +67,29 @@ def straight_road(length_m: float, friction: float = 0.95, step_m: float = 1.0) 
     return Road(step_m, zero, zero, zero, zero, zero, grip, grip)
 
 
+@dataclass(frozen=True)
+class Air:
+    """What the vehicle drives through. density in kg/m³; wind in m/s, constant: toward where the drive's start heads, and left of that.
+
+    Raises ValueError, naming the field, where one cannot be.
+    """
+
+    density_kgpm3: float = 1.2
+    wind_ahead_mps: float = 0.0
+    wind_left_mps: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what cannot be."""
+        for name, low, high in (
+            ("density_kgpm3", 0.5, 2.0),
+            ("wind_ahead_mps", -30.0, 30.0),
+            ("wind_left_mps", -30.0, 30.0),
+        ):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise ValueError(f"{name} is {value:g}: expected {low:g} to {high:g}")
+
+
 _BODY: tuple[str, ...] = (
     "distance_m", "x_m", "y_m", "altitude_m", "heading_rad", "speed_mps", "velocity_x_mps", "velocity_y_mps",
     "roll_rad", "pitch_rad", "roll_against_road_rad", "pitch_against_road_rad", "heave_m",

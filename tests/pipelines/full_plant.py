@@ -12,7 +12,7 @@ from pipelines.simulation.plant import layout as at
 from pipelines.simulation.plant.columns import columns, energy, turns
 from pipelines.simulation.plant.run import Setup, prepare, run_from, standing
 from pipelines.simulation.plant.vehicle import PlantVehicle
-from pipelines.simulation.records import GRAVITY, Demand, straight_road
+from pipelines.simulation.records import GRAVITY, Air, Demand, straight_road
 
 STEP_S = 0.01
 
@@ -89,11 +89,12 @@ def free_motion(
     step_s: float = 0.001,
     rate_hz: float = 100.0,
     drive: Demand | None = None,
+    air: Air | None = None,
 ) -> Motion:
     """From rest plus offsets (by state index) on a flat road, both feet off unless `drive` says more."""
     if drive is None:
         drive = demand(duration_s, speed=np.nan)
-    setup = prepare(vehicle, drive, straight_road(400, friction))
+    setup = prepare(vehicle, drive, straight_road(400, friction), air)
     rows = round(duration_s * rate_hz) + 1
     return Motion(setup, *run_from(setup, standing(setup, offsets), rows, rate_hz, step_s))
 
@@ -123,15 +124,17 @@ def momentum(motion: Motion) -> tuple[FloatArray, FloatArray, FloatArray, FloatA
     linear = mass * speed
     angular = mass * np.cross(center, speed) + out(rates @ inertia)
     weight = np.array([0.0, 0.0, -GRAVITY])
-    drag = -body[at.DRAG] * np.linalg.norm(speed[:, :2], axis=1)[:, None] * speed * [1, 1, 0]
+    through = speed - [body[at.WIND_X], body[at.WIND_Y], 0.0]
+    drag = -body[at.DRAG] * np.linalg.norm(through[:, :2], axis=1)[:, None] * through * [1, 1, 0]
     force = mass * weight + drag
     moment = np.cross(center, force)
     for i in range(4):
         d, v = y[:, at.DEFLECTION + i, None], y[:, at.DEFLECTION_RATE + i, None]
         row = wheels[i]
-        hub_path = np.array([row[at.HUB_PATH_X], row[at.HUB_PATH_Y], 1.0])
-        foot_path = np.array([row[at.FOOT_PATH_X], row[at.FOOT_PATH_Y], 1.0])
-        place = row[at.HUB_X : at.HUB_Z + 1] + d * hub_path
+        bent = row[at.PATH_CURVE] * d * [0.0, 1.0, 0.0]
+        hub_path = np.array([row[at.HUB_PATH_X], row[at.HUB_PATH_Y], 1.0]) + bent
+        foot_path = np.array([row[at.FOOT_PATH_X], row[at.FOOT_PATH_Y], 1.0]) + bent
+        place = row[at.HUB_X : at.HUB_Z + 1] + d * (hub_path - bent / 2)
         hub = center + out(place)
         moving = speed + out(np.cross(rates, place) + v * hub_path)
         unsprung = row[at.UNSPRUNG]
@@ -139,11 +142,23 @@ def momentum(motion: Motion) -> tuple[FloatArray, FloatArray, FloatArray, FloatA
         axle = out(np.broadcast_to([0.0, 1.0, 0.0], (len(y), 3)))
         spin = row[at.WHEEL_INERTIA] * y[:, at.SPIN + i]
         angular = angular + unsprung * np.cross(hub, moving) + spin[:, None] * axle
-        foot = center + out(row[at.FOOT_X : at.FOOT_Z + 1] + d * foot_path)
+        below = row[at.FOOT_X : at.FOOT_Z + 1] + d * (foot_path - bent / 2) - place
+        sin_roll, cos_roll = np.sin(y[:, at.ROLL]), np.cos(y[:, at.ROLL])
+        leaning = np.column_stack(
+            [
+                zero,
+                cos_roll * below[:, 1] - sin_roll * below[:, 2],
+                sin_roll * below[:, 1] + cos_roll * below[:, 2],
+            ]
+        )
+        foot = hub + np.einsum("nij,nj->ni", world, leaning)
         squash = np.maximum(-foot[:, 2], 0.0)
         foot[:, 2] += squash
         steer, long, lat = (extras[:, k + i] for k in (at.W_STEER, at.W_LONG, at.W_LAT))
         steer = np.arctan(steer)
+        given = body[at.PATCH_GIVE] * y[:, at.U_Y + i]
+        aside = np.column_stack([-given * np.sin(steer), given * np.cos(steer), 0 * given])
+        foot = foot + np.einsum("nij,nj->ni", world, aside)
         local = np.column_stack(
             [
                 long * np.cos(steer) - lat * np.sin(steer),

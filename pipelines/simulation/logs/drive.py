@@ -17,7 +17,7 @@ from pipelines.simulation.manoeuvres.registry import make_scenario
 from pipelines.simulation.plant.random_vehicle import random_vehicle
 from pipelines.simulation.plant.run import simulate
 from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle
-from pipelines.simulation.records import GRAVITY, PlantRun
+from pipelines.simulation.records import GRAVITY, Air, PlantRun
 from pipelines.simulation.sensors.sets import sensor_set
 from pipelines.simulation.sensors.truth import Fit, Mount
 from pipelines.simulation.sensors.units import SensorLog, SensorSet, apply
@@ -33,7 +33,7 @@ MOUNT_SHARE, MOUNT_ABOVE_GROUND_M = 0.45, 0.25
 class Choice:
     """What to simulate. sensors: a named set, or one of your own. rate_hz: all sensors at this rate; None = each at its own.
 
-    error_scale: factor on the sensors' errors. dropouts_per_s: lost messages of each unit; outlier_share: wild samples.
+    air: its density, and wind. error_scale: factor on the sensors' errors. dropouts_per_s: lost messages of each unit; outlier_share: wild samples.
     sheet_errors: factor on how far the vehicle file's figures lie from the truth; tell_load: whether it says the load.
     """
 
@@ -49,6 +49,7 @@ class Choice:
     sheet_errors: float = 1.0
     tell_load: bool = False
     seed: int = 0
+    air: Air = field(default_factory=Air)
 
 
 @dataclass(frozen=True)
@@ -152,6 +153,7 @@ def simulate_log(choice: Choice) -> SimulatedLog:
             scenario.demand,
             scenario.road,
             loads=choice.loads,
+            air=choice.air,
             rate_hz=_run_rate_hz(sensors),
         )
     except ValueError as error:
@@ -209,6 +211,7 @@ def truth_record(simulated: SimulatedLog, version: str) -> dict[str, object]:
         "notes": list(simulated.scenario.notes),
         "seed": choice.seed,
         "options": {key: value for key, value in asdict(choice.options).items() if value is not None},
+        "air": asdict(choice.air),
         "duration_s": float(simulated.run.time_s[-1]),
         "rolled_over": simulated.rolled_over,
         "vehicle": choice.vehicle.name,

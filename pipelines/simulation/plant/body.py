@@ -103,6 +103,11 @@ class PlantVehicle:
     slip_limit: float = 0.12
     # mass that the springs' seats put on the diagonal fr-rl and take from fl-rr, in front; its CG stays where it is
     cross_weight_kg: float = 0.0
+    # how far an axle's roll centre comes down for a metre that the body does: 0 the wheels' paths are straight in the body
+    roll_center_drop_front: float = 0.0
+    roll_center_drop_rear: float = 0.0
+    # share of a tyre's deflection across by which the middle of its load goes along with the patch; 0 it stays under the wheel
+    patch_give: float = 0.0
     # force of each suspension where its deflection is 0; None: what carries this vehicle level
     spring_preload_n: Corners | None = None
 
@@ -177,7 +182,7 @@ class PlantVehicle:
 
     @property
     def roll_axis_height_m(self) -> float:
-        """Height of the roll axis above ground at the sprung CG."""
+        """Height of the roll axis above ground at the sprung CG, where the deflections are 0."""
         share = self.sprung_cg_behind_front_axle_m / self.wheelbase_m
         return (1 - share) * self.roll_center_height_front_m + share * self.roll_center_height_rear_m
 
@@ -226,9 +231,13 @@ _SIGNED = frozenset(
         "side_slope_rear",
         "side_slope_drive_front",
         "side_slope_drive_rear",
+        "roll_center_drop_front",
+        "roll_center_drop_rear",
     }
 )
-_SHARES = frozenset({"brake_front_share", "drive_front_share", "damper_blow_off", "sliding_loss"})
+_SHARES = frozenset(
+    {"brake_front_share", "drive_front_share", "damper_blow_off", "sliding_loss", "patch_give"}
+)
 _ZERO_OR_MORE = frozenset(
     {
         "camber_compensation_front",

@@ -96,8 +96,9 @@ def energy(states: FloatArray, extras: FloatArray, body: FloatArray, wheels: Flo
     total += 0.5 * np.einsum("ni,ij,nj->n", rates, inertia, rates)
     for i in range(4):
         d, v = states[:, at.DEFLECTION + i], states[:, at.DEFLECTION_RATE + i]
-        path = np.array([wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y], 1.0])
-        place = wheels[i, at.HUB_X : at.HUB_Z + 1] + d[:, None] * path
+        bent = wheels[i, at.PATH_CURVE] * d[:, None] * [0.0, 1.0, 0.0]
+        path = np.array([wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y], 1.0]) + bent
+        place = wheels[i, at.HUB_X : at.HUB_Z + 1] + d[:, None] * (path - bent / 2)
         speed = moved + np.cross(rates, place) + v[:, None] * path
         total += wheels[i, at.UNSPRUNG] * (
             0.5 * (speed**2).sum(axis=1) + GRAVITY * (center + (place * up).sum(axis=1))
@@ -110,9 +111,12 @@ def energy(states: FloatArray, extras: FloatArray, body: FloatArray, wheels: Flo
         total += 0.5 * body[at.BUMP_RATE] * beyond**2
         # each bar is met by both of its wheels
         total += 0.25 * wheels[i, at.BAR] * (d - states[:, at.DEFLECTION + (i ^ 1)]) ** 2
-        foot = wheels[i, at.FOOT_X : at.FOOT_Z + 1].copy()
-        foot_path = np.array([wheels[i, at.FOOT_PATH_X], wheels[i, at.FOOT_PATH_Y], 1.0])
-        low = np.einsum("ni,ni->n", turn[:, 2, :], foot + d[:, None] * foot_path)
+        foot = wheels[i, at.FOOT_X : at.FOOT_Z + 1]
+        foot_path = np.array([wheels[i, at.FOOT_PATH_X], wheels[i, at.FOOT_PATH_Y], 1.0]) + bent / 2
+        below = foot + d[:, None] * foot_path - place
+        low = np.einsum("ni,ni->n", turn[:, 2, :], place)
+        # the body's roll alone leans what is below the hub
+        low += -turn[:, 1, 2] * below[:, 1] + turn[:, 1, 1] * below[:, 2]
         squash = np.maximum(extras[:, at.W_ROAD + i] - states[:, at.HEIGHT] - low, 0)
         total += 0.5 * wheels[i, at.TIRE] * squash**2
     return np.asarray(total)

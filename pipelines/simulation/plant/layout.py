@@ -43,15 +43,16 @@ MASS, IXX, IYY, IZZ, IXZ, DRAG, RATIO, STEER_LAG, GAIN, POWER = range(10)
 ) = range(10, 20)
 BUMP_RATE, STIFFENING, DRY_FORCE, DRY_TRAVEL, TIRE_DAMPING, LOSS_STIFFNESS = range(20, 26)
 LOSS_FRICTION, FRICTION, SLIDING_LOSS, SIGMA_X, SIGMA_Y, ROLLING, STIFFNESS_X, CAMBER = range(26, 34)
-FOLLOW, DRY_ON, ROAD_ON, CG_BEHIND, DRIVEN_LOAD, SPIN_MASS = range(34, 40)
-BODY_SIZE = 40
+FOLLOW, DRY_ON, ROAD_ON, CG_BEHIND, DRIVEN_LOAD, SPIN_MASS, PATCH_GIVE, WIND_X, WIND_Y = range(34, 43)
+BODY_SIZE = 43
 
 # --- a wheel, one row of WHEEL_SIZE: places and paths from the sprung CG in body axes --------------------------------
 FOOT_X, FOOT_Y, FOOT_Z, FOOT_PATH_X, FOOT_PATH_Y, UNSPRUNG = range(6)
 HUB_X, HUB_Y, HUB_Z, HUB_PATH_X, HUB_PATH_Y, SPRING, PRELOAD, BAR, COMPRESSION, EXTENSION = range(6, 16)
 TIRE, FREE_RADIUS, WHEEL_INERTIA, STIFFNESS_Y, NOMINAL, CAMBER_RATE, BRAKE_SHARE, DRIVE_SHARE = range(16, 24)
-BRAKE_TURN = 24
-WHEEL_SIZE = 25
+BRAKE_TURN, PATH_CURVE = 24, 25
+"""PATH_CURVE: growth of FOOT_PATH_Y and HUB_PATH_Y, a metre of deflection."""
+WHEEL_SIZE = 26
 
 # --- what the equations give beside the derivatives (W_STEER: the tangent of a wheel's angle) ----------------------------------------------------------------------
 FORCE_X, FORCE_Y, FORCE_Z, ALPHA_X, ALPHA_Y, ALPHA_Z = range(6)
@@ -116,6 +117,7 @@ def _body(v: PlantVehicle) -> FloatArray:
         CG_BEHIND: v.sprung_cg_behind_front_axle_m,
         DRIVEN_LOAD: driven,
         SPIN_MASS: spin,
+        PATCH_GIVE: v.patch_give,
     }
     for index, value in entries.items():
         body[index] = value
@@ -171,6 +173,8 @@ def _wheels(v: PlantVehicle) -> FloatArray:
             CAMBER_RATE: side * camber,
             BRAKE_SHARE: 0.5 * brake_share,
             DRIVE_SHARE: 0.5 * drive_share,
+            # a roll centre at h is a path of slope h over half the track; one that comes down with the body flattens it
+            PATH_CURVE: -side * pick(v.roll_center_drop_front, v.roll_center_drop_rear) / half,
             BRAKE_TURN: (drive_slope - pick(v.side_slope_front, v.side_slope_rear)) / radius,
         }
         for index, value in entries.items():

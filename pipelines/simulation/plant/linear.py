@@ -33,7 +33,7 @@ def small_motion(
     body, wheels = at.pack(vehicle)
     rest = rest or posture(vehicle)
     turn = rotation(float(rest.coordinates[1]), float(rest.coordinates[2]))
-    foot_path, hub_path = (p @ turn.T for p in paths(wheels))
+    foot_path, hub_path = (p @ turn.T for p in paths(wheels, rest.coordinates[3:]))
 
     def motion(places: FloatArray, path: FloatArray) -> FloatArray:
         """(4, 3, 10) of points a unit of (forward, left, yaw) and of the seven coordinates."""

@@ -1,6 +1,7 @@
 """The equations of motion of the full plant: a rigid body with four wheels on guides, on tyres, over a road.
 
-The body has six degrees of freedom. Each wheel's carrier is a particle on a straight guide that is fixed in the body: its
+The body has six degrees of freedom. Each wheel's carrier is a particle on a guide that is fixed in the body, straight or bent
+across (its roll centre then comes down with the body): its
 path makes the roll centre (the foot of the wheel moves sideways with jounce), anti-dive and anti-squat, and its hub's
 own path takes the body's lean from the wheel. Tyre forces act on the foot, at the road; what the links carry of them
 follows from the paths by virtual work, so that momentum and moments close exactly. Kane's equations, in body axes; with
@@ -103,7 +104,7 @@ def derivative(
     gy = -GRAVITY * (turn[1] * up_x + turn[4] * up_y + turn[7] * up_z)
     gz = -GRAVITY * (turn[2] * up_x + turn[5] * up_y + turn[8] * up_z)
 
-    _start_system(body, (p, q, r), (gx, gy, gz), turn, (vx, vy), work)
+    _start_system(body, (p, q, r), (gx, gy, gz), turn, _through_air(y, body), work)
     suspension(y, body, wheels, dy, aux)
     grip = _all_wheels(y, body, wheels, road, grids[1], turn, turning, (gx, gy, gz), dy, aux, work)
     pedals(y, body, demand, asked_at, up_x, grip, dy)
@@ -154,6 +155,16 @@ def _all_wheels(
 
 
 @lean_kernel
+def _through_air(y: FloatArray, body: FloatArray) -> tuple[float, float]:
+    """Speed through the air, along and across the road's axes."""
+    cos_heading, sin_heading = math.cos(y[at.HEADING]), math.sin(y[at.HEADING])
+    wind_x, wind_y = body[at.WIND_X], body[at.WIND_Y]
+    return y[at.VX] - cos_heading * wind_x - sin_heading * wind_y, y[
+        at.VY
+    ] + sin_heading * wind_x - cos_heading * wind_y
+
+
+@lean_kernel
 def _start_system(
     body: FloatArray,
     rates: tuple[float, float, float],
@@ -162,7 +173,10 @@ def _start_system(
     speed: tuple[float, float],
     work: FloatArray,
 ) -> None:
-    """The sprung mass alone, with drag and its own gyroscopic moment: rows 0-5 the matrix, row 6 the right side."""
+    """The sprung mass alone, with drag and its own gyroscopic moment: rows 0-5 the matrix, row 6 the right side.
+
+    speed: through the air.
+    """
     for i in range(6):
         for j in range(6):
             work[i, j] = 0.0
@@ -226,9 +240,14 @@ def _wheel_accelerations(
     mx, my, mz = 0.0, 0.0, 0.0
     total = 0.0
     for i in range(4):
-        ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y]
         d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
-        x, yy, z = wheels[i, at.HUB_X] + d * ex, wheels[i, at.HUB_Y] + d * ey, wheels[i, at.HUB_Z] + d
+        bent = wheels[i, at.PATH_CURVE] * d
+        ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y] + bent
+        x, yy, z = (
+            wheels[i, at.HUB_X] + d * ex,
+            wheels[i, at.HUB_Y] + d * (ey - 0.5 * bent),
+            wheels[i, at.HUB_Z] + d,
+        )
         dot = p * x + q * yy + r * z
         square = p * p + q * q + r * r
         fx = ax + by * z - bz * yy + p * dot - square * x
@@ -236,6 +255,7 @@ def _wheel_accelerations(
         fz = az + bx * yy - by * x + r * dot - square * z
         aux[at.W_SPRUNG + i] = turn[6] * fx + turn[7] * fy + turn[8] * fz
         cx, cy, cz = fx + 2 * v * (q - r * ey), fy + 2 * v * (r * ex - p), fz + 2 * v * (p * ey - q * ex)
+        cy += wheels[i, at.PATH_CURVE] * v * v
         n = ex * ex + ey * ey + 1.0
         rate = work[7, i] - (ex * cx + ey * cy + cz) / n
         dy[at.DEFLECTION + i] = v

@@ -236,6 +236,16 @@ def _links(rng: np.random.Generator, f: _Frame) -> dict[str, float]:
     }
 
 
+def _give(rng: np.random.Generator, f: _Frame) -> dict[str, float]:
+    """What simple models leave out: roll centres of independent axles come down with the body (struts 1 to 1.8, wishbones and
+    multi-link axles 0.5 to 1), those of rigid ones hardly; a tyre's load goes along with its patch by a tenth to two thirds."""
+    return {
+        "roll_center_drop_front": _even(rng, (0.5, 1.6)),
+        "roll_center_drop_rear": 0.0 if f.rigid else _even(rng, (0.4, 1.2)),
+        "patch_give": _even(rng, (0.1, 0.7)),
+    }
+
+
 def _tyres(rng: np.random.Generator, f: _Frame) -> dict[str, float]:
     rear = _even(rng, f.kind.rear_cornering)
     understeer = math.radians(_even(rng, (1.2, 3.2)))
@@ -315,7 +325,9 @@ def random_vehicle(rng: np.random.Generator, body: str | None = None) -> PlantVe
         raise ValueError(f"there is no random {body!r}: expected one of {', '.join(KINDS)}")
     style = body or str(rng.choice(list(KINDS)))
     f = _frame(rng, style)
-    figures = _inertias(rng, f) | _springs(rng, f) | _links(rng, f) | _tyres(rng, f) | _driving(rng, f)
+    # from a stream of its own: all else of a seed's vehicle stays as it was before these were drawn
+    give = _give(rng.spawn(1)[0], f)
+    figures = _inertias(rng, f) | _springs(rng, f) | _links(rng, f) | _tyres(rng, f) | _driving(rng, f) | give
     bare = PlantVehicle(
         name=f"random_{style.lower()}",
         body=style,

@@ -21,7 +21,7 @@ from pipelines.simulation.plant.body import PlantVehicle
 from pipelines.simulation.plant.columns import columns
 from pipelines.simulation.plant.integrate import integrate
 from pipelines.simulation.plant.static import Posture, posture
-from pipelines.simulation.records import Demand, PlantRun, Road
+from pipelines.simulation.records import Air, Demand, PlantRun, Road
 
 PATCH_M = 0.12
 """Length of the contact patch, over which a tyre takes the mean of the road's roughness."""
@@ -55,10 +55,11 @@ def simulate(
     road: Road,
     *,
     loads: Sequence[Load] = (),
+    air: Air | None = None,
     rate_hz: float = 100.0,
     step_s: float = 0.001,
 ) -> PlantRun:
-    """Drive `vehicle` with its loads over `road` as `demand` says; every name of RUN_COLUMNS at rate_hz.
+    """Drive `vehicle` with its loads over `road` as `demand` says; every name of RUN_COLUMNS at rate_hz. air: None = still, 1.2 kg/m³.
 
     step_s: the longest integration step. The run begins settled: standing, or rolling at target_speed_mps[0] when
     demand.steady_at_start or that speed is above 0. It ends early where the vehicle rolls over.
@@ -68,7 +69,7 @@ def simulate(
         raise ValueError(f"rate_hz is {rate_hz}, expected more than 0")
     if not (math.isfinite(step_s) and 0 < step_s <= 0.002):
         raise ValueError(f"step_s is {step_s}, expected more than 0 and at most 0.002")
-    setup = prepare(loaded(vehicle, loads), demand, road)
+    setup = prepare(loaded(vehicle, loads), demand, road, air)
     rows = math.floor(demand.duration_s * rate_hz + 1e-9) + 1
     states, extras = run_from(setup, settle(setup, step_s), rows, rate_hz, step_s)
     return PlantRun(
@@ -80,13 +81,16 @@ def simulate(
     )
 
 
-def prepare(full: PlantVehicle, demand: Demand, road: Road) -> Setup:
+def prepare(full: PlantVehicle, demand: Demand, road: Road, air: Air | None = None) -> Setup:
     """Check a drive's inputs and bring them into the kernels' form. `full`: the vehicle with its loads.
 
     Raises ValueError, naming the field.
     """
     asked, ground = _demand(demand), _road(road)
     body, wheels = at.pack(full)
+    through = air or Air()
+    body[at.DRAG] *= through.density_kgpm3 / at.AIR_DENSITY
+    body[at.WIND_X], body[at.WIND_Y] = through.wind_ahead_mps, through.wind_left_mps
     body[at.FOLLOW] = float(np.any(ground[:, at.R_CURVATURE] != 0))
     return Setup(full, posture(full), body, wheels, asked, ground, (1 / demand.step_s, 1 / road.step_m))
 

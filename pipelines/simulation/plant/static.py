@@ -38,20 +38,22 @@ def rotation(roll: float, pitch: float) -> FloatArray:
     return np.array([[cp, sp * sr, sp * cr], [0.0, cr, -sr], [-sp, cp * sr, cp * cr]])
 
 
-def paths(wheels: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(4, 3) directions in which foot and hub go with deflection, body axes."""
-    one = np.ones(4)
-    foot = np.column_stack([wheels[:, at.FOOT_PATH_X], wheels[:, at.FOOT_PATH_Y], one])
-    hub = np.column_stack([wheels[:, at.HUB_PATH_X], wheels[:, at.HUB_PATH_Y], one])
+def paths(wheels: FloatArray, deflection: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """(4, 3) directions in which foot and hub go with deflection, body axes, where the deflections are so."""
+    one, bent = np.ones(4), wheels[:, at.PATH_CURVE] * deflection
+    foot = np.column_stack([wheels[:, at.FOOT_PATH_X], wheels[:, at.FOOT_PATH_Y] + bent, one])
+    hub = np.column_stack([wheels[:, at.HUB_PATH_X], wheels[:, at.HUB_PATH_Y] + bent, one])
     return foot, hub
 
 
 def _places(q: FloatArray, wheels: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     turn = rotation(float(q[1]), float(q[2]))
-    foot_path, hub_path = paths(wheels)
+    # a path that bends evenly has gone as far as its mean direction says
+    foot_path, hub_path = paths(wheels, q[3:] / 2)
     feet = wheels[:, at.FOOT_X : at.FOOT_Z + 1] + q[3:, None] * foot_path
     hubs = wheels[:, at.HUB_X : at.HUB_Z + 1] + q[3:, None] * hub_path
-    return turn, feet @ turn.T, hubs @ turn.T
+    # round wheels stand under their hubs however the body pitches
+    return turn, hubs @ turn.T + (feet - hubs) @ rotation(float(q[1]), 0.0).T, hubs @ turn.T
 
 
 def spring_forces(deflection: FloatArray, body: FloatArray, wheels: FloatArray) -> FloatArray:
@@ -88,16 +90,28 @@ def _residual(q: FloatArray, body: FloatArray, wheels: FloatArray, lateral_mps2:
     )
     force = np.column_stack([np.zeros(4), lateral, normal])
     contact = feet + squash[:, None] * np.array([0.0, 0.0, 1.0])
+    contact[:, 1] += body[at.PATCH_GIVE] * _across(q, body, wheels, lateral, normal)
     weight = masses[:, None] * pull
     moment = turn.T @ (np.cross(contact, force) + np.cross(hubs, weight)).sum(axis=0)
     # rolling wheels resist the turn: spin times yaw rate is acceleration over radius
     moment[0] += lateral_mps2 * float(
         (wheels[:, at.WHEEL_INERTIA] / (wheels[:, at.FREE_RADIUS] - squash / 3)).sum()
     )
-    foot_path, hub_path = paths(wheels)
+    foot_path, hub_path = paths(wheels, q[3:])
     guide = ((force @ turn) * foot_path).sum(axis=1) + ((weight @ turn) * hub_path).sum(axis=1)
     guide -= spring_forces(q[3:], body, wheels)
     return np.concatenate([[normal.sum() + total * pull[2], moment[0], moment[1]], guide])
+
+
+def _across(
+    q: FloatArray, body: FloatArray, wheels: FloatArray, lateral: FloatArray, normal: FloatArray
+) -> FloatArray:
+    """(4,) deflections of rolling tyres across, m, far from sliding: what their forces ask beside what leaning wheels push."""
+    loads = np.maximum(normal, 1e-9)
+    softer = np.clip(1 - body[at.LOSS_STIFFNESS] * (loads / wheels[:, at.NOMINAL] - 1), 0.4, 1.4)
+    lean = q[1] + wheels[:, at.CAMBER_RATE] * q[3:]
+    pushed = lateral / loads + body[at.CAMBER] * lean * float(np.any(lateral != 0))
+    return np.asarray(body[at.SIGMA_Y] * pushed / (wheels[:, at.STIFFNESS_Y] * softer))
 
 
 def slopes(function: Callable[[FloatArray], FloatArray], q: FloatArray) -> FloatArray:

@@ -130,23 +130,32 @@ def tire_in_plane(
     ground: height of the road under the wheel, its rate, friction.
     """
     d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
-    ex, ey = wheels[i, at.FOOT_PATH_X], wheels[i, at.FOOT_PATH_Y]
-    x, yy, z = wheels[i, at.FOOT_X] + d * ex, wheels[i, at.FOOT_Y] + d * ey, wheels[i, at.FOOT_Z] + d
+    bent = wheels[i, at.PATH_CURVE] * d
+    ex, ey = wheels[i, at.FOOT_PATH_X], wheels[i, at.FOOT_PATH_Y] + bent
+    x, yy, z = (
+        wheels[i, at.FOOT_X] + d * ex,
+        wheels[i, at.FOOT_Y] + d * (ey - 0.5 * bent),
+        wheels[i, at.FOOT_Z] + d,
+    )
     p, q, r = y[at.P], y[at.Q], y[at.R]
     vx, vy, vz = q * z - r * yy + v * ex, r * x - p * z + v * ey, p * yy - q * x + v
-    foot_x = turn[0] * x + turn[1] * yy + turn[2] * z
+    # a round wheel stands under its hub however the body pitches, and leans with it in roll
+    hx, hz = wheels[i, at.HUB_X] + d * wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_Z] + d
+    hy = wheels[i, at.HUB_Y] + d * (wheels[i, at.HUB_PATH_Y] + 0.5 * bent)
+    foot_x = turn[0] * hx + turn[1] * hy + turn[2] * hz
     foot_y = turn[4] * yy + turn[5] * z
-    foot_z = turn[6] * x + turn[7] * yy + turn[8] * z
+    foot_z = turn[6] * hx + turn[7] * hy + turn[8] * hz - turn[5] * (yy - hy) + turn[4] * (z - hz)
     road_x = y[at.VX] + turn[0] * vx + turn[1] * vy + turn[2] * vz
     road_y = y[at.VY] + turn[4] * vy + turn[5] * vz
     road_z = y[at.VZ] + turn[6] * vx + turn[7] * vy + turn[8] * vz
+    about_x, about_y = turn[0] * p + turn[1] * q + turn[2] * r, turn[4] * q + turn[5] * r
+    road_z += about_y * (turn[0] * x + turn[1] * yy + turn[2] * z - foot_x)
     sinking = ground[1] - road_z + turning[0] * foot_y - turning[1] * foot_x
     squash = ground[0] - y[at.HEIGHT] - foot_z
     load = 0.0
     if squash > 0.0:
         load = max(wheels[i, at.TIRE] * squash + body[at.TIRE_DAMPING] * sinking, 0.0)
     squash = max(squash, 0.0)
-    about_x, about_y = turn[0] * p + turn[1] * q + turn[2] * r, turn[4] * q + turn[5] * r
     free = wheels[i, at.FREE_RADIUS]
     hub_x, contact_y = road_x + about_y * free, road_y - about_x * squash
     cos_wheel = 1.0 / math.sqrt(1.0 + tan_wheel * tan_wheel)
@@ -165,7 +174,9 @@ def tire_in_plane(
     spinning = wheels[i, at.WHEEL_INERTIA]
     # the moment that turns the wheel's own spin is taken from the body
     work[8, 1], work[8, 2] = spinning * y[at.SPIN + i] * r, -spinning * y[at.SPIN + i] * p
-    work[9, 0], work[9, 1], work[9, 2] = foot_x, foot_y, foot_z + squash
+    # the middle of the load goes with the patch, which lies beside the wheel by the tyre's deflection across
+    give = body[at.PATCH_GIVE] * y[at.U_Y + i]
+    work[9, 0], work[9, 1], work[9, 2] = foot_x - sin_wheel * give, foot_y + cos_wheel * give, foot_z + squash
     aux[at.W_STEER + i] = tan_wheel
     aux[at.W_NORMAL + i], aux[at.W_LONG + i], aux[at.W_LAT + i] = load, fx, fy
     aux[at.W_ROAD + i] = ground[0]
@@ -190,12 +201,17 @@ def wheel_into_body(
     yy = turn[1] * cx + turn[4] * cy + turn[7] * cz
     mx, my, mz = yy * bz - z * by, z * bx - x * bz, x * by - yy * bx
     mx, my, mz = mx + work[8, 1], my + axle + spin, mz + work[8, 2]
-    push = wheels[i, at.FOOT_PATH_X] * bx + wheels[i, at.FOOT_PATH_Y] * by + bz
+    d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
+    bent = wheels[i, at.PATH_CURVE] * d
+    push = wheels[i, at.FOOT_PATH_X] * bx + (wheels[i, at.FOOT_PATH_Y] + bent) * by + bz
     push += brake * wheels[i, at.BRAKE_TURN] - aux[at.W_FORCE + i]
 
-    ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y]
-    d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
-    hx, hy, hz = wheels[i, at.HUB_X] + d * ex, wheels[i, at.HUB_Y] + d * ey, wheels[i, at.HUB_Z] + d
+    ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y] + bent
+    hx, hy, hz = (
+        wheels[i, at.HUB_X] + d * ex,
+        wheels[i, at.HUB_Y] + d * (ey - 0.5 * bent),
+        wheels[i, at.HUB_Z] + d,
+    )
     p, q, r = y[at.P], y[at.Q], y[at.R]
     mass = wheels[i, at.UNSPRUNG]
     n = ex * ex + ey * ey + 1.0
@@ -205,7 +221,7 @@ def wheel_into_body(
     # gravity less the accelerations that are known already, across the guide, and the push along it
     dot, square = p * hx + q * hy + r * hz, p * p + q * q + r * r
     kx = gx - (p * dot - square * hx + 2 * v * (q - r * ey))
-    ky = gy - (q * dot - square * hy + 2 * v * (r * ex - p))
+    ky = gy - (q * dot - square * hy + 2 * v * (r * ex - p) + wheels[i, at.PATH_CURVE] * v * v)
     kz = gz - (r * dot - square * hz + 2 * v * (p * ey - q * ex))
     along = (mass * (ex * kx + ey * ky + kz) + push) / n
     kx, ky, kz = mass * kx - ex * along, mass * ky - ey * along, mass * kz - along
