@@ -141,7 +141,9 @@ def test_of_a_log_that_gave_nothing_the_damage_is_said_before_the_channels(tmp_p
     content[20_000:20_064] = bytes(64)  # in its only chunk; the topics stand in the summary behind it
     path = tmp_path / "drive.mcap"
     path.write_bytes(content)
-    with pytest.raises(LogError, match=r"\(MCAP\); the chunk at byte 42 is damaged.*not recognised: 11 of 65"):
+    with pytest.raises(
+        LogError, match=r"\(MCAP\); the chunk at byte 42 is damaged.*not recognised: 11 of 65"
+    ):
         load_drive([path])
 
 

@@ -45,7 +45,9 @@ def test_a_bare_drive_says_why_there_is_no_figure(spec: FigureSpec) -> None:
 def test_a_body_style_that_was_stated_is_not_called_unstated() -> None:
     good = rich()
     assert good.standing is not None
-    drawn = standing.draw(replace(good, standing=replace(good.standing, body=None)))  # "body" that is none of the measured
+    drawn = standing.draw(
+        replace(good, standing=replace(good.standing, body=None))
+    )  # "body" that is none of the measured
     assert isinstance(drawn, Drawing)
     assert "No measured body style is known of this vehicle" in drawn.caption
     assert "not stated" not in drawn.caption
