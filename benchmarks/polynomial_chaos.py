@@ -15,6 +15,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -141,6 +142,8 @@ def main() -> None:
     if sys.argv[1:] == ["filter"]:
         filter_speeds()
         return
+    if find_spec("chaospy") is None:
+        sys.exit("chaospy is not installed: pip install '.[peers]', or see the filter alone with `filter`")
     for name, (bases, order) in CASES.items():
         terms = len(total_degree(len(bases), order))
         print(f"{name}: {terms} terms, {4 * terms} points          ours         chaospy")

@@ -136,12 +136,15 @@ def take_in(path: Path, options: LoadOptions, intake: Intake) -> Taken:
     wanted = frozenset(name for bindings in proposals.values() for name in needed_channels(bindings))
     rows = intake.begin(opened.reader.channels, wanted)
     if wanted:
+        said = len(opened.log.notes)
         _take_rows(opened, wanted, rows)
         if opened.log.messages == 0:
+            # what the reading found is the reason; what was said of the channels before comes behind it
+            notes = (*opened.log.notes[said:], *opened.log.notes[:said])
             raise LogError(
                 f"holds no readable data ({opened.importer.title})",
                 path=path,
-                hint="; ".join(opened.log.notes) or "check that the recording was copied whole",
+                hint="; ".join(notes) or "check that the recording was copied whole",
             )
     # what a reader keeps of its log (frames, an index) must not stay in memory for the rest of the work
     return Taken(replace(opened, reader=_read_out(opened.reader)), proposals, rows)

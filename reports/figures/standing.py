@@ -135,7 +135,8 @@ def _caption(standing: Standing, cg: ParameterEstimate | None) -> str:
     elif cg is not None and not has_result(cg):
         parts.append("The prior is what was known before this drive, not a result.")
     if body is None:
-        parts.append("The body style is not stated, so no group is highlighted.")
+        # a stated style that no measured vehicle has is none here either; "What limited the result" names it
+        parts.append("No measured body style is known of this vehicle, so no group is highlighted.")
     if standing.nearest:
         parts.append("Nearest measured: " + "; ".join(clean(n, 80) for n in standing.nearest[:3]) + ".")
     return " ".join(parts)

@@ -135,6 +135,18 @@ def test_too_few_samples_are_no_signal(play):
         play(Tape())
 
 
+def test_of_a_log_that_gave_nothing_the_damage_is_said_before_the_channels(tmp_path):
+    sample = Path(__file__).resolve().parents[2] / "sample_logs" / "ros" / "drive_ros1.mcap"
+    content = bytearray(sample.read_bytes())
+    content[20_000:20_064] = bytes(64)  # in its only chunk; the topics stand in the summary behind it
+    path = tmp_path / "drive.mcap"
+    path.write_bytes(content)
+    with pytest.raises(
+        LogError, match=r"\(MCAP\); the chunk at byte 42 is damaged.*not recognised: 11 of 65"
+    ):
+        load_drive([path])
+
+
 def test_values_out_of_their_range_and_signals_without_samples_are_said(tmp_path):
     path, given = tmp_path / "log.csv", tmp_path / "map.toml"
     rows = "".join(f"{k / 100},{k},{k - 50},\n" for k in range(200))

@@ -158,6 +158,8 @@ def test_names_and_titles():
         assert not title_of(name).endswith(".")
     with pytest.raises(SettingsError, match="did you mean 'sine_with_dwell'"):
         made("sine_with_dwel")
+    with pytest.raises(SettingsError, match=r"known are .*slalom"):
+        made("nope")  # like none of them
 
 
 def test_every_manoeuvre_is_documented():

@@ -55,6 +55,10 @@ def test_the_printed_file_is_valid_and_changes_nothing(tmp_path):
     ("text", "message"),
     [
         (f"[{FIRST.name}x]", rf"unknown table \[{FIRST.name}x\]; did you mean '{FIRST.name}'"),
+        (
+            "[vehicle]",
+            f"unknown table .*known are .*{FIRST.name}",
+        ),  # a vehicle file: not "did you mean 'pitch_plane'"
         ("[zzz]", f"unknown table .*known are .*{FIRST.name}"),
         (
             f"[{FIRST.name}]\n{SETTING.name}z = 1",

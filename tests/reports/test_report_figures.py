@@ -10,7 +10,7 @@ import pytest
 from sample_results import bare, hostile, rich
 
 from reports.document import build_document, draw_plot
-from reports.figures import registry
+from reports.figures import registry, standing
 from reports.figures.drawing import Drawing, FigureSpec, Missing
 from reports.figures.registry import FIGURES
 
@@ -40,6 +40,17 @@ def test_a_bare_drive_says_why_there_is_no_figure(spec: FigureSpec) -> None:
     assert isinstance(drawn, Missing)
     assert len(drawn.reason) > 20
     assert drawn.reason.endswith(".")
+
+
+def test_a_body_style_that_was_stated_is_not_called_unstated() -> None:
+    good = rich()
+    assert good.standing is not None
+    drawn = standing.draw(
+        replace(good, standing=replace(good.standing, body=None))
+    )  # "body" that is none of the measured
+    assert isinstance(drawn, Drawing)
+    assert "No measured body style is known of this vehicle" in drawn.caption
+    assert "not stated" not in drawn.caption
 
 
 @pytest.mark.parametrize("spec", FIGURES, ids=IDS)

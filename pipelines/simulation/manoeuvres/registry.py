@@ -61,7 +61,7 @@ def title_of(name: str) -> str:
 def make_scenario(name: str, vehicle: VehicleFigures, options: Options, rng: np.random.Generator) -> Scenario:
     """Build a manoeuvre for a vehicle. Raises SettingsError for an unknown name, naming the nearest."""
     if name not in MANOEUVRES:
-        near = difflib.get_close_matches(name, MANOEUVRES, n=1, cutoff=0.4)
+        near = difflib.get_close_matches(name, MANOEUVRES, n=1, cutoff=0.5)
         raise SettingsError(
             f"there is no manoeuvre {name!r}",
             hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(MANOEUVRES)}",
