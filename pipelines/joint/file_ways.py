@@ -15,7 +15,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence, Values
 from pipelines.joint.doubts import chance_wrong
-from pipelines.joint.file_check import ANYWHERE, LOAD, of_any, stated_unknowns
+from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.rigid_tyres import log_odds
 from pipelines.joint.unknowns import Known
@@ -27,7 +27,7 @@ WHEELBASE = "stated wheelbase"
 OPEN: Mapping[str, tuple[float, float]] = {
     "stated mass": (0.25, 0.0),
     "stated spring rates": (0.4, 0.0),
-    "stated anti-roll bars": (0.4, 0.0),
+    BARS: (0.4, 0.0),
     "stated place of the CG": (0.0, 0.25),
     "stated height of the CG": (0.25, 0.0),
     "stated roll centres": (0.0, 0.12),
