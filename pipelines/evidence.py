@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 FloatArray = NDArray[np.float64]
-Kind = Literal["vertical", "pitch", "axle", "roll", "longitudinal", "ride"]
+Kind = Literal["vertical", "pitch", "axle", "roll", "longitudinal", "ride", "length"]
 """The physics: forces along the vertical, moments about the pitch axis, about one axle (what loads the other), and about the roll axis,
-forces along the road, and the body's and the wheels' shaking over a rough road."""
+forces along the road, the body's and the wheels' shaking over a rough road, and lengths that tell themselves."""
 
 Values = Mapping[str, float] | Mapping[str, FloatArray]
 """The unknowns by name in SI: a figure each, or (n,) of many vehicles at once."""

@@ -24,7 +24,8 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.channels import WRONG, channels_of
-from pipelines.joint.file_check import LOAD, of_any, stated_unknowns
+from pipelines.joint.file_check import BARS, LOAD, of_any, stated_unknowns
+from pipelines.joint.no_bars import NOT_LOOKED_UP, bars_not_looked_up
 from pipelines.joint.suspension import levelled_n, loaded_rate
 from pipelines.joint.unknowns import AXLES, BY_SPRINGS, CORNERS, SPRINGS_CARRY, Known
 from pipelines.results import FloatArray
@@ -157,6 +158,8 @@ def _file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
                 n: (float(joint.known.mean[joint.known.index(n)]), of_any(joint.known, n)) for n in names[1:]
             }
             found.append(_physics(text, joint.known, {"load": (usual.mean, usual.std), **anywhere}, chance))
+        elif title == BARS and (bars := bars_not_looked_up(joint.known, vehicle)):
+            found.append(_physics(text, joint.known, bars, NOT_LOOKED_UP))
         else:
             found += _wider(text, names, chance)
     return found

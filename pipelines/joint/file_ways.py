@@ -13,24 +13,26 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipelines.evidence import Evidence
+from pipelines.evidence import Evidence, Values
 from pipelines.joint.doubts import chance_wrong
-from pipelines.joint.file_check import ANYWHERE, LOAD, of_any, stated_unknowns
+from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.rigid_tyres import log_odds
 from pipelines.joint.unknowns import Known
+from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
 BRAKE_GAIN = "stated brake gain"
+WHEELBASE = "stated wheelbase"
 OPEN: Mapping[str, tuple[float, float]] = {
     "stated mass": (0.25, 0.0),
     "stated spring rates": (0.4, 0.0),
-    "stated anti-roll bars": (0.4, 0.0),
+    BARS: (0.4, 0.0),
     "stated place of the CG": (0.0, 0.25),
     "stated height of the CG": (0.25, 0.0),
     "stated roll centres": (0.0, 0.12),
     "stated tracks": (0.06, 0.0),
-    "stated wheelbase": (0.06, 0.0),
+    WHEELBASE: (0.06, 0.0),
     "stated roll inertia": (0.3, 0.0),
     BRAKE_GAIN: (0.4, 0.0),
     LOAD: (0.0, 100.0),
@@ -66,6 +68,31 @@ def opened(known: Known, names: Sequence[str], spread: tuple[float, float]) -> K
     return replace(known, std=std)
 
 
+INERTIA, FREED = "pitch_inertia", 6.0
+"""The inertia that was known by the wheelbase, and how many of its spreads it is open by where that may be another."""
+
+
+def with_the_length(known: Known, free: Known) -> tuple[Known, Evidence, float]:
+    """With the wheelbase open: the pitch inertia goes by its square, as far as measured vehicles do.
+
+    Unknowns that allow it, what binds both, and ln of the mass that the inertia's open prior lacks, the second factor being none of a prior.
+    """
+    std, row = free.std.copy(), known.index(INERTIA)
+    std[row] *= FREED
+    usual, length = float(known.mean[row]), float(known.mean[known.index("wheelbase")])
+    spread = np.array([[(float(known.std[row]) / usual) ** 2]])
+
+    def predict(values: Values) -> FloatArray:
+        share = np.asarray(values[INERTIA]) / usual / (np.asarray(values["wheelbase"]) / length) ** 2
+        return share[None] if share.ndim else np.array([share])
+
+    bound = Evidence(
+        "length", "vehicle file", "pitch inertia by the wheelbase", "vehicle file", np.ones(1), spread, predict,
+        (INERTIA, "wheelbase"),
+    )  # fmt: skip
+    return replace(free, std=std), bound, 0.5 * math.log1p(FREED**2)
+
+
 def joined_again(joint: Joint, evidence: Sequence[Evidence], known: Known, free: Known) -> Joint:
     """The posterior with some unknowns more open (`free`), searched from what is usual and from where it was with them as `known`."""
     start = joint.u.copy()
@@ -75,15 +102,18 @@ def joined_again(joint: Joint, evidence: Sequence[Evidence], known: Known, free:
 
 def file_ways(
     joint: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
-) -> Iterator[tuple[str, float, Joint, Known]]:
-    """For each group that the file states: its title, ln odds with the log that it is wrong, the posterior with it open, and its unknowns."""
+) -> Iterator[tuple[str, float, Joint, Known, tuple[Evidence, ...]]]:
+    """For each group that the file states: its title, ln odds with the log that it is wrong, the posterior with it open, unknowns, relations."""
     for title, names in stated_unknowns(vehicle).items():
         # what is stated without a spread is no unknown of the relations
         if any(known.std[known.index(n)] < SURE * abs(known.mean[known.index(n)]) for n in names):
             continue
-        free = opened(known, names, OPEN[title])
-        found = joined_again(joint, evidence, known, free)
+        free, whole, lacking = opened(known, names, OPEN[title]), tuple(evidence), 0.0
+        if title == WHEELBASE and vehicle.get("pitch_inertia_kgm2") is None:
+            free, bound, lacking = with_the_length(known, free)
+            whole = (*whole, bound)
+        found = joined_again(joint, whole, known, free)
         if max(abs(found.u[known.index(n)]) for n in names) > FARTHEST:
             continue
         chance = chance_wrong(title, vehicle)
-        yield title, log_odds(joint, found) + math.log(chance / (1 - chance)), found, free
+        yield title, log_odds(joint, found) + lacking + math.log(chance / (1 - chance)), found, free, whole

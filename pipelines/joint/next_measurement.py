@@ -169,6 +169,7 @@ AGAIN: Mapping[str, str] = {
     "longitudinal": "twice as much braking and accelerating in a straight line, or as much 1.4 times as hard",
     "vertical": "twice the time at steady speed and at rest",
     "ride": "twice the distance on a rough road",
+    "length": "twice the distance on a rough road",
 }
 """What doubles a relation's information: it grows with the time and with the square of the motion."""
 

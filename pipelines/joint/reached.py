@@ -18,7 +18,7 @@ from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
 from pipelines.joint.doubts import BELLOWS
 from pipelines.joint.file_check import LOAD, file_check
-from pipelines.joint.file_ways import BRAKE_GAIN, file_ways
+from pipelines.joint.file_ways import BRAKE_GAIN, WHEELBASE, file_ways
 from pipelines.joint.levelled import TEXT as LEVELLED
 from pipelines.joint.levelled import as_levelled, rather_another_load
 from pipelines.joint.on_stops import NAME as STOPS
@@ -166,6 +166,9 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     if left and plain <= HEARD:
         (plain, way), *left = left
         known, opened = way.known, way.opened
+        if opened == WHEELBASE:
+            # the length that the road shows, and what goes by it, instead of the file's
+            stated = (*stated, *(e for e in way.whole if e.kind == "length"))
         joint, modes = _modes(way.whole, known, rng)
         checks = check(joint)
     total = plain + sum(chance for chance, _ in left)
@@ -206,9 +209,11 @@ def _springs_or_file(
     """Springs that are none any more under the load, figures of the file that may be wrong, slips that may be, and channels of a wrong scale."""
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
-    for title, odds, found, free in file_ways(joint, whole, known, vehicle):
-        alone = title in (BRAKE_GAIN, LOAD)
-        yield _Way(f"{title} wrong", odds, found, free, whole, partial(_not_its, title), title, alone)
+    # the road tells the wheelbase by itself, and no other figure with it
+    measured = any(e.kind == "length" for e in whole)
+    for title, odds, found, free, joined in file_ways(joint, whole, known, vehicle):
+        alone = title in (BRAKE_GAIN, LOAD) or (title == WHEELBASE and measured)
+        yield _Way(f"{title} wrong", odds, found, free, joined, partial(_not_its, title), title, alone)
     for odds, found, unsure in slip_ways(joint, whole, known):
         yield _Way(SLIPS, odds, found, known, unsure, lambda _: SLIPS_TEXT, alone=True)
     for name, odds, found, free in channel_ways(joint, whole, known):

@@ -103,7 +103,7 @@ def _corner_columns(
         }  # fmt: skip
         for name, column in parts.items():
             found[f"{name}_{wheel}"] = smooth(column)
-    speed = _speed(prepared)
+    speed = speed_of(prepared)
     moves = np.full(len(prepared.time_s), np.nan) if speed is None else speed
     for axle in axles:
         pair = [prepared.columns[f"suspension_deflection_{axle[0]}{side}"] for side in "lr"]
@@ -123,7 +123,8 @@ def _into_stops(d: FloatArray, prepared: Prepared, free_m: float, from_stand: bo
     return np.asarray(np.maximum(d - from_m, 0.0) ** 2)
 
 
-def _speed(prepared: Prepared) -> FloatArray | None:
+def speed_of(prepared: Prepared) -> FloatArray | None:
+    """(n,) m/s by the best signal that is there most of the time; None without one."""
     c = prepared.columns
     wheels = [c[f"wheel_speed_{w}"] for w in CORNERS if f"wheel_speed_{w}" in c]
     for column in (
@@ -146,7 +147,7 @@ def _inertial(
     """
     c, n = prepared.columns, len(prepared.time_s)
     found: dict[str, FloatArray] = {}
-    level = {"z": levelled(prepared, angles, _speed(prepared))} if "accel_z" in c else {}
+    level = {"z": levelled(prepared, angles, speed_of(prepared))} if "accel_z" in c else {}
     for axis in "xyz":
         if f"accel_{axis}" in c:
             column = level.get(axis, c[f"accel_{axis}"])
@@ -239,7 +240,7 @@ def _driven(
         found["fy3"] = smooth(c["accel_y"] ** 3)
         found["fy_tilt"] = smooth(-GRAVITY * angles[1])
     found["fz_tilt"] = smooth(tilted(prepared, angles))
-    v = _speed(prepared)
+    v = speed_of(prepared)
     speed = np.zeros(len(prepared.time_s)) if v is None else v
     found["v"], found["v2"] = smooth(speed), smooth(speed * speed)
     found["vdot"] = smooth(speed, 1) if v is not None else found.get("fx", found["v"])

@@ -17,9 +17,10 @@ from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.load_balance.along import along_relation, pads_relation
 from pipelines.estimators.load_balance.answers import answers, behind_the_axles, unanswered
 from pipelines.estimators.load_balance.attitude import attitude_relation
-from pipelines.estimators.load_balance.data import Columns, collect
+from pipelines.estimators.load_balance.data import Columns, collect, speed_of
 from pipelines.estimators.load_balance.evidence import evidence_of
 from pipelines.estimators.load_balance.figures import traces, tracks
+from pipelines.estimators.load_balance.one_road import road_evidence
 from pipelines.estimators.load_balance.relations import relations
 from pipelines.estimators.load_balance.solve import Fit, solve
 from pipelines.joint.doubts import doubts_of, said
@@ -151,20 +152,21 @@ class LoadBalance:
         if not found:
             return self._nothing(known, priors, vehicle, self._lacks(data, known))
         fit = solve(found, known)
+        told = (*evidence_of(fit, data, heavy=heavy), *road_evidence(prepared, speed_of(prepared), known))
         # torques alone hardly tell a wheel that takes none from a per cent of mass
         doubts = doubts_of(fit, vehicle) if data.kinds or data.one_axle else ()
         parameters = answers(fit, data, vehicle, priors, doubts)
         if not data.kinds and not data.one_axle:
             # torques tell the mass, the nose's motion the height; what they seem to tell of the place is the load's prior alone
-            told = MASSES if nod is None else (*MASSES, *HEIGHTS)
-            parameters = {n: p for n, p in parameters.items() if n in told}
+            seen = MASSES if nod is None else (*MASSES, *HEIGHTS)
+            parameters = {n: p for n, p in parameters.items() if n in seen}
         if fit.inflation > CONTRADICTED:
             reason = f"{CONTRADICTION} (misfit {fit.inflation:.1f} times what is usual)"
             return replace(
                 self._nothing(known, priors, vehicle, reason),
                 traces=traces(fit, data),
                 diagnostics=self._figures(fit, data),
-                evidence=evidence_of(fit, data, heavy=heavy),
+                evidence=told,
             )
         rest: dict[str, ParameterEstimate] = {}
         if "tyre" in data.kinds or "axle" in data.kinds:
@@ -181,7 +183,7 @@ class LoadBalance:
             tracks=tracks(fit, data), traces=traces(fit, data),
             assumptions=(*known.assumptions, *self._travel(prepared, data), self._filter(prepared, settings)),
             diagnostics=self._figures(fit, data), used_fraction=used,
-            evidence=evidence_of(fit, data, heavy=heavy),
+            evidence=told,
         )  # fmt: skip
 
     def _nothing(self, known: Known, priors: Mapping[str, Spread], vehicle: Vehicle, reason: str) -> Estimate:

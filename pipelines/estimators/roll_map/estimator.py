@@ -141,7 +141,9 @@ class RollMap:
             angle = pairs
         else:
             angle = ["roll_rate"]
-        optional = ["roll_rate", "yaw_rate", "speed", *pairs]
+        # beside deflections, forces show where a stop begins
+        forces = [name.replace("deflection", "force") for name in pairs]
+        optional = ["roll_rate", "yaw_rate", "speed", *pairs, *forces]
         cutoff = _value(settings, "cutoff_hz")
         # twice as dense as the likelihood takes them: it makes the low-pass good and thins them itself
         first = prepare_signals(
