@@ -40,7 +40,7 @@ def choose_papers(name: str | None, known: Mapping[str, str]) -> tuple[str, ...]
         return tuple(known)
     name = name.lower()
     if name not in known:
-        near = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.5)
         raise SettingsError(
             f"there is no paper {name!r}",
             hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}",

@@ -97,7 +97,7 @@ class StrictTable:
 
 def _nearest(word: str, known: Iterable[str]) -> str:
     names = tuple(known)
-    near = difflib.get_close_matches(word, names, n=1, cutoff=0.4)
+    near = difflib.get_close_matches(word, names, n=1, cutoff=0.5)
     return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(names)}"
 
 

@@ -50,3 +50,4 @@ def test_the_installed_program_repeats_itself_and_names_the_nearest_paper(cogest
     wrong = cogest("reproduce", "pense")
     assert wrong.code == 2
     assert "did you mean 'pence'" in wrong.err
+    assert "known are" in cogest("reproduce", "nope").err  # like none of them

@@ -79,7 +79,7 @@ def preset(name: str, seed: int = 0) -> PlantVehicle:
     if name == RANDOM:
         return random_vehicle(np.random.default_rng([seed, _VEHICLE_STREAM]))
     if name not in PRESETS:
-        near = difflib.get_close_matches(name, (*PRESETS, RANDOM), n=1, cutoff=0.4)
+        near = difflib.get_close_matches(name, (*PRESETS, RANDOM), n=1, cutoff=0.5)
         raise SettingsError(
             f"there is no vehicle {name!r}",
             hint=f"did you mean {near[0]!r}?"

@@ -77,7 +77,7 @@ def parse_load(spec: str, vehicle: PlantVehicle) -> list[Load]:
     name, colon, mass = spec.partition(":")
     if colon:
         if name not in PLACES:
-            near = difflib.get_close_matches(name, PLACES, n=1, cutoff=0.4)
+            near = difflib.get_close_matches(name, PLACES, n=1, cutoff=0.5)
             raise SettingsError(
                 f"load {spec!r}: there is no place {name!r}",
                 hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(PLACES)}",

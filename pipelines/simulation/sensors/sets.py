@@ -113,7 +113,7 @@ SENSOR_SETS: Mapping[str, tuple[str, Units]] = {
 def sensor_set(name: str, mount: Mount = DEFAULT_MOUNT, fit: Fit | None = None) -> SensorSet:
     """A named set. mount: of the inertial unit. Raises SettingsError for an unknown name, naming the nearest."""
     if name not in SENSOR_SETS:
-        near = difflib.get_close_matches(name, SENSOR_SETS, n=1, cutoff=0.4)
+        near = difflib.get_close_matches(name, SENSOR_SETS, n=1, cutoff=0.5)
         raise SettingsError(
             f"there is no sensor set {name!r}",
             hint=f"did you mean {near[0]!r}?" if near else f"known are {', '.join(SENSOR_SETS)}",
