@@ -36,7 +36,7 @@ def _sideways_give(book: Book) -> None:
     rate = book.vehicle.get("tire_lateral_rate_npm")
     if rate is None:
         # every tyre gives sideways, and loads that follow by a third to all of it; most simulators leave it out
-        book.put("patch_side", 0.45 * usual, 0.55 * usual)
+        book.put("patch_side", 0.55 * usual, 0.55 * usual)
         return
     give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
     spread = float(np.hypot(np.hypot(share * rate.std / rate.value, unsure) * give, LEAST_GIVE * usual))

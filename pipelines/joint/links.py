@@ -103,7 +103,7 @@ def _roll_links(book: Book) -> None:
     book.put("wheel_plane", 0.2, 0.4)
 
 
-USUAL_SINKING = (0.6, 0.55)
+USUAL_SINKING = (0.8, 0.55)
 """Of a roll centre, over the body's: struts 1 to 1.8, wishbones 0.5 to 1, beam axles and most simulators none."""
 
 

@@ -120,6 +120,7 @@ def test_struts_give_back_what_they_carry_and_their_arms() -> None:
         assert own.value is not None
         assert own.std is not None
         value, std = posterior.of(OUTPUTS[name])
-        # the joint leaves open about which height the body pitches
-        assert abs(value - own.value) < (1.5 if name == "pitch_arm_m" else 0.7) * max(own.std, std), name
+        # the joint leaves open about which height the body pitches, and expects tyres to give sideways
+        near = {"pitch_arm_m": 1.5, "roll_arm_m": 1.0}.get(name, 0.7)
+        assert abs(value - own.value) < near * max(own.std, std), name
         assert 0.3 * own.std < std < 2.5 * own.std, name

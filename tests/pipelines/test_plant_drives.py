@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from full_plant import clock, demand, sine_with_dwell
 
+from benchmarks.vehicle_data import paths
 from parsers.signals import WHEELS
 from pipelines.simulation.loads import Load
 from pipelines.simulation.plant.run import simulate
@@ -76,8 +77,9 @@ def test_braking_load_transfer_closes() -> None:
     # braked tyres' patches lag behind the axles, and the loads with them
     squash = normal / 250_000
     moment -= float(np.sum(long * squash * 2 / 3))
-    # the body pitches and heaves about the links: its CG goes forward and down
-    arm, pitch = known["pitch_arm_m"], c["pitch_against_road_rad"]
+    # the body pitches over wheels that stay under their hubs, along the links' slopes, and heaves: its CG goes forward and down
+    path, pitch = paths(vehicle)["patch_path_pitch_mprad"][0], c["pitch_against_road_rad"]
+    arm = known["sprung_cg_height_m"] - path
     moment += known["sprung_mass_kg"] * (GRAVITY * arm * pitch + c["heave_m"] * -slowing)
     front = known["mass_kg"] * (1 - known["cg_to_front_axle_m"] / vehicle.wheelbase_m) * GRAVITY
     assert normal[:2].sum() - front == pytest.approx(moment / vehicle.wheelbase_m, rel=0.015)

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from benchmarks.vehicle_data import paths
 from pipelines.evidence import Evidence
 from pipelines.joint.unknowns import Known, before_the_log
 from pipelines.models.roll import GRAVITY
@@ -53,6 +54,7 @@ def _of_the_plant(plant: PlantVehicle, loads: Sequence[Load], mount: Mount) -> d
         "empty_y": plant.sprung_mass_kg * plant.sprung_cg_left_m / plant.mass_kg, "empty_h": plant.cg_height_m,
         "pitch_center_brake": sheet["pitch_center_height_m"],
         "pitch_center_drive": sheet["pitch_center_height_drive_m"],
+        "pitch_path": paths(plant)["patch_path_pitch_mprad"][0],
         "drag": plant.drag_area_m2,
         "rolling": plant.rolling_resistance, "tyre_rate": sheet["tire_vertical_rate_npm"], "brake_gain": plant.brake_gain_nmppa,
         "imu_x": mount.behind_front_axle_m, "imu_y": mount.left_m, "imu_h": mount.above_ground_m,

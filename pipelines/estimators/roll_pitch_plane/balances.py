@@ -20,6 +20,7 @@ CURVE_AT, CURVE_SHARE = 5.0, 0.08
 DRAG_LEVER = (0.35, 0.35)
 ASKEW_STD = 0.02
 USUAL_ARM_M = 0.6
+PIVOT_M, SWING_RADPS = (0.2, 0.2), 8.0
 GYRATION = 1.2
 ACCEL_NOISE = 0.05
 ACCEL_HZ = 100.0
@@ -27,7 +28,8 @@ ACCEL_HZ = 100.0
 carry of the vertical force, kg a kg of braking or driving, and a m/s² of lateral acceleration. LATE: delay between
 sensors. PRODUCT: product of inertia, of m 1 m². CURVE: by how much load transfer may bend by 5 m/s². DRAG_LEVER: moment of
 drag and lift about the struts' middle, N m a (m/s)². ASKEW: how far the inertial unit is turned, rad. USUAL_ARM_M: of load
-transfer, give or take as much. GYRATION: yaw less roll inertia, m² a kg. ACCEL_NOISE: of an accelerometer, m/s² a sample
+transfer, give or take as much. PIVOT: height about which the body nods over its wheels, m: round ones stay under their hubs, feet that
+are points of the body at the road. SWING: of a body on its springs. GYRATION: yaw less roll inertia, m² a kg. ACCEL_NOISE: of an accelerometer, m/s² a sample
 at ACCEL_HZ."""
 
 
@@ -134,4 +136,17 @@ def pitching(planes: Planes, mass: float) -> LinearFit | None:
             columns.append(Column(name, c[name], mean, std))
     if "v2" not in planes.missing:
         columns.append(Column("v2", c["v2"], *DRAG_LEVER))
-    return fit(c["pitch_moment"], tuple(columns), planes.block)
+    # f_x holds the weight of a nodding body as if its feet went with it: those of round wheels stay behind
+    nod = PIVOT_M[0] * GRAVITY * mass * c["nod"] if "nod" in c else 0.0
+    return fit(c["pitch_moment"] - nod, tuple(columns), planes.block)
+
+
+def pivot_doubt(planes: Planes, mass: float) -> float:
+    """kg m² by which the pitch inertia is unsure, as nobody says about which height the body nods over its wheels."""
+    acc = planes.columns["pitch_acc"]
+    power = float(acc @ acc)
+    if "nod" not in planes.columns or power <= 0:
+        # a body that swings on its springs
+        return PIVOT_M[1] * GRAVITY * mass / SWING_RADPS**2
+    nod = planes.columns["nod"]
+    return PIVOT_M[1] * GRAVITY * mass * abs(float((nod - nod.mean()) @ acc)) / power

@@ -43,7 +43,7 @@ class Planes:
 
     columns: total, roll_moment, pitch_moment [N, N m about the middle of track and wheelbase], fx, fy, fz, roll_acc,
     pitch_acc, yaw_acc, v2, vyaw; where deflections are there roll_friction, pitch_friction, total_friction [lever times
-    sign of the struts' motion] and lean [rad]; where rates are, yaw_square and roll_yaw [rad²/s²].
+    sign of the struts' motion], lean and nod [rad]; where rates are, yaw_square and roll_yaw [rad²/s²].
     noise: variance of the noise on roll_acc and pitch_acc. block: which BLOCK_S a row lies in. braking: rows with the
     brakes on. loads: (4,) mean strut forces. how: source of the angular accelerations in words. missing: of fx, fy, fz,
     yaw_acc, v2, vyaw those that stand for a signal that the log has not. drive_rows: rows before holes were left out.
@@ -146,8 +146,10 @@ def _angular(
     return found, noise, how
 
 
-def _from_deflections(prepared: Prepared, tracks: tuple[float, float]) -> dict[str, FloatArray]:
-    """The body's lean; levers times the sign of the struts' motion: what friction does that force sensors do not see."""
+def _from_deflections(
+    prepared: Prepared, tracks: tuple[float, float], wheelbase: float
+) -> dict[str, FloatArray]:
+    """The body's lean and nod; levers times the sign of the struts' motion: what friction does that force sensors do not see."""
     if not _there(prepared, SUSPENSION_DEFLECTIONS):
         return {}
     d = _stack(prepared, SUSPENSION_DEFLECTIONS)
@@ -158,6 +160,8 @@ def _from_deflections(prepared: Prepared, tracks: tuple[float, float]) -> dict[s
         "total_friction": sign.sum(axis=1),
         # of the body against its axles, right side down
         "lean": 0.5 * ((d[:, 1] - d[:, 0]) / tracks[0] + (d[:, 3] - d[:, 2]) / tracks[1]),
+        # against the line of the hubs, nose down
+        "nod": 0.5 * (d[:, 0] + d[:, 1] - d[:, 2] - d[:, 3]) / wheelbase,
     }
 
 
@@ -218,7 +222,7 @@ def collect(prepared: Prepared, tracks: tuple[float, float], wheelbase: float) -
     found["total"] = forces.sum(axis=1)
     found["roll_moment"] = strut_roll_moment(forces, tracks)
     found["pitch_moment"] = strut_pitch_moment(forces, wheelbase)
-    found |= _from_deflections(prepared, tracks)
+    found |= _from_deflections(prepared, tracks, wheelbase)
     return _thinned(prepared, found, noise, how, forces, frozenset(missing))
 
 

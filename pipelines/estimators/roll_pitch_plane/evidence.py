@@ -13,7 +13,7 @@ import numpy as np
 
 from pipelines.estimators.load_transfer.evidence import BODY, ROLL, SCALES, mean_scale, roll_moment
 from pipelines.estimators.roll_pitch_plane.answers import SensorErrors
-from pipelines.estimators.roll_pitch_plane.balances import Wheels
+from pipelines.estimators.roll_pitch_plane.balances import Wheels, pivot_doubt
 from pipelines.estimators.roll_pitch_plane.data import Planes
 from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_CENTER, ROLL_RADPS
@@ -114,5 +114,6 @@ def pitch_evidence(fit: LinearFit, planes: Planes, mass: float, errors: SensorEr
         "imu_h",
         "imu_x",
     )
-    made = _of(fit, "pitch_acc", mass, errors, (doubt,), "pitch", "pitch_plane", inertia, names)
+    doubts = (doubt, pivot_doubt(planes, mass))
+    made = _of(fit, "pitch_acc", mass, errors, doubts, "pitch", "pitch_plane", inertia, names)
     return () if made is None else (made,)

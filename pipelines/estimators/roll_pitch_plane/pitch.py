@@ -19,7 +19,7 @@ from pipelines.estimators.roll_pitch_plane.answers import (
     unexplained,
     unknown,
 )
-from pipelines.estimators.roll_pitch_plane.balances import carried, pitching, usual_size
+from pipelines.estimators.roll_pitch_plane.balances import carried, pitching, pivot_doubt, usual_size
 from pipelines.estimators.roll_pitch_plane.data import CORNERS, FORCE_NEEDS, Planes, collect
 from pipelines.estimators.roll_pitch_plane.evidence import pitch_evidence
 from pipelines.estimators.roll_pitch_plane.figures import assumptions, diagnostics, growing, traces
@@ -177,6 +177,7 @@ def _body(found: PitchFit, m: Masses, draws: Draws, errors: SensorErrors, vehicl
     height = arm + draws.of("pitch_center_height_m", PITCH_CENTER)
     above = draws.place("imu_above_ground_m", float(np.median(height)), 0.2) - height
     doubt = found.pitch.doubt("pitch_acc", NET_MOMENT * float(np.std(found.planes.columns["pitch_moment"])))
+    doubt = float(np.hypot(doubt, pivot_doubt(found.planes, found.load.value("mass"))))
     inertia = (c["pitch_acc"] + draws.normal(0.0, doubt)) * scale + 0.5 * (brake + drive) * above
     inertia = inertia + hubs * (height - m.radius)
     # static: the coefficient of f_z is m d about the middle of the wheelbase, the sensors' zeros and scales on top

@@ -148,7 +148,8 @@ def _all_wheels(
             tan_wheel = (
                 tan_steer / (1.0 - tan_steer * share) if left else tan_steer / (1.0 + tan_steer * share)
             )
-        ground = (height, slope * steps_a_metre * y[at.VX] * body[at.ROAD_ON], grip)
+        uphill = slope * steps_a_metre * body[at.ROAD_ON]
+        ground = (height, uphill * y[at.VX], grip, uphill)
         forces = tire_in_plane(i, y, body, wheels, turn, turning, ground, tan_wheel, dy, aux, work)
         wheel_into_body(i, y, wheels, turn, forces, gravity, body[at.MASS], aux, work)
     return 0.25 * grip_sum

@@ -12,6 +12,7 @@ from pipelines.simulation.plant.tyre import brush, load_factor
 
 Turn = tuple[float, float, float, float, float, float, float, float, float]
 Three = tuple[float, float, float]
+Ground = tuple[float, float, float, float]
 
 STOP_S = 0.002
 """A brake that could stop its wheel within this time holds it instead of turning it back."""
@@ -122,12 +123,12 @@ def _contact(
 
 @lean_kernel
 def tire_in_plane(
-    i: int, y: FloatArray, body: FloatArray, wheels: FloatArray, turn: Turn, turning: Three, ground: Three,
+    i: int, y: FloatArray, body: FloatArray, wheels: FloatArray, turn: Turn, turning: Three, ground: Ground,
     tan_wheel: float, dy: FloatArray, aux: FloatArray, work: FloatArray,
 ) -> tuple[float, float, float, float, float, float, float]:  # fmt: skip
     """Force of the road on one wheel (road axes), squash of its tyre, brake torque, moment about its axle, spin's moment.
 
-    ground: height of the road under the wheel, its rate, friction.
+    ground: height of the road under the wheel, its rate, friction, slope.
     """
     d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
     bent = wheels[i, at.PATH_CURVE] * d
@@ -176,11 +177,13 @@ def tire_in_plane(
     work[8, 1], work[8, 2] = spinning * y[at.SPIN + i] * r, -spinning * y[at.SPIN + i] * p
     # the middle of the load goes with the patch, which lies beside the wheel by the tyre's deflection across
     give = body[at.PATCH_GIVE] * y[at.U_Y + i]
-    work[9, 0], work[9, 1], work[9, 2] = foot_x - sin_wheel * give, foot_y + cos_wheel * give, foot_z + squash
+    # a round wheel meets a slope ahead of its hub, and the road pushes it square to the slope: on a line through the hub
+    ahead = ground[3] * (free - squash) - sin_wheel * give
+    work[9, 0], work[9, 1], work[9, 2] = foot_x + ahead, foot_y + cos_wheel * give, foot_z + squash
     aux[at.W_STEER + i] = tan_wheel
     aux[at.W_NORMAL + i], aux[at.W_LONG + i], aux[at.W_LAT + i] = load, fx, fy
     aux[at.W_ROAD + i] = ground[0]
-    along_x, along_y = cos_wheel * fx - sin_wheel * fy, sin_wheel * fx + cos_wheel * fy
+    along_x, along_y = cos_wheel * fx - sin_wheel * fy - load * ground[3], sin_wheel * fx + cos_wheel * fy
     return along_x, along_y, load, squash, brake, moment, -spinning * dy[at.SPIN + i]
 
 
