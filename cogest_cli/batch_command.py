@@ -9,6 +9,9 @@ import typer
 from cogest_cli.options import Estimators, NoFix, Seed, command_line
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from pipelines.estimators.base import Estimator
     from pipelines.fleet.batch import Batch
     from pipelines.fleet.records import BatchSummary, FoundFleet
     from pipelines.fleet.store import Store
@@ -82,7 +85,7 @@ def batch(
     from reports.fleet.stored import check_fleet_formats
     from reports.write import check_drive_reports
 
-    choose(estimators, known())
+    chosen = choose(estimators, known())
     wanted = check_drive_reports(reports)
     if scheduler is not None and engine != "dask":
         raise EngineError(
@@ -106,15 +109,15 @@ def batch(
     )
     found = find_drives(folder, out)
     if dry_run:
-        _tell_plan(asked, found, events)
+        _tell_plan(asked, found, chosen, events)
         return
     summary = _run(asked, found, events)
     if summary.failed:
         raise typer.Exit(FAILED)
 
 
-def _tell_plan(batch: Batch, found: FoundFleet, as_json: bool) -> None:
-    """Print what would be done, and what each drive lacks."""
+def _tell_plan(batch: Batch, found: FoundFleet, chosen: Sequence[Estimator], as_json: bool) -> None:
+    """Print what would be done, and what each drive lacks for the estimators that are chosen."""
     import json
 
     from cogest_cli.output import show
@@ -128,7 +131,7 @@ def _tell_plan(batch: Batch, found: FoundFleet, as_json: bool) -> None:
     with ProgressLine() as progress:
         for number, drive in enumerate(found.drives):
             progress(f"looking into {drive.name}", number / len(found.drives))
-            outlooks[drive.drive_id] = outlook(drive)
+            outlooks[drive.drive_id] = outlook(drive, chosen=chosen)
     if as_json:
         print(json.dumps(plan_dict(found, plan.states, outlooks, plan.absent), indent=1))
     else:

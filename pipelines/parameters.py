@@ -58,3 +58,8 @@ _TABLE: list[ParameterSpec] = [
 ]  # fmt: skip
 
 PARAMETERS: dict[str, ParameterSpec] = {spec.name: spec for spec in _TABLE}
+
+
+def is_positive(name: str) -> bool:
+    """Whether a parameter is above nought in every vehicle."""
+    return name in PARAMETERS and PARAMETERS[name].positive

@@ -20,6 +20,7 @@ from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
+from parsers.checks.torque_signs import torque_signs
 from parsers.checks.travel import wrong_travel
 from parsers.checks.travel_range import impossible_travel
 from parsers.checks.twins import twins
@@ -202,14 +203,15 @@ def decide(
         work = {name: signal for name, signal in work.items() if name not in dead}
         present = make_grid(fixes(work), first.grid)
     signs = judge_signs(present)
-    grid = signs.grid
-    work = _scaled(work, dict.fromkeys(signs.inverted, -1.0))
+    pushes = torque_signs(work, signs.grid)
+    inverted = signs.inverted | {each.signal for each in pushes}
+    grid = signs.grid.scaled({each.signal: -1.0 for each in pushes})
+    work = _scaled(work, dict.fromkeys(inverted, -1.0))
     idle = stuck(work, grid) + dead_brakes(work, grid)
     twice = net_torque({n: s for n, s in work.items() if n not in {each.signal for each in idle}}, grid)
     wild |= {each.signal: each for each in twice if each.applied}
-    rest = [
-        *odd.decisions,
-        *signs.decisions,
+    rest = [*odd.decisions, *signs.decisions, *pushes]
+    rest += [
         *wild.values(),
         *(each for each in (*still, *twice) if not each.applied),
         *idle,
@@ -222,7 +224,7 @@ def decide(
     )
     findings = Findings(
         first.factors,
-        signs.inverted ^ odd.inverted,
+        inverted ^ odd.inverted,
         left_out,
         tuple(first.units),
         tuple(spikes),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 from parsers.errors import CogestError, LogError
@@ -9,6 +10,7 @@ from parsers.importer import Importer
 from parsers.load import LoadOptions, OpenedLog, open_log
 from parsers.mapping import propose, read_map
 from parsers.registry import find_importer
+from pipelines.estimators.base import Estimator
 from pipelines.estimators.registry import estimators
 from pipelines.fleet.listing import path_of
 from pipelines.fleet.records import FoundDrive
@@ -31,7 +33,7 @@ class Outlook:
 
     signals: canonical names that its channels map to, sorted; a channel that turns out to be empty counts still.
     ready: names of the estimators that have all they need. missing: (estimator, what it lacks, in words).
-    cannot: (parameter, what the estimator that comes nearest to telling it lacks), of `ASKED`, those that none can tell.
+    cannot: (parameter, what the estimator that comes nearest to telling it lacks), of `ASKED`, those that none of the chosen can tell.
     problem: why the drive will fail, or why this was not looked at; "" where neither. dated: whether a log says when it
     was recorded, in whatever time zone.
     """
@@ -50,10 +52,12 @@ def _has_date(opened: OpenedLog) -> bool:
     return reader.absolute or reader.start_utc_ns is not None or opened.log.local_start_ns is not None
 
 
-def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
+def outlook(
+    drive: FoundDrive, most_bytes: int = MOST_BYTES, chosen: Sequence[Estimator] | None = None
+) -> Outlook:
     """Look at a drive's channels. Raises nothing: what goes wrong is the outlook's `problem`.
 
-    Costs the logs' tables of contents; CAN logs are gone through once, unless they have more than `most_bytes`.
+    chosen: the estimators that would run; None for all. Costs the logs' tables of contents; CAN logs are gone through once, unless they have more than `most_bytes`.
     """
     try:
         vehicle = read_vehicle(path_of(drive.vehicle)) if drive.vehicle else None
@@ -76,7 +80,7 @@ def outlook(drive: FoundDrive, most_bytes: int = MOST_BYTES) -> Outlook:
             signals |= propose(opened.reader.channels, options.map, options.radius).keys()
         if not signals:
             return Outlook(problem="no channel maps to a signal: name the channels in a map.toml")
-        return replace(_compared(signals, vehicle), dated=dated)
+        return replace(_compared(signals, vehicle, estimators() if chosen is None else chosen), dated=dated)
     except CogestError as error:
         return Outlook(problem=error.problem)
     except OSError as error:
@@ -87,9 +91,9 @@ def _is_scanned(importer: Importer) -> bool:
     return importer.name in _SCANNED
 
 
-def _compared(signals: set[str], vehicle: Vehicle | None) -> Outlook:
+def _compared(signals: set[str], vehicle: Vehicle | None, chosen: Sequence[Estimator]) -> Outlook:
     """Compare what there is with what each estimator needs."""
-    found = [(estimator, readiness(estimator, signals, vehicle)) for estimator in estimators()]
+    found = [(estimator, readiness(estimator, signals, vehicle)) for estimator in chosen]
     lacking = [(estimator, _lack(ready)) for estimator, ready in found if not ready.ready]
     told = {name for estimator, ready in found if ready.ready for name in estimator.parameters}
     cannot = []
@@ -98,6 +102,8 @@ def _compared(signals: set[str], vehicle: Vehicle | None) -> Outlook:
         if parameter not in told and ways:
             nearest, lack = min(ways, key=lambda way: len(way[1]))
             cannot.append((parameter, f"{nearest.name} lacks {'; '.join(lack)}"))
+        elif parameter not in told:
+            cannot.append((parameter, "none of the chosen estimators tells it"))
     return Outlook(
         signals=tuple(sorted(signals)),
         ready=tuple(ready.estimator for _, ready in found if ready.ready),

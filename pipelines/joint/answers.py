@@ -13,6 +13,7 @@ from pipelines.joint.conflict import Check, held
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, bits
 from pipelines.joint.posterior import Joint
 from pipelines.joint.tails import density
+from pipelines.parameters import is_positive
 from pipelines.results import (
     FloatArray,
     Identification,
@@ -80,6 +81,8 @@ SOURCE = "vehicle file and what is known of the load"
 OPENED, MOVED = 1.25, 1.0
 """Spread over that before the log, and standard deviations off it, from which on a drive that narrows nothing leaves open what the file seemed to know:
 one of its figures is doubted."""
+
+OF_NO_VEHICLE = "what this drive shows against the vehicle file is of no vehicle"
 
 RESTS = "the empty vehicle's part is the file's {}, which this drive hardly checks"
 CHECKED = 0.8
@@ -250,6 +253,15 @@ def prior_record(prior: Spread, *, whole: bool = False) -> Prior:
     return Prior(prior.mean, prior.whole_std if whole else prior.std, SOURCE)
 
 
+def _positive(name: str) -> bool:
+    return is_positive(name) or name.endswith(NEVER_NEGATIVE)
+
+
+def _of_no_vehicle(name: str, answer: Told) -> bool:
+    """Whether figures of what is above nought in every vehicle lie below it, or reach it within one spread: a wrong log or file makes such."""
+    return _positive(name) and answer.value <= answer.std
+
+
 def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Collection[Kind]) -> str:
     """Of a parameter that the drive does not tell, why its figures are not those of the file alone; else empty."""
     if prior is None:
@@ -286,7 +298,7 @@ def estimate_of(
     kinds = {e.kind for e in evidence if e.carrier not in blind}
     left = None if prior is None else left_of(name, prior, answer.std, answer.low, answer.high)
     status = status_of(name, answer.value, answer.std, left, kinds)
-    if name.endswith(NEVER_NEGATIVE) and answer.low <= 0:
+    if _positive(name) and answer.low <= 0:
         # of what no vehicle has less than nothing of, such an interval says nothing
         status = "not_identifiable"
     file_std = prior.std if prior is not None else math.inf
@@ -296,12 +308,10 @@ def estimate_of(
     if prior is None and status == "not_identifiable":
         return ParameterEstimate(name, None, None, None, None, status, reason, None, reference, ())
     words = _opened_by_drive(name, answer, prior, kinds) if status == "not_identifiable" else ""
+    if prior is not None and words and _of_no_vehicle(name, answer):
+        reason, words = f"{OF_NO_VEHICLE}; {lacks}", ""
     if prior is not None and words:
-        low, high = (
-            (max(answer.low, 0.0), answer.high)
-            if name.endswith(NEVER_NEGATIVE)
-            else (answer.low, answer.high)
-        )
+        low, high = (max(answer.low, 0.0) if _positive(name) else answer.low), answer.high
         # whole, as all that is shown of what a drive does not tell
         return ParameterEstimate(
             name, answer.value, answer.std, low, high, status, f"{words}; {lacks}", prior_record(prior, whole=True), reference,

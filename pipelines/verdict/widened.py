@@ -13,16 +13,11 @@ import math
 from dataclasses import replace
 
 from pipelines.joint.answers import FAIR, GOOD_ALONE, MOVED, OPENED
-from pipelines.parameters import PARAMETERS
+from pipelines.parameters import is_positive
 from pipelines.results import ParameterEstimate, Prior
 
 QUANTILE = 1.96
 ALONE, SHARE = 0.9, 0.3
-
-
-def is_positive(name: str) -> bool:
-    """Whether a parameter is above nought in every vehicle."""
-    return name in PARAMETERS and PARAMETERS[name].positive
 
 
 def says_little(name: str, value: float, std: float, prior: Prior | None, fair: float = FAIR) -> bool:

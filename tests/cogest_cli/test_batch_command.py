@@ -147,6 +147,23 @@ def test_a_dry_run_lists_and_makes_nothing(cogest, little_fleet, tmp_path) -> No
     assert not (tmp_path / "store").exists()
 
 
+def test_a_dry_run_lists_the_estimators_that_are_chosen_alone(cogest, little_fleet, tmp_path) -> None:
+    run = cogest(
+        "batch", little_fleet, "--out", tmp_path / "store", "--dry-run", "--json", "--estimators", "roll_map"
+    )
+    outlooks = [each["outlook"] for each in json.loads(run.out)["drives"] if each.get("outlook")]
+    assert outlooks
+    able = [each for each in outlooks if each["ready"]]
+    assert able
+    assert all(each["ready"] == ["roll_map"] for each in able)
+    assert {name for each in outlooks for name, _ in each["missing"]} <= {"roll_map"}
+    # what no chosen estimator gives is not among what may be told
+    assert all(
+        dict(each["cannot"])["cg_to_front_axle_m"] == "none of the chosen estimators tells it"
+        for each in able
+    )
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -106,6 +106,21 @@ def test_an_interval_that_holds_heights_below_the_ground_tells_nothing() -> None
     assert above.status == "identified"
 
 
+@pytest.mark.parametrize(("value", "std"), [(-1049.0, 3674.0), (280.0, 1714.0)])
+@pytest.mark.parametrize("name", ["roll_inertia_kgm2", "roll_arm_m", "cg_to_front_axle_m"])
+def test_figures_of_no_vehicle_are_not_given_for_what_was_known_before(
+    name: str, value: float, std: float
+) -> None:
+    """A log that contradicts its file beyond doubt, as by an inverted torque, leaves any figure open: these were printed."""
+    told = Told(value, std, value - 1.96 * std, value + 1.96 * std, None)
+    found = estimate_of(name, told, PRIOR, (), None, rolling())
+    assert (found.value, found.status, found.sources) == (90e3, "not_identifiable", ("prior",))
+    assert (found.low, found.high) == PRIOR.interval
+    assert found.reason.startswith("what this drive shows against the vehicle file is of no vehicle; ")
+    aside = estimate_of("cg_lateral_offset_m", told, PRIOR, (), None, rolling())
+    assert (aside.value, aside.low) == (value, told.low)
+
+
 def test_two_figures_that_miss_by_chance_do_not_widen_every_answer() -> None:
     """chi² 3.4 of two comes every fifth time; 34 of twenty once in forty, and says that spreads are too narrow."""
     few = find_mode([linear({"load": 1.0}, 0.0, 1.0), linear({"load": 1.0}, 2.6, 1.0)], KNOWN)

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from pipelines.parameters import PARAMETERS
+from pipelines.parameters import PARAMETERS, is_positive
 from pipelines.prepare.lateral_scale import LateralDoubt, as_sure_as_the_scale
 from pipelines.prepare.load_step import LoadStep
 from pipelines.results import ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.combine import _Given, as_sure_as_its_relation
 from pipelines.verdict.two_loads import holding_both_loads
-from pipelines.verdict.widened import is_positive, not_told, widened
+from pipelines.verdict.widened import not_told, widened
 
 GRADIENT = "roll_gradient_degpg"
 
