@@ -91,8 +91,7 @@ def batch(
         raise EngineError(
             "--scheduler goes with --engine dask", hint="give both, or neither", wrong_usage=True
         )
-    # what cannot be is said before the folder is walked
-    engine_named(engine, workers, scheduler)
+    engine_named(engine, workers, scheduler)  # what cannot be is said before the folder is walked
     asked = Batch(
         folder=folder,
         store=out,

@@ -27,7 +27,14 @@ from pipelines.simulation.plant.driver import (
     steering,
 )
 from pipelines.simulation.plant.solve import solve_six
-from pipelines.simulation.plant.wheel import Three, Turn, suspension, tire_in_plane, wheel_into_body
+from pipelines.simulation.plant.wheel import (
+    Three,
+    Turn,
+    hub_place,
+    suspension,
+    tire_in_plane,
+    wheel_into_body,
+)
 
 GRAVITY = 9.80665
 
@@ -244,11 +251,7 @@ def _wheel_accelerations(
         d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
         bent = wheels[i, at.PATH_CURVE] * d
         ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y] + bent
-        x, yy, z = (
-            wheels[i, at.HUB_X] + d * ex,
-            wheels[i, at.HUB_Y] + d * (ey - 0.5 * bent),
-            wheels[i, at.HUB_Z] + d,
-        )
+        x, yy, z = hub_place(i, y, wheels)
         dot = p * x + q * yy + r * z
         square = p * p + q * q + r * r
         fx = ax + by * z - bz * yy + p * dot - square * x

@@ -122,6 +122,18 @@ def _contact(
 
 
 @lean_kernel
+def hub_place(i: int, y: FloatArray, wheels: FloatArray) -> Three:
+    """Of one wheel, from the sprung CG in body axes: as far along its guide as the wheel is deflected."""
+    d = y[at.DEFLECTION + i]
+    sideways = wheels[i, at.HUB_PATH_Y] + 0.5 * wheels[i, at.PATH_CURVE] * d
+    return (
+        wheels[i, at.HUB_X] + d * wheels[i, at.HUB_PATH_X],
+        wheels[i, at.HUB_Y] + d * sideways,
+        wheels[i, at.HUB_Z] + d,
+    )
+
+
+@lean_kernel
 def tire_in_plane(
     i: int, y: FloatArray, body: FloatArray, wheels: FloatArray, turn: Turn, turning: Three, ground: Ground,
     tan_wheel: float, dy: FloatArray, aux: FloatArray, work: FloatArray,
@@ -141,8 +153,7 @@ def tire_in_plane(
     p, q, r = y[at.P], y[at.Q], y[at.R]
     vx, vy, vz = q * z - r * yy + v * ex, r * x - p * z + v * ey, p * yy - q * x + v
     # a round wheel stands under its hub however the body pitches, and leans with it in roll
-    hx, hz = wheels[i, at.HUB_X] + d * wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_Z] + d
-    hy = wheels[i, at.HUB_Y] + d * (wheels[i, at.HUB_PATH_Y] + 0.5 * bent)
+    hx, hy, hz = hub_place(i, y, wheels)
     foot_x = turn[0] * hx + turn[1] * hy + turn[2] * hz
     foot_y = turn[4] * yy + turn[5] * z
     foot_z = turn[6] * hx + turn[7] * hy + turn[8] * hz - turn[5] * (yy - hy) + turn[4] * (z - hz)
@@ -210,11 +221,7 @@ def wheel_into_body(
     push += brake * wheels[i, at.BRAKE_TURN] - aux[at.W_FORCE + i]
 
     ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y] + bent
-    hx, hy, hz = (
-        wheels[i, at.HUB_X] + d * ex,
-        wheels[i, at.HUB_Y] + d * (ey - 0.5 * bent),
-        wheels[i, at.HUB_Z] + d,
-    )
+    hx, hy, hz = hub_place(i, y, wheels)
     p, q, r = y[at.P], y[at.Q], y[at.R]
     mass = wheels[i, at.UNSPRUNG]
     n = ex * ex + ey * ey + 1.0
