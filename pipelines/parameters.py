@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from parsers.signals import WHEELS
@@ -63,3 +64,13 @@ PARAMETERS: dict[str, ParameterSpec] = {spec.name: spec for spec in _TABLE}
 def is_positive(name: str) -> bool:
     """Whether a parameter is above nought in every vehicle."""
     return name in PARAMETERS and PARAMETERS[name].positive
+
+
+def spread_text(std: float) -> str:
+    """A standard deviation as tables print it: two figures, thousands apart by a narrow no-break space from 10 000 on."""
+    if not (math.isfinite(std) and std > 0):
+        return f"{std:g}"
+    decimals = 1 - int(f"{std:.1e}".partition("e")[2])  # of the rounded one: 0.0998 is 0.10
+    rounded = round(std, decimals)
+    thousands = "," if rounded >= 1e4 else ""
+    return f"{rounded:{thousands}.{max(decimals, 0)}f}".replace(",", "\u202f")

@@ -13,6 +13,7 @@ from parsers.checks.codes import USUAL_MOST
 from parsers.checks.grid import BoolArray, Grid, Together, compare, size
 from parsers.checks.motion import MIN_SPEED, path_speed, path_turn_rate, smooth
 from parsers.checks.pedals import by_pedals
+from parsers.checks.springs import springs_tilt
 from parsers.quantiles import median
 
 _SHARP = 0.2
@@ -22,6 +23,18 @@ _HINT = 2.0
 _VARIED, _ALIKE = 0.1, 0.5
 _TURNS_ALIKE = 0.85
 _LEAST_ALONG = 0.85
+_LEAST_PUSHED, _LEAST_LOOSELY = 0.75, 0.4
+_LEAST_BY_ROADS, _MOST_BY_ROADS = 0.001, 0.4
+"""Rad per m/s²: drives on roads of all kinds come to 0.002 to 0.05."""
+_TWO_THIRDS = 0.68
+_LEAST_RATE, _MOST_RATE = 0.0006, 0.5
+"""rad/s: 0.001 (standing, a gyro's noise) to 0.1 in drives; in deg/s 0.5 to 4."""
+_STANDS = 2.2
+"""More than it costs that one axis of a sensor has a unit of its own."""
+_TRACKS_M, _WHEELBASES_M = 3.0, 5.5
+"""Twice a track, and twice a wheelbase: what `springs_tilt` grows by for one rad."""
+_LEAST_OF_SPRINGS, _MOST_OF_SPRINGS = 0.5, 40.0
+"""The body's turning over the springs' is 1 to 2.5; deflections in inches called mm make it 60 at the most, deg/s called rad/s 60 and more."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +80,7 @@ def collect(grid: Grid) -> list[Evidence]:
         _lateral,
         _long,
         _angles,
+        _rates,
     )
     return [
         each for finder in finders for each in finder(grid) if each.ratio > 0 and math.isfinite(each.ratio)
@@ -204,6 +218,31 @@ def _angles(grid: Grid) -> Iterator[Evidence]:
         elif turning is not None and push is not None:
             found = compare(turning, grid.rate(push))
             powers = {rate: 1.0, drive: -1.0}
-            yield from _related(
-                found, powers, span, f"{rate} over the change of {drive} is [rad per m/s²]", 0.75
-            )
+            text = f"{rate} over the change of {drive} is [rad per m/s²]"
+            if found is not None and abs(found.correlation) < _LEAST_PUSHED:
+                # roads turn the body as well, by no more than a few times what pushes it
+                span = (min(span[0], _LEAST_BY_ROADS), _MOST_BY_ROADS)
+            yield from _related(found, powers, span, text, _LEAST_LOOSELY)
+
+
+def _rates(grid: Grid) -> Iterator[Evidence]:
+    """Each axis of a gyro by itself: by its size on any drive, and by what the springs show of the same turning.
+
+    Of the springs only too large a rate is told: deflections in cm called m are as much too large as rad/s called deg/s are too small.
+    """
+    for rate, angle, metres in (("roll_rate", "roll", _TRACKS_M), ("pitch_rate", "pitch", _WHEELBASES_M), ("yaw_rate", "", 1.0)):  # fmt: skip
+        turning = grid.get(rate)
+        if turning is None or not np.isfinite(turning).any():
+            continue
+        spread = size(turning - median(turning[np.isfinite(turning)]), _TWO_THIRDS)
+        text = f"{rate} is within {{ratio}} rad/s for two thirds of the drive"
+        if spread > 0:
+            # an axis that stands still is no reason to multiply it, but one not to divide it with the others
+            yield Evidence({rate: 1.0}, spread, min(spread, _LEAST_RATE), math.inf, _STANDS, text)
+            if angle:
+                yield Evidence({rate: 1.0}, spread, 1e-9, _MOST_RATE, _HINT, text)
+        springs = springs_tilt(grid, angle) if angle else None
+        if springs is not None:
+            found = compare(turning, grid.rate(springs) / metres)
+            text = f"{rate} over that of the springs is"
+            yield from _related(found, {rate: 1.0}, (1e-9, _MOST_OF_SPRINGS), text, _LEAST_OF_SPRINGS)

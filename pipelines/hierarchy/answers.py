@@ -13,10 +13,11 @@ from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.parts import FILE
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior, inverse
 from pipelines.hierarchy.records import DriveTold, VehicleParameter
-from pipelines.joint.answers import FAIR, GOOD, OPENED, SEEN_BY, digits_of, left_of, prior_record, status_of
+from pipelines.joint.answers import FAIR, GOOD, OPENED, SEEN_BY, left_of, prior_record, status_of
 from pipelines.joint.empty import FIGURES, Figure, figure_at
 from pipelines.joint.information import NEVER_NEGATIVE, Spread
 from pipelines.joint.kept import KeptRelations
+from pipelines.parameters import spread_text
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.verdict.combine import ASIDE
 
@@ -29,7 +30,7 @@ MAY_BE_NONE = "anti_roll"
 """How names of the vehicle's figures end that are above nought in every vehicle, and begin that are nought in those without a bar."""
 LATERAL = "cg_lateral_offset_m"
 NO_DRAWS: FloatArray = np.zeros(0)
-WITH = "with all {count} drives of the vehicle: ± {std:.{digits}f}, this drive alone {alone}"
+WITH = "with all {count} drives of the vehicle: ± {std}, this drive alone {alone}"
 
 
 @dataclass(frozen=True)
@@ -63,12 +64,12 @@ def _lateral(kept: KeptRelations) -> bool:
     return bool(np.any(np.abs(kept.rows[leans, kept.names.index("load_y")]) > 0))
 
 
-def _alone(entry: ParameterEstimate | None, digits: int) -> str:
+def _alone(entry: ParameterEstimate | None) -> str:
     if entry is None or entry.std is None:
         return "says nothing"
     if entry.status == "not_identifiable":
-        return f"adds little to what was known (± {entry.std:.{digits}f})"
-    return f"± {entry.std:.{digits}f}"
+        return f"adds little to what was known (± {spread_text(entry.std)})"
+    return f"± {spread_text(entry.std)}"
 
 
 def _says_more_alone(drive: DriveTold, own: ParameterEstimate | None, std: float) -> bool:
@@ -107,18 +108,17 @@ def _answer(
         status = "not_identifiable"
     if own is None and (name in ASIDE and status == "not_identifiable"):
         return None
-    digits = digits_of(name)
     if _says_more_alone(drive, own, std):
         return own
     wrong = refused(drive, name)
     if wrong and status == "identified":
         status = "weak"
-    reason = wrong + WITH.format(count=count, std=std, digits=digits, alone=_alone(own, digits))
+    reason = wrong + WITH.format(count=count, std=spread_text(std), alone=_alone(own))
     if status == "not_identifiable":
         if own is None or own.std is None or std >= own.std:
             return own
         # of this drive alone hardly anything is seen; that of the vehicle which its other drives saw holds for it as well
-        reason = f"{wrong}this drive adds little; what is known of the vehicle by all its {count} drives: ± {std:.{digits}f}"
+        reason = f"{wrong}this drive adds little; what is known of the vehicle by all its {count} drives: ± {spread_text(std)}"
     sources = tuple(dict.fromkeys((*(own.sources if own is not None else ()), SOURCE)))
     return ParameterEstimate(
         name, value, std, value - half, value + half, status, reason,

@@ -13,7 +13,7 @@ from pipelines.joint.conflict import Check, held
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, bits
 from pipelines.joint.posterior import Joint
 from pipelines.joint.tails import density
-from pipelines.parameters import is_positive
+from pipelines.parameters import is_positive, spread_text
 from pipelines.results import (
     FloatArray,
     Identification,
@@ -137,11 +137,6 @@ def _needs(name: str) -> str:
     return NEEDS["height" if any(w in name for w in ("height", "arm", "stiffness")) else "place"]
 
 
-def digits_of(name: str) -> int:
-    """Digits after the point in words."""
-    return 4 if name.endswith("_m") else 2 if name.endswith("_m2") else 0
-
-
 def told(
     value: float,
     gradient: FloatArray,
@@ -234,14 +229,13 @@ def reason_of(
     name: str, status: Identification, shares: Sequence[Share], file_std: float, std: float, lacks: str
 ) -> str:
     """In words: which relations brought it, and what it would have been without; where it is wide, what it lacks."""
-    digits = digits_of(name)
     brought = [s for s in shares if s.bits > HARDLY]
-    words = listed([f"{s.relation} (± {s.std_without:.{digits}f} without it)" for s in brought])
+    words = listed([f"{s.relation} (± {spread_text(s.std_without)} without it)" for s in brought])
     if not words:
         words = "all relations alike: " + listed([s.relation for s in shares])
     if status == "not_identifiable":
         if std < 0.02 * file_std:
-            return f"known before to ± {file_std:.{digits}f}"
+            return f"known before to ± {spread_text(file_std)}"
         return f"this drive adds little to what was known; {lacks}"
     if status == "weak":
         return f"from {words}; the interval is still wide; {lacks}"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,12 +11,13 @@ import pytest
 from scipy.stats import norm
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import Told, digits_of, estimate_of, learned_of, unchecked
+from pipelines.joint.answers import Told, estimate_of, learned_of, unchecked
 from pipelines.joint.inference import _inflation
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, prior_spreads, slopes
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.unknowns import before_the_log
-from pipelines.results import ParameterEstimate
+from pipelines.parameters import spread_text
+from pipelines.results import ParameterEstimate, Share
 from pipelines.vehicles.vehicle import parse_vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
@@ -182,10 +184,17 @@ def test_what_was_known_before_has_the_interval_of_its_draws() -> None:
     assert (found.low, found.high) == pytest.approx((90e3 + 2500 * 0.0253, 90e3 + 2500 * 3.689), rel=2e-3)
 
 
-def test_words_have_the_digits_that_a_spread_needs() -> None:
-    assert {n: digits_of(n) for n in ("cg_height_m", "mass_kg", "drag_area_m2", "roll_inertia_kgm2")} == {
-        "cg_height_m": 4, "mass_kg": 0, "drag_area_m2": 2, "roll_inertia_kgm2": 0,
-    }  # fmt: skip
+def test_words_have_the_digits_of_the_table() -> None:
+    """A spread stood as ± 35444 beside 80 000 ± 18 000."""
+    spreads = (0.01634, 0.0998, 1.449, 12.0, 99.7, 1714.0, 9960.0, 35444.0, 1.26e6, math.inf)
+    assert [spread_text(std).replace("\u202f", " ") for std in spreads] == [
+        "0.016", "0.10", "1.4", "12", "100", "1700", "10 000", "35 000", "1 300 000", "inf",
+    ]  # fmt: skip
+    told = Told(80e3, 18e3, 44e3, 116e3, None)
+    wide = Spread(90e3, 50e3, 90e3 + 50e3 * norm.ppf(np.linspace(0, 1, 4001)[1:-1]))
+    share = Share("Roll balance", 1.0, 35444.0, 20e3)
+    found = estimate_of("roll_stiffness_nmprad", told, wide, (share,), None, rolling())
+    assert "Roll balance (± 35\u202f000 without it)" in found.reason
 
 
 def test_the_files_figure_that_no_drive_checks_is_named_with_the_answer() -> None:

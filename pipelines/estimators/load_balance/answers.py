@@ -19,6 +19,7 @@ from pipelines.joint.outputs import outputs_of as all_outputs
 from pipelines.joint.posterior import both_ways, central, values_at
 from pipelines.joint.unknowns import CORNERS, Known
 from pipelines.models.axle_load import patch_shift
+from pipelines.parameters import spread_text
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -41,25 +42,18 @@ def outputs_of(
     return middle, {name: central(column) for name, column in whole.items()}
 
 
-def _taught(fit: Fit, gradient: FloatArray, std: float, digits: int) -> list[str]:
+def _taught(fit: Fit, gradient: FloatArray, std: float) -> list[str]:
     """The balances without which the spread would be clearly larger, the first the most."""
     found = []
     for i, reduced in enumerate(fit.reduced):
         alone = fit.inflation * math.sqrt(float(gradient @ without(fit, i) @ gradient))
         if alone > 1.03 * std:
-            found.append((alone, f"{reduced.relation.title} (± {alone:.{digits}f} without it)"))
+            found.append((alone, f"{reduced.relation.title} (± {spread_text(alone)} without it)"))
     return [words for _, words in sorted(found, reverse=True)]
 
 
 def _all_taught(fit: Fit) -> str:
     return ", ".join(r.relation.title for r in fit.reduced)
-
-
-DIGITS = {"kg": 0, "m": 4, "d": 0}
-
-
-def _digits(name: str) -> int:
-    return 4 if name.endswith("_m") else 0
 
 
 MISSING = {
@@ -90,7 +84,7 @@ def answers(
         prior = priors[name]
         left = left_of(name, prior, answer.std, answer.low, answer.high)
         status = status_of(name, answer.value, answer.std, left, kinds)
-        taught = _taught(fit, after[name], std, _digits(name))
+        taught = _taught(fit, after[name], std)
         told = "from " + ", ".join(taught) if taught else f"from all balances alike: {_all_taught(fit)}"
         if status == "not_identifiable":
             reason = f"this drive adds little to what the vehicle file says: {_missing(name)}"
