@@ -90,7 +90,8 @@ def _residual(q: FloatArray, body: FloatArray, wheels: FloatArray, lateral_mps2:
     )
     force = np.column_stack([np.zeros(4), lateral, normal])
     contact = feet + squash[:, None] * np.array([0.0, 0.0, 1.0])
-    contact[:, 1] += body[at.PATCH_GIVE] * _across(q, body, wheels, lateral, normal)
+    aside = body[at.PATCH_GIVE] * _across(q, body, wheels, lateral, normal)
+    contact[:, 1] += aside
     weight = masses[:, None] * pull
     moment = turn.T @ (np.cross(contact, force) + np.cross(hubs, weight)).sum(axis=0)
     # rolling wheels resist the turn: spin times yaw rate is acceleration over radius
@@ -99,7 +100,7 @@ def _residual(q: FloatArray, body: FloatArray, wheels: FloatArray, lateral_mps2:
     )
     foot_path, hub_path = paths(wheels, q[3:])
     guide = ((force @ turn) * foot_path).sum(axis=1) + ((weight @ turn) * hub_path).sum(axis=1)
-    guide -= spring_forces(q[3:], body, wheels)
+    guide += normal * aside * wheels[:, at.CAMBER_RATE] - spring_forces(q[3:], body, wheels)
     return np.concatenate([[normal.sum() + total * pull[2], moment[0], moment[1]], guide])
 
 

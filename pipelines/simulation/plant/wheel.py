@@ -190,6 +190,7 @@ def tire_in_plane(
     give = body[at.PATCH_GIVE] * y[at.U_Y + i]
     # a round wheel meets a slope ahead of its hub, and the road pushes it square to the slope: on a line through the hub
     ahead = ground[3] * (free - squash) - sin_wheel * give
+    work[8, 3] = cos_wheel * give
     work[9, 0], work[9, 1], work[9, 2] = foot_x + ahead, foot_y + cos_wheel * give, foot_z + squash
     aux[at.W_STEER + i] = tan_wheel
     aux[at.W_NORMAL + i], aux[at.W_LONG + i], aux[at.W_LAT + i] = load, fx, fy
@@ -218,6 +219,8 @@ def wheel_into_body(
     d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
     bent = wheels[i, at.PATH_CURVE] * d
     push = wheels[i, at.FOOT_PATH_X] * bx + (wheels[i, at.FOOT_PATH_Y] + bent) * by + bz
+    # a load beside its wheel turns the carrier, which takes the body's lean from the wheel as it goes along its guide
+    push += bz * work[8, 3] * wheels[i, at.CAMBER_RATE]
     push += brake * wheels[i, at.BRAKE_TURN] - aux[at.W_FORCE + i]
 
     ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y] + bent
