@@ -252,8 +252,8 @@ def _positive(name: str) -> bool:
 
 
 def _of_no_vehicle(name: str, answer: Told) -> bool:
-    """Whether figures of what is above nought in every vehicle lie below it, or reach it within one spread: a wrong log or file makes such."""
-    return _positive(name) and answer.value <= answer.std
+    """Whether figures of what is above nought in every vehicle lie below it, or reach it within half a spread: a wrong log or file makes such."""
+    return _positive(name) and answer.value <= 0.5 * answer.std
 
 
 def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Collection[Kind]) -> str:

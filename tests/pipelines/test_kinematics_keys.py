@@ -92,7 +92,7 @@ def test_roll_centres_come_down_as_each_axle_s_is_said_to() -> None:
     assert row(parsed(drops), "axis_sinks")[1] < 1e-9
     assert row(parsed(drops), "sinks_rear") == (0.0, 0.1)
     silent = at_mean(before_the_log(parsed())) | {"load": 300.0, "load_x": 1.2}
-    assert float(roll_center(silent, "front")) == pytest.approx(0.08 - 0.6 * float(pressed(silent, "front")))
+    assert float(roll_center(silent, "front")) == pytest.approx(0.08 - 0.8 * float(pressed(silent, "front")))
 
 
 def test_a_tyre_that_gives_sideways_moves_its_patch_by_what_the_file_says() -> None:
