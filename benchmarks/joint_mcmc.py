@@ -3,7 +3,7 @@
 python benchmarks/joint_mcmc.py [--drives mixed_minute:deflection,slalom:ins,mixed_minute:imu] [--chains 64] [--steps 60000] [--save]
 
 A drive of a random vehicle of the full plant is simulated, its relations are joined, and the posterior is drawn from twice: by
-`pipelines.joint.sampling`, and by many chains of Metropolis that begin about the mode (random walks, and turns about Laplace's normal
+`pipelines.joint.sampling.sample`, and by many chains of Metropolis that begin about the mode (random walks, and turns about Laplace's normal
 distribution). Differences are in the chains' standard deviations; the chains' own Monte-Carlo error and split R-hat stand beside them.
 "sampled" is as drawn: the verdict tells spreads 7 % wider than that.
 """
@@ -28,11 +28,11 @@ from pipelines.estimators.registry import estimators  # noqa: E402
 from pipelines.evidence import Evidence  # noqa: E402
 from pipelines.joint.counted import counted  # noqa: E402
 from pipelines.joint.information import slopes  # noqa: E402
-from pipelines.joint.outputs import outputs_of  # noqa: E402
 from pipelines.joint.posterior import Joint, find_mode, log_density, values_at  # noqa: E402
-from pipelines.joint.sampling import sample  # noqa: E402
-from pipelines.joint.stated import stated_relations  # noqa: E402
-from pipelines.joint.unknowns import before_the_log  # noqa: E402
+from pipelines.joint.sampling.sample import sample  # noqa: E402
+from pipelines.joint.vehicle.outputs import outputs_of  # noqa: E402
+from pipelines.joint.vehicle.stated import stated_relations  # noqa: E402
+from pipelines.joint.vehicle.unknowns import before_the_log  # noqa: E402
 from pipelines.simulation.loads import Load  # noqa: E402
 from pipelines.simulation.logs.as_drive import drive_of  # noqa: E402
 from pipelines.simulation.logs.drive import Choice, simulate_log  # noqa: E402

@@ -11,7 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pipelines.joint.doubts import OFTEN_WRONG, WIDER, WRONG_FILE
+from pipelines.joint.doubts.stated_figures import OFTEN_WRONG
+from pipelines.joint.doubts.weighed import WIDER, WRONG_FILE
 from pipelines.joint.file_check import STATED
 from pipelines.vehicles.vehicle import Vehicle
 

@@ -36,7 +36,7 @@ class Evidence:
     the relation's own model error, and nothing of any prior. predict: from the unknowns by name (numbers, or (n,)
     arrays of many vehicles) to (m,), or (m, n). unknowns: names that it depends on. own: unknowns that nobody else has.
     given: figures measured well enough to be taken as they are ("sag": how much lower the body stands than empty, m), and what the
-    outputs need to know of the relation ("inertia_by_forces": `pipelines.joint.outputs`).
+    outputs need to know of the relation ("inertia_by_forces": `pipelines.joint.vehicle.outputs`).
     dedicated: whether the source was made for these signals; it then stands for the relation before a general one.
     """
 

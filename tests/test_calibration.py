@@ -34,7 +34,8 @@ from benchmarks.calibration_tables import (
 )
 from benchmarks.vehicle_data import levelled
 from benchmarks.wrong_figures import drawn_wrong, with_wrong
-from pipelines.joint.doubts import OFTEN_WRONG, WIDER
+from pipelines.joint.doubts.stated_figures import OFTEN_WRONG
+from pipelines.joint.doubts.weighed import WIDER
 from pipelines.joint.file_check import STATED
 from pipelines.simulation.sensors.errors import Drawn
 from pipelines.simulation.sensors.truth import Mount

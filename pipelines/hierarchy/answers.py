@@ -14,9 +14,9 @@ from pipelines.hierarchy.parts import FILE
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior, inverse
 from pipelines.hierarchy.records import DriveTold, VehicleParameter
 from pipelines.joint.answers import FAIR, GOOD, OPENED, SEEN_BY, left_of, prior_record, status_of
-from pipelines.joint.empty import FIGURES, Figure, figure_at
 from pipelines.joint.information import NEVER_NEGATIVE, Spread
 from pipelines.joint.kept import KeptRelations
+from pipelines.joint.vehicle.empty import FIGURES, Figure, figure_at
 from pipelines.parameters import spread_text
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.verdict.combine import ASIDE

@@ -16,8 +16,8 @@ from functools import cache
 import numpy as np
 
 from pipelines.hierarchy.posterior import DrivePart
-from pipelines.joint.body import empty_corner
-from pipelines.joint.unknowns import AXLES
+from pipelines.joint.vehicle.body import empty_corner
+from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.results import FloatArray
 
 LOADS = ("load", "load_x", "load_y", "load_h")

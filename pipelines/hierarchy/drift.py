@@ -17,7 +17,7 @@ import numpy as np
 
 from pipelines.hierarchy.contrast import by_unknowns, eliminated
 from pipelines.hierarchy.posterior import DrivePart, VehiclePosterior
-from pipelines.joint.outputs import lacked_by_springs
+from pipelines.joint.vehicle.outputs import lacked_by_springs
 from pipelines.results import FloatArray
 
 AXLES = ("front", "rear")

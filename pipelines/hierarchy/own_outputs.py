@@ -6,7 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipelines.joint.outputs import outputs_of
+from pipelines.joint.vehicle.outputs import outputs_of
 from pipelines.results import FloatArray
 
 STEP = 1e-3

@@ -11,8 +11,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import FARTHEST, Joint, values_at
+from pipelines.joint.vehicle.outputs import outputs_of
 from pipelines.results import FloatArray
 
 PAIRS = 2000

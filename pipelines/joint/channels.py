@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from pipelines.evidence import Evidence
-from pipelines.joint.book import AXLES
+from pipelines.joint.vehicle.book import AXLES
 
 TORQUE, FORCE = 1.0, 0.25
 """Spread of a wrong scale about 1. Of a torque its logarithm's: a gearbox's ratio of ten is no surprise then. Of a force: a load cell of another range, or one axle's alone."""

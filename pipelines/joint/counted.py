@@ -8,7 +8,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import extended, part_at, whitener_of
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
 
 
 def bits_of(evidence: Sequence[Evidence], known: Known) -> float:

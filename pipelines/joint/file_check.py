@@ -18,7 +18,7 @@ import numpy as np
 
 from pipelines.joint.conflict import LIKELY, UNLIKELY, Check
 from pipelines.joint.posterior import Joint
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
 from pipelines.results import FloatArray, RelationCheck
 from pipelines.vehicles.vehicle import Vehicle
 

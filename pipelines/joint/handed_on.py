@@ -7,10 +7,10 @@ from dataclasses import dataclass
 
 from pipelines.joint.answers import told
 from pipelines.joint.conflict import Check
-from pipelines.joint.doubts import Weighed
-from pipelines.joint.empty import FIGURES, Figure, figure_at
+from pipelines.joint.doubts.weighed import Weighed
 from pipelines.joint.mixture import Apart, moments
 from pipelines.joint.posterior import Joint
+from pipelines.joint.vehicle.empty import FIGURES, Figure, figure_at
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,8 @@ from pipelines.joint.answers import (
 from pipelines.joint.bends import bent
 from pipelines.joint.channels import CHANNELS
 from pipelines.joint.conflict import CONTRADICTED, Check, check
-from pipelines.joint.doubts import Weighed, doubts_of, said
+from pipelines.joint.doubts.listed import doubts_of, said
+from pipelines.joint.doubts.weighed import Weighed
 from pipelines.joint.file_check import LOAD, STATED, file_check
 from pipelines.joint.handed_on import Doubted, figures_left
 from pipelines.joint.information import Spread, prior_spreads, shares, slopes
@@ -32,12 +33,12 @@ from pipelines.joint.kept import KeptRelations, kept_of
 from pipelines.joint.mirror import NAMED_WITH, said_of_mirror
 from pipelines.joint.mixture import Apart, doubted
 from pipelines.joint.next_measurement import next_measurements
-from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, log_density, values_at
 from pipelines.joint.profile import departure
 from pipelines.joint.reached import Modes, Reached, reach
-from pipelines.joint.sampling import Drawn, no_narrower, sample
-from pipelines.joint.spring_scale import springs_off
+from pipelines.joint.sampling.sample import Drawn, no_narrower, sample
+from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.ways.spring_scale import springs_off
 from pipelines.results import FloatArray, JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 

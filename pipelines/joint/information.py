@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.evidence import Evidence
-from pipelines.joint.load_places import placed
-from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, both_ways, central, find_mode, values_at
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.load_places import placed
+from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.vehicle.unknowns import Known
 from pipelines.results import FloatArray, Share
 
 PRIOR_DRAWS = 4000

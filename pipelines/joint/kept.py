@@ -22,14 +22,14 @@ from pipelines.results import FloatArray
 class KeptRelations:
     """A drive's relations, whitened and linear about its mode: rows @ values = observed + N(0, I).
 
-    names: the k unknowns (`pipelines.joint.unknowns.before_the_log`, then those that single relations have of their own).
+    names: the k unknowns (`pipelines.joint.vehicle.unknowns.before_the_log`, then those that single relations have of their own).
     mean, std: (k,) before the log, SI. mode: (k,) with it. rows: (m, k) per SI unit; observed: (m,). relation, kind, source:
     (m,) of each row, its title, physics and estimator ("vehicle file": stated, no drive's own). given: measured figures
     that outputs need ("sag"). widened: relation -> factor on its standard deviations for a conflict, where above 1.
     inflation: factor on the drive's spreads for misfit as a whole, 1 or more. normal: whether the posterior was close to
     normal; where not, linear relations say less than the drive's own verdict did. told: parameter -> value and standard deviation that the
     drive leaves of it with all its doubts, whether or not its verdict shows them: one that a drive does not tell stands there with
-    the figures that were known before. empty: the same of the vehicle's own figures (`pipelines.joint.empty`). Both empty in files of
+    the figures that were known before. empty: the same of the vehicle's own figures (`pipelines.joint.vehicle.empty`). Both empty in files of
     earlier versions.
     """
 

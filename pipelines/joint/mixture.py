@@ -10,7 +10,7 @@ from functools import partial
 import numpy as np
 
 from pipelines.joint.answers import Told
-from pipelines.joint.doubts import HEARD, Weighed
+from pipelines.joint.doubts.weighed import HEARD, Weighed
 from pipelines.joint.tails import share_below, stretched
 from pipelines.results import INNER, OUTER, FloatArray
 

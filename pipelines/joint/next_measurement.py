@@ -12,10 +12,10 @@ from typing import Literal
 
 import numpy as np
 
-from pipelines.joint.laden import side_moment
-from pipelines.joint.outputs import body_at, roll_axis_of, roll_stiffness_of
 from pipelines.joint.posterior import Joint, both_ways, central, values_at
-from pipelines.joint.stated import LEVEL, shown_on_level_ground
+from pipelines.joint.vehicle.laden import side_moment
+from pipelines.joint.vehicle.outputs import body_at, roll_axis_of, roll_stiffness_of
+from pipelines.joint.vehicle.stated import LEVEL, shown_on_level_ground
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray, NextMeasurement
 

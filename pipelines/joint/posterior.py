@@ -14,8 +14,8 @@ import numpy as np
 
 from parsers.channels import IntArray
 from pipelines.evidence import Evidence
-from pipelines.joint.remembered import Remembered
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.remembered import Remembered
+from pipelines.joint.vehicle.unknowns import Known
 from pipelines.results import FloatArray
 
 LogDensity = Callable[[FloatArray], FloatArray]
@@ -135,7 +135,7 @@ def parts_at(
 ) -> tuple[Part, ...]:
     """Relations at u (k,) with their slopes by central differences: all unknowns of all of them in the same vehicles.
 
-    So what several relations ask of a vehicle is reckoned once (`pipelines.joint.remembered`).
+    So what several relations ask of a vehicle is reckoned once (`pipelines.joint.vehicle.remembered`).
     """
     at = {name: i for i, name in enumerate(known.names)}
     used = sorted({at[name] for e in evidence for name in e.unknowns})

@@ -10,31 +10,31 @@ import numpy as np
 from scipy.special import softmax
 
 from pipelines.evidence import Evidence
-from pipelines.joint.bellows_way import TEXT as BELLOWS_TEXT
-from pipelines.joint.bellows_way import asked, bellows_ways
-from pipelines.joint.channel_ways import channel_ways
 from pipelines.joint.channels import WRONG
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
-from pipelines.joint.doubts import BELLOWS
+from pipelines.joint.doubts.carried import BELLOWS
 from pipelines.joint.file_check import LOAD, file_check
-from pipelines.joint.file_ways import BRAKE_GAIN, WHEELBASE, file_ways
-from pipelines.joint.levelled import TEXT as LEVELLED
-from pipelines.joint.levelled import as_levelled, rather_another_load
-from pipelines.joint.on_stops import NAME as STOPS
-from pipelines.joint.on_stops import TEXT as STOPS_TEXT
-from pipelines.joint.on_stops import stop_ways
 from pipelines.joint.posterior import Joint, extended, find_mode
-from pipelines.joint.rigid_tyres import CHANCE, rigid, rigid_odds
-from pipelines.joint.rigid_tyres import NAME as RIGID
-from pipelines.joint.rigid_tyres import TEXT as RIGID_TEXT
-from pipelines.joint.slip_way import NAME as SLIPS
-from pipelines.joint.slip_way import TEXT as SLIPS_TEXT
-from pipelines.joint.slip_way import slip_ways
-from pipelines.joint.stated import stated_beside
-from pipelines.joint.travel_scale import NAME as SCALED
-from pipelines.joint.travel_scale import opened, scale_odds, text_of
-from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.joint.vehicle.stated import stated_beside
+from pipelines.joint.vehicle.unknowns import Known, before_the_log
+from pipelines.joint.ways.bellows_way import TEXT as BELLOWS_TEXT
+from pipelines.joint.ways.bellows_way import asked, bellows_ways
+from pipelines.joint.ways.channel_ways import channel_ways
+from pipelines.joint.ways.file_ways import BRAKE_GAIN, WHEELBASE, file_ways
+from pipelines.joint.ways.levelled import TEXT as LEVELLED
+from pipelines.joint.ways.levelled import as_levelled, rather_another_load
+from pipelines.joint.ways.on_stops import NAME as STOPS
+from pipelines.joint.ways.on_stops import TEXT as STOPS_TEXT
+from pipelines.joint.ways.on_stops import stop_ways
+from pipelines.joint.ways.rigid_tyres import CHANCE, rigid, rigid_odds
+from pipelines.joint.ways.rigid_tyres import NAME as RIGID
+from pipelines.joint.ways.rigid_tyres import TEXT as RIGID_TEXT
+from pipelines.joint.ways.slip_way import NAME as SLIPS
+from pipelines.joint.ways.slip_way import TEXT as SLIPS_TEXT
+from pipelines.joint.ways.slip_way import slip_ways
+from pipelines.joint.ways.travel_scale import NAME as SCALED
+from pipelines.joint.ways.travel_scale import opened, scale_odds, text_of
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 

@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.drive import Decision, Drive
-from pipelines.joint.suspension import STUCK
+from pipelines.joint.vehicle.suspension import STUCK
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.decided import decided
 from pipelines.prepare.stands import Stands, find_stands, spring_rates, weight_of
@@ -29,7 +29,7 @@ from pipelines.vehicles.spring_base import rigid_axle
 from pipelines.vehicles.vehicle import Vehicle
 
 STUCK_LEAVES = 0.03
-"""Friction at rest over the load of a vehicle with leaf springs (of others: `joint.suspension.STUCK`)."""
+"""Friction at rest over the load of a vehicle with leaf springs (of others: `joint.vehicle.suspension.STUCK`)."""
 CONTACT = 0.004
 """Scatter of loads that are measured at the road, where no friction is in between, over the weight."""
 SLOPE, DRIFT, BENT = 0.4, 0.015, 0.0075

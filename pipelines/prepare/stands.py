@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from parsers.drive import Drive
 from parsers.signals import WHEELS
-from pipelines.joint.unknowns import AXLES
+from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import BoolArray
 from pipelines.prepare.resample import on_grid
@@ -58,7 +58,7 @@ def names_of(carrier: str) -> tuple[str, ...]:
 
 
 def spring_rates(vehicle: Vehicle) -> tuple[FloatArray, float]:
-    """Rate at each wheel, N/m, (4,), and the relative spread of the rates: stated, else as before any log (`joint.unknowns`)."""
+    """Rate at each wheel, N/m, (4,), and the relative spread of the rates: stated, else as before any log (`joint.vehicle.unknowns`)."""
     mass = vehicle.get("mass_kg")
     corner = 0.23 * (USUAL_KG if mass is None else mass.value)
     rates, spread = [], []

@@ -19,9 +19,9 @@ from pipelines.joint.answers import as_known
 from pipelines.joint.inference import Inference, infer
 from pipelines.joint.information import prior_spreads
 from pipelines.joint.kept import KeptRelations
-from pipelines.joint.stated import stated_relations
 from pipelines.joint.tails import told_with_tails
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.stated import stated_relations
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.parameters import PARAMETERS
 from pipelines.results import (
     Estimate,

@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 
-from pipelines.joint.load_places import usual_height
+from pipelines.joint.vehicle.load_places import usual_height
 from pipelines.results import Prior
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 

@@ -12,7 +12,7 @@ import numpy as np
 import polars as pl
 
 from pipelines.fleet.tables import TABLES
-from pipelines.joint.empty import FIGURES
+from pipelines.joint.vehicle.empty import FIGURES
 from pipelines.parameters import PARAMETERS
 from pipelines.starts import is_local
 from reports.fleet.facts import FleetFacts

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Kind, Values
-from pipelines.joint.outputs import outputs_of
+from pipelines.joint.vehicle.outputs import outputs_of
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
@@ -57,7 +57,7 @@ def of_output(
     carrier: str = "made up", source: str = "by hand", title: str = "",
 ) -> Evidence:  # fmt: skip
     """Evidence of something that follows from the vehicle's parameters (all unknowns named)."""
-    from pipelines.joint.unknowns import before_the_log
+    from pipelines.joint.vehicle.unknowns import before_the_log
 
     def predict(values: Values) -> FloatArray:
         seen = np.asarray(see(outputs_of(values, {})))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.joint.gaussianity import LogDensity
+from pipelines.joint.sampling.gaussianity import LogDensity
 from pipelines.results import FloatArray
 
 ACCEPTED = 0.25

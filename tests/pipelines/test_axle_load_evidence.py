@@ -11,7 +11,7 @@ from plant_axle_load import Lorry, Sensors, motion, record, vehicle
 from true_unknowns import joined
 
 from pipelines.estimators.axle_load_gls.estimator import AxleLoadGls
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 

@@ -8,9 +8,9 @@ import pytest
 from pipelines.joint.bends import bent
 from pipelines.joint.inference import infer
 from pipelines.joint.information import slopes
-from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import find_mode, values_at
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.vehicle.unknowns import before_the_log
 from tests.pipelines.joint_parts import linear, vehicle
 
 KNOWN = before_the_log(vehicle())

@@ -13,7 +13,7 @@ from true_unknowns import joined, random_drive
 from pipelines.estimators.base import Estimator
 from pipelines.estimators.brake_roll.estimator import BrakeRollBatch
 from pipelines.estimators.load_transfer.companion import LoadTransferBatch
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.results import Estimate
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import SimulatedLog

@@ -12,8 +12,8 @@ from parsers.drive import Drive, Signal
 from pipelines.analyze import run_estimator
 from pipelines.estimators.load_balance.data import STOPS_M, collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
-from pipelines.joint import suspension
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle import suspension
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import ParameterEstimate
 from pipelines.vehicles.vehicle import Quantity
 

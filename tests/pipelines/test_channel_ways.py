@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 
 from pipelines.evidence import Evidence
-from pipelines.joint.channel_ways import channel_ways
 from pipelines.joint.channels import CHANNELS, TORQUE, WRONG, channels_of
-from pipelines.joint.doubts import WIDER, WRONG_FILE, doubts_of
+from pipelines.joint.doubts.listed import doubts_of
+from pipelines.joint.doubts.weighed import WIDER, WRONG_FILE
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import Reached, reach
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.channel_ways import channel_ways
 from tests.pipelines import joint_parts
 from tests.pipelines.joint_parts import vehicle
 

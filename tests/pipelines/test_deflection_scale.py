@@ -12,15 +12,16 @@ from scipy.special import expit
 from pipelines.estimators.roll_map.answers import Coefficients
 from pipelines.estimators.roll_map.evidence import SCALES, Motion, evidence_of
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts import WRONG_FILE, doubts_of
+from pipelines.joint.doubts.listed import doubts_of
+from pipelines.joint.doubts.weighed import WRONG_FILE
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import reach
-from pipelines.joint.rigid_tyres import NAME as RIGID
-from pipelines.joint.spring_scale import springs_off
-from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS, OPEN_STD, scale_odds, shown
-from pipelines.joint.travel_scale import NAME as SCALED
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.rigid_tyres import NAME as RIGID
+from pipelines.joint.ways.spring_scale import springs_off
+from pipelines.joint.ways.travel_scale import GYRO_BESIDE_SPRINGS, OPEN_STD, scale_odds, shown
+from pipelines.joint.ways.travel_scale import NAME as SCALED
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 

@@ -13,7 +13,7 @@ from parsers.drive import Drive
 from parsers.errors import VehicleError
 from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.joint.inference import infer
-from pipelines.joint.unknowns import CORNERS, before_the_log
+from pipelines.joint.vehicle.unknowns import CORNERS, before_the_log
 from pipelines.limits import what_limits
 from pipelines.prepare.deflection_zero import NAMES, NOUGHT_M, begins_at_zero, with_zero_open
 from pipelines.results import ParameterEstimate

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipelines.estimators.load_balance.forces import FORCES, Terms
-from pipelines.joint.unknowns import CORNERS, before_the_log
+from pipelines.joint.vehicle.unknowns import CORNERS, before_the_log
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import vehicle
 

@@ -10,26 +10,14 @@ import pytest
 from scipy.stats import t as student
 
 from pipelines.joint.answers import Told
-from pipelines.joint.doubts import (
-    BETWEEN,
-    HUBS,
-    LEAN,
-    OFTEN_WRONG,
-    SIMPLE,
-    UNLIKE,
-    UPRIGHT,
-    WEIGHED,
-    WHEELS,
-    WIDER,
-    WRONG_FILE,
-    chance_wrong,
-    doubts_of,
-    said,
-)
+from pipelines.joint.doubts.listed import doubts_of, said
+from pipelines.joint.doubts.simple_models import BETWEEN, HUBS, LEAN, SIMPLE, UPRIGHT, WHEELS
+from pipelines.joint.doubts.stated_figures import OFTEN_WRONG, UNLIKE, WEIGHED, chance_wrong
+from pipelines.joint.doubts.weighed import WIDER, WRONG_FILE
 from pipelines.joint.mixture import doubted
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.tails import FREEDOM
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import INNER, FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 from tests.pipelines.joint_parts import linear, told_height, vehicle

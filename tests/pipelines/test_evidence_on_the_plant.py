@@ -16,7 +16,7 @@ from pipelines.estimators.load_transfer.companion import LoadTransferBatch
 from pipelines.estimators.roll_pitch_plane.pitch import PitchPlane
 from pipelines.estimators.roll_pitch_plane.roll import RollPlane
 from pipelines.evidence import Evidence
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import SimulatedLog
 from pipelines.vehicles.vehicle import Vehicle, parse_vehicle

@@ -10,7 +10,7 @@ from pipelines.joint.conflict import check
 from pipelines.joint.file_check import LIGHTER, SOURCE, file_check, misfit, worse_test
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import FloatArray
 from tests.pipelines.joint_parts import linear, vehicle
 

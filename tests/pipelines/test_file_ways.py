@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts import OFTEN_WRONG
+from pipelines.joint.doubts.stated_figures import OFTEN_WRONG
 from pipelines.joint.file_check import LOAD, STATED
-from pipelines.joint.file_ways import BAR, OPEN, file_ways, opened
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import UNKNOWN, Reached, reach
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.file_ways import BAR, OPEN, file_ways, opened
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 

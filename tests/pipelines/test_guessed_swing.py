@@ -10,7 +10,7 @@ from pipelines.analyze import run_estimator
 from pipelines.estimators.load_balance.data import collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.joint.reached import reach
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.verdict.combine import verdict_of
 
 RATES = (

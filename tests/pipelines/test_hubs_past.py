@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.joint.hubs import hubs_past_draws, hubs_past_of
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.hubs import hubs_past_draws, hubs_past_of
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 COUNT = 200_000

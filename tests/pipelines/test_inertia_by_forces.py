@@ -11,9 +11,9 @@ from true_unknowns import random_drive
 
 from pipelines.estimators.roll_pitch_plane.roll import RollPlane
 from pipelines.joint.information import slopes
-from pipelines.joint.outputs import INERTIA_BY_FORCES, outputs_of
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.outputs import INERTIA_BY_FORCES, outputs_of
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.simulation.loads import truth
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.vehicles.vehicle import Vehicle, parse_vehicle

@@ -16,11 +16,11 @@ import pytest
 from pipelines.evidence import Evidence
 from pipelines.joint.inference import infer
 from pipelines.joint.information import slopes
-from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import Joint, find_mode, log_density, values_at
-from pipelines.joint.sampling import sample
-from pipelines.joint.stated import stated_relations
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.sampling.sample import sample
+from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.vehicle.stated import stated_relations
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import FloatArray
 from tests.pipelines.joint_parts import of_output, vehicle
 from tests.pipelines.long_mcmc import Figures, figures_of, run_chains

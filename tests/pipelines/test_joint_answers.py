@@ -15,7 +15,7 @@ from pipelines.joint.answers import Told, estimate_of, learned_of, unchecked
 from pipelines.joint.inference import _inflation
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, prior_spreads, slopes
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.parameters import spread_text
 from pipelines.results import ParameterEstimate, Share
 from pipelines.vehicles.vehicle import parse_vehicle

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from benchmarks.joint_mcmc import SHOWN, posterior_of
-from pipelines.joint.outputs import outputs_of
 from pipelines.joint.posterior import log_density, values_at
-from pipelines.joint.sampling import sample
+from pipelines.joint.sampling.sample import sample
+from pipelines.joint.vehicle.outputs import outputs_of
 from tests.pipelines.long_mcmc import figures_of, run_chains
 
 

@@ -16,8 +16,8 @@ from pipelines.joint.information import Spread, prior_spreads, shares, slopes
 from pipelines.joint.next_measurement import CANDIDATES, next_measurements
 from pipelines.joint.posterior import find_mode, log_density, values_at
 from pipelines.joint.profile import departure
-from pipelines.joint.stated import stated_relations
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.stated import stated_relations
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.limits import what_limits
 from pipelines.results import NextMeasurement, Share
 from tests.pipelines.joint_parts import linear, of_output, told_height, vehicle

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.joint.gaussianity import LogDensity
-from pipelines.joint.sampling import FAR_OUT, Drawn, no_narrower, not_gaussian, sample
+from pipelines.joint.sampling.gaussianity import LogDensity
+from pipelines.joint.sampling.sample import FAR_OUT, Drawn, no_narrower, not_gaussian, sample
 from pipelines.results import FloatArray
 
 

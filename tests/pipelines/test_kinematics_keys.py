@@ -9,10 +9,10 @@ import pytest
 
 from parsers.errors import VehicleError
 from pipelines.estimators.roll_map.touched_stops import stops_touched, with_stops
-from pipelines.joint.body import past_the_springs
-from pipelines.joint.laden import pressed, rate_under_load, roll_center
 from pipelines.joint.next_measurement import CANDIDATES
-from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.joint.vehicle.body import past_the_springs
+from pipelines.joint.vehicle.laden import pressed, rate_under_load, roll_center
+from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import ParameterEstimate
 from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from benchmarks.vehicle_data import upright
-from pipelines.joint.body import SOFTEST, body_of
-from pipelines.joint.laden import (
+from pipelines.joint.vehicle.body import SOFTEST, body_of
+from pipelines.joint.vehicle.laden import (
     axis_lever,
     leans,
     mean_widening,
@@ -20,7 +20,7 @@ from pipelines.joint.laden import (
     side_moment,
     widened,
 )
-from pipelines.joint.outputs import at_rest, roll_stiffness_of
+from pipelines.joint.vehicle.outputs import at_rest, roll_stiffness_of
 from pipelines.models.roll import GRAVITY
 from pipelines.simulation.loads import Load, loaded, truth
 from pipelines.simulation.plant import layout as at

@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipelines.joint.stated import stated_relations
-from pipelines.joint.suspension import BELLOWS, levels, loaded_rate
-from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.joint.vehicle.stated import stated_relations
+from pipelines.joint.vehicle.suspension import BELLOWS, levels, loaded_rate
+from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 STEEL = Vehicle(

@@ -14,9 +14,10 @@ from pipelines.estimators.load_balance.data import collect
 from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.relations import Relation, relations
 from pipelines.estimators.load_balance.solve import LEAST_SHARE, jacobian, solve
-from pipelines.joint.doubts import WRONG_FILE, doubts_of
-from pipelines.joint.outputs import outputs_of
-from pipelines.joint.unknowns import CORNERS, before_the_log, body_of
+from pipelines.joint.doubts.listed import doubts_of
+from pipelines.joint.doubts.weighed import WRONG_FILE
+from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.vehicle.unknowns import CORNERS, before_the_log, body_of
 from pipelines.needs import readiness
 from pipelines.results import Estimate, FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle

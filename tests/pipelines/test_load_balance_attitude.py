@@ -21,8 +21,8 @@ from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.nodding import QUICK, nodding_columns
 from pipelines.estimators.load_balance.relations import pitch_moments, vertical_forces
 from pipelines.estimators.load_balance.smoothing import Smoother, friction_state
-from pipelines.joint.body import BRAKED_FRONT, dip_levers, even_factor
-from pipelines.joint.unknowns import Known, before_the_log, body_of
+from pipelines.joint.vehicle.body import BRAKED_FRONT, dip_levers, even_factor
+from pipelines.joint.vehicle.unknowns import Known, before_the_log, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import FloatArray

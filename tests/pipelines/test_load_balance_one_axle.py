@@ -14,7 +14,7 @@ from pipelines.estimators.load_balance.relations import (
     relations,
     vertical_forces,
 )
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.results import FloatArray
 
 ESTIMATOR = LoadBalance()

@@ -13,7 +13,7 @@ from pipelines.estimators.load_balance.attitude import nod, pitch_compliance
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Relation, pitch_terms, roll_terms
 from pipelines.estimators.load_balance.solve import solve
-from pipelines.joint.unknowns import Known, before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import Known, before_the_log, body_of
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 

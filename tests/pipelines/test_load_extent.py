@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.joint.outputs import outputs_of
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.vehicle.unknowns import before_the_log
 from tests.pipelines.joint_parts import vehicle
 
 KNOWN = before_the_log(vehicle())

@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 
 from pipelines.joint.answers import Told
-from pipelines.joint.doubts import Weighed, doubts_of, said
-from pipelines.joint.load_places import INSIDE, ROOF, ROOF_LOAD, placed, places, usual_height
+from pipelines.joint.doubts.listed import doubts_of, said
+from pipelines.joint.doubts.weighed import Weighed
 from pipelines.joint.mixture import doubted
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.load_places import INSIDE, ROOF, ROOF_LOAD, placed, places, usual_height
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 from tests.pipelines.joint_parts import linear, vehicle

@@ -7,10 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipelines.joint.doubts import Weighed, doubts_of
-from pipelines.joint.no_bars import NOT_LOOKED_UP, bars_not_looked_up
+from pipelines.joint.doubts.listed import doubts_of
+from pipelines.joint.doubts.weighed import Weighed
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.no_bars import NOT_LOOKED_UP, bars_not_looked_up
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 

@@ -10,9 +10,9 @@ import pytest
 
 from pipelines.evidence import Evidence, Values
 from pipelines.joint.inference import infer
-from pipelines.joint.on_stops import NAME, RATE, WIDER, on_stops, stop_ways
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.on_stops import NAME, RATE, WIDER, on_stops, stop_ways
 from pipelines.results import FloatArray
 from tests.pipelines.joint_parts import vehicle
 

@@ -10,7 +10,7 @@ import pytest
 from pipelines.estimators.load_balance.one_road import CARRIER, SeenLength, road_evidence, seen_length
 from pipelines.evidence import Evidence
 from pipelines.joint.inference import infer
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import FloatArray

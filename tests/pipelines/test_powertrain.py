@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from parsers.errors import VehicleError
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.vehicles.vehicle import parse_vehicle
 
 FILE = """[vehicle]

@@ -10,11 +10,11 @@ from dataclasses import fields
 import numpy as np
 import pytest
 
-from pipelines.joint.body import body_of
-from pipelines.joint.laden import pressed, rate_under_load, roll_center, widened
 from pipelines.joint.posterior import values_at
-from pipelines.joint.remembered import Remembered, once
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.body import body_of
+from pipelines.joint.vehicle.laden import pressed, rate_under_load, roll_center, widened
+from pipelines.joint.vehicle.remembered import Remembered, once
+from pipelines.joint.vehicle.unknowns import before_the_log
 from tests.pipelines.joint_parts import vehicle
 
 

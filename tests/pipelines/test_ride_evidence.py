@@ -12,7 +12,7 @@ from true_unknowns import joined
 
 from parsers.drive import Drive
 from pipelines.estimators.base_excitation.companion import BaseExcitationBatch
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.results import Estimate
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 

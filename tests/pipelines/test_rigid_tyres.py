@@ -12,8 +12,8 @@ from pipelines.evidence import Evidence, Values
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.reached import SURE
-from pipelines.joint.rigid_tyres import STIFFER, TEXT, TYRES, log_odds, rigid, rigid_odds
-from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.joint.vehicle.unknowns import Known, before_the_log
+from pipelines.joint.ways.rigid_tyres import STIFFER, TEXT, TYRES, log_odds, rigid, rigid_odds
 from pipelines.results import FloatArray
 from tests.pipelines.joint_parts import linear, vehicle
 

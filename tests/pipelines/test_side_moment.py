@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
 
-from pipelines.joint.laden import side_moment
+from pipelines.joint.vehicle.laden import side_moment
 from pipelines.models.roll import GRAVITY
 
 HALF, RADIUS, RATE, SPRUNG, HEIGHT = 0.78, 0.32, 30e3, 1200.0, 0.55

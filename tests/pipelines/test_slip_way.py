@@ -10,8 +10,8 @@ import pytest
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import Reached, reach
-from pipelines.joint.slip_way import CARRIER, CHANCE, NAME, WIDER, slip_ways
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.slip_way import CARRIER, CHANCE, NAME, WIDER, slip_ways
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 

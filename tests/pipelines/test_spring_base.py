@@ -16,9 +16,9 @@ from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.forces import FORCES, Terms
 from pipelines.estimators.load_balance.relations import roll_terms
 from pipelines.estimators.load_transfer.evidence import roll_moment
-from pipelines.joint.laden import forces_lever
-from pipelines.joint.outputs import roll_damping_of, roll_stiffness_of
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.vehicle.laden import forces_lever
+from pipelines.joint.vehicle.outputs import roll_damping_of, roll_stiffness_of
+from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.limits import what_limits
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.results import Estimate, FloatArray

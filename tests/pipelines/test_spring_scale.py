@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts import doubts_of
+from pipelines.joint.doubts.listed import doubts_of
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.spring_scale import springs_off
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.spring_scale import springs_off
 from pipelines.results import Estimate, ParameterEstimate
 from pipelines.verdict.combine import verdict_of
 from tests.pipelines.joint_parts import linear, vehicle

@@ -14,9 +14,9 @@ from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.forces import FORCES
 from pipelines.estimators.load_balance.nodding import QUICK, nodding_columns
 from pipelines.estimators.load_balance.smoothing import SIDE_MEMORY_M, Smoother, held_by_tyres
-from pipelines.joint.body import held_rate
-from pipelines.joint.laden import rate_under_load
-from pipelines.joint.unknowns import AXLES, before_the_log, body_of
+from pipelines.joint.vehicle.body import held_rate
+from pipelines.joint.vehicle.laden import rate_under_load
+from pipelines.joint.vehicle.unknowns import AXLES, before_the_log, body_of
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import FloatArray
 from pipelines.simulation.logs.as_drive import drive_of as log_as_drive

@@ -12,10 +12,10 @@ import pytest
 from parsers.errors import VehicleError
 from pipelines.estimators.load_balance.forces import Terms
 from pipelines.estimators.load_balance.specific_force import forward, sideways
-from pipelines.joint.body import body_of
 from pipelines.joint.posterior import find_mode
-from pipelines.joint.stated import stated_beside, stated_relations
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.body import body_of
+from pipelines.joint.vehicle.stated import stated_beside, stated_relations
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
 from tests.pipelines.joint_parts import linear, vehicle

@@ -9,13 +9,14 @@ import numpy as np
 import pytest
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.doubts import OFTEN_WRONG, doubts_of
+from pipelines.joint.doubts.listed import doubts_of
+from pipelines.joint.doubts.stated_figures import OFTEN_WRONG
 from pipelines.joint.file_check import LOAD, file_check, stated_unknowns
 from pipelines.joint.inference import Inference, infer
-from pipelines.joint.levelled import as_levelled, rather_another_load
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import reach
-from pipelines.joint.unknowns import CORNERS, before_the_log
+from pipelines.joint.vehicle.unknowns import CORNERS, before_the_log
+from pipelines.joint.ways.levelled import as_levelled, rather_another_load
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle, read_vehicle

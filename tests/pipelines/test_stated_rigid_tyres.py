@@ -9,7 +9,7 @@ import pytest
 
 from pipelines.estimators.brake_roll.vehicle import known_of
 from pipelines.estimators.roll_map.priors import draw_vehicle
-from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.models.axle_load import patch_shift
 from pipelines.simulation.logs.vehicle import plant_vehicle
 from pipelines.vehicles.vehicle import Vehicle, parse_vehicle

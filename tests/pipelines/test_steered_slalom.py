@@ -8,7 +8,7 @@ from plant_balance import Car, vehicle_file
 from pipelines.estimators.load_balance.along import along_relation
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH
-from pipelines.joint.unknowns import before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.results import FloatArray
 
 HZ, SPEED = 50.0, 9.0

@@ -12,7 +12,7 @@ from pipelines.estimators.load_transfer.batch import ALONG, BRAKING, STATIC, fit
 from pipelines.estimators.load_transfer.data import LEANING, OFFSET_STD, StrutData, known_of
 from pipelines.estimators.load_transfer.evidence import evidence
 from pipelines.evidence import Evidence
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 

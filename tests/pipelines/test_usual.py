@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.vehicles.usual import (
     usual_drag,
     usual_radius,

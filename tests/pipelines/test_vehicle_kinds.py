@@ -8,10 +8,11 @@ from pathlib import Path
 import pytest
 
 from parsers.errors import VehicleError
-from pipelines.joint.doubts import BELLOWS, LEVELLED, LEVELS, doubts_of, said
-from pipelines.joint.levelled import as_levelled
+from pipelines.joint.doubts.carried import BELLOWS, LEVELLED, LEVELS
+from pipelines.joint.doubts.listed import doubts_of, said
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.unknowns import BY_SPRINGS, CORNERS, before_the_log
+from pipelines.joint.vehicle.unknowns import BY_SPRINGS, CORNERS, before_the_log
+from pipelines.joint.ways.levelled import as_levelled
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.axle_loads import by_springs, carried_in_words
 from pipelines.vehicles.kinds import kind_of, usual_load

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pipelines.joint.information import PRIOR_DRAWS
-from pipelines.joint.load_places import ROOF, ROOF_LOAD
+from pipelines.joint.vehicle.load_places import ROOF, ROOF_LOAD
 from pipelines.results import Estimate, Identification, ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 from pipelines.verdict.combine import between_methods, combine

@@ -9,7 +9,7 @@ import numpy as np
 
 from benchmarks.vehicle_data import paths
 from pipelines.evidence import Evidence
-from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 from pipelines.simulation.loads import Load

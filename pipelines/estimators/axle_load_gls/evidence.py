@@ -19,8 +19,8 @@ from pipelines.estimators.load_balance.evidence import PATCH
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
-from pipelines.joint.laden import patch_lag
-from pipelines.joint.unknowns import BY_SPRINGS
+from pipelines.joint.vehicle.laden import patch_lag
+from pipelines.joint.vehicle.unknowns import BY_SPRINGS
 from pipelines.models.axle_load import GRAVITY
 
 SOURCE = "axle_load_gls"

@@ -25,8 +25,8 @@ from pipelines.estimators.base_excitation.batch_whole import (
 from pipelines.estimators.base_excitation.data import RideData, axle_of
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, loaded_body
-from pipelines.joint.laden import rate_under_load
-from pipelines.joint.unknowns import AXLES
+from pipelines.joint.vehicle.laden import rate_under_load
+from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.vehicles.vehicle import Vehicle
 
 SOURCE = "base_excitation_batch"

@@ -28,10 +28,10 @@ from pipelines.estimators.brake_roll.rows import window_mean
 from pipelines.estimators.brake_roll.slip import SlipFit
 from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
-from pipelines.joint.body import even_factor
 from pipelines.joint.from_parameters import Told, direct, evidence_of, loaded_body, without_prior
-from pipelines.joint.laden import axis_lever, roll_springs, side_patches
-from pipelines.joint.outputs import roll_stiffness_of
+from pipelines.joint.vehicle.body import even_factor
+from pipelines.joint.vehicle.laden import axis_lever, roll_springs, side_patches
+from pipelines.joint.vehicle.outputs import roll_stiffness_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.bends import road_share
 from pipelines.vehicles.vehicle import Vehicle

@@ -15,8 +15,8 @@ from pipelines.estimators.load_balance.attitude import nod
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Coefficients, Relation, make_relation
-from pipelines.joint.body import BRAKED_FRONT, even_factor
-from pipelines.joint.unknowns import Body, Known, Values, body_of
+from pipelines.joint.vehicle.body import BRAKED_FRONT, even_factor
+from pipelines.joint.vehicle.unknowns import Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
 SLOWEST = 3.0

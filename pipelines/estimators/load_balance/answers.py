@@ -12,12 +12,12 @@ from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.evidence import kind_of
 from pipelines.estimators.load_balance.solve import Fit, without
 from pipelines.joint.answers import Told, left_of, prior_record, status_of
-from pipelines.joint.doubts import Weighed
+from pipelines.joint.doubts.weighed import Weighed
 from pipelines.joint.information import Spread
 from pipelines.joint.mixture import doubted
-from pipelines.joint.outputs import outputs_of as all_outputs
 from pipelines.joint.posterior import both_ways, central, values_at
-from pipelines.joint.unknowns import CORNERS, Known
+from pipelines.joint.vehicle.outputs import outputs_of as all_outputs
+from pipelines.joint.vehicle.unknowns import CORNERS, Known
 from pipelines.models.axle_load import patch_shift
 from pipelines.parameters import spread_text
 from pipelines.results import FloatArray, ParameterEstimate

@@ -24,8 +24,8 @@ from pipelines.estimators.load_balance.smoothing import (
     friction_state,
     held_by_tyres,
 )
-from pipelines.joint.suspension import STOP_POWER
-from pipelines.joint.unknowns import AXLES, CORNERS, TYRE_SHARE, Known
+from pipelines.joint.vehicle.suspension import STOP_POWER
+from pipelines.joint.vehicle.unknowns import AXLES, CORNERS, TYRE_SHARE, Known
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray

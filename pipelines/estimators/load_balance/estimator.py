@@ -23,10 +23,10 @@ from pipelines.estimators.load_balance.figures import traces, tracks
 from pipelines.estimators.load_balance.one_road import road_evidence
 from pipelines.estimators.load_balance.relations import relations
 from pipelines.estimators.load_balance.solve import Fit, solve
-from pipelines.joint.doubts import doubts_of, said
+from pipelines.joint.doubts.listed import doubts_of, said
 from pipelines.joint.information import Spread, prior_spreads
-from pipelines.joint.stated import stated_relations
-from pipelines.joint.unknowns import Known, before_the_log
+from pipelines.joint.vehicle.stated import stated_relations
+from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Assumption, Estimate, ParameterEstimate

@@ -11,8 +11,8 @@ from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.estimators.load_balance.solve import Fit, Reduced
 from pipelines.evidence import Evidence, Kind, Values
-from pipelines.joint.laden import patch_lag
-from pipelines.joint.remembered import Remembered
+from pipelines.joint.vehicle.laden import patch_lag
+from pipelines.joint.vehicle.remembered import Remembered
 from pipelines.results import FloatArray
 
 KINDS: dict[str, Kind] = {

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from pipelines.joint.body import empty_corner, even_factor, held_rate
-from pipelines.joint.laden import side_moment
-from pipelines.joint.unknowns import AXLES, CORNERS, Body, Values
+from pipelines.joint.vehicle.body import empty_corner, even_factor, held_rate
+from pipelines.joint.vehicle.laden import side_moment
+from pipelines.joint.vehicle.unknowns import AXLES, CORNERS, Body, Values
 from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.roll import GRAVITY
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pipelines.joint.laden import axis_lever, roll_parts
-from pipelines.joint.unknowns import AXLES, CORNERS, Known, body_of
+from pipelines.joint.vehicle.laden import axis_lever, roll_parts
+from pipelines.joint.vehicle.unknowns import AXLES, CORNERS, Known, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray

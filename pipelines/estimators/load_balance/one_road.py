@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pipelines.evidence import Evidence, FloatArray, Values
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.prepare.spline import spline_at
 

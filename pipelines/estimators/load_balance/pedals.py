@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.joint.unknowns import CORNERS, Known
+from pipelines.joint.vehicle.unknowns import CORNERS, Known
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
 

@@ -16,7 +16,7 @@ import numpy as np
 from pipelines.estimators.load_balance.relations import IntArray, Relation
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import both_ways, central, values_at
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
 from pipelines.results import FloatArray
 
 HUBER = 2.5
@@ -62,7 +62,7 @@ class Fit:
 
     @property
     def evidence(self) -> tuple[Evidence, ...]:
-        """None: the balances have no unknowns beside `known` (see `pipelines.joint.doubts.Place`)."""
+        """None: the balances have no unknowns beside `known` (see `pipelines.joint.doubts.weighed.Place`)."""
         return ()
 
     def values(self) -> dict[str, float]:

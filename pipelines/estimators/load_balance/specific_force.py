@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pipelines.estimators.load_balance.forces import Terms, add, add_swing
-from pipelines.joint.unknowns import Body, Values
+from pipelines.joint.vehicle.unknowns import Body, Values
 
 
 def _place(p: Values, body: Body) -> tuple[float, float, float]:

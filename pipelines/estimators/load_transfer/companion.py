@@ -36,7 +36,7 @@ from pipelines.estimators.load_transfer.data import (
 from pipelines.estimators.load_transfer.evidence import evidence
 from pipelines.estimators.load_transfer.figures import force_traces, mass_tracks
 from pipelines.estimators.load_transfer.noise import with_noise
-from pipelines.joint.hubs import hubs_past_of
+from pipelines.joint.vehicle.hubs import hubs_past_of
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.braking import AIR_DENSITY
 from pipelines.models.roll import GRAVITY

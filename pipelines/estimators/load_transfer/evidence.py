@@ -28,11 +28,11 @@ from pipelines.estimators.load_transfer.answers import FRICTION_N, Standing, abo
 from pipelines.estimators.load_transfer.batch import ACROSS, ALONG, BRAKING, STATIC, BatchFit
 from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, TYRES, Known, StrutData
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
-from pipelines.joint.body import pitch_centres
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
-from pipelines.joint.laden import axis_lever, forces_lever, patch_lag, roll_springs, side_patches
-from pipelines.joint.outputs import roll_stiffness_of
-from pipelines.joint.unknowns import AXLES, CORNERS
+from pipelines.joint.vehicle.body import pitch_centres
+from pipelines.joint.vehicle.laden import axis_lever, forces_lever, patch_lag, roll_springs, side_patches
+from pipelines.joint.vehicle.outputs import roll_stiffness_of
+from pipelines.joint.vehicle.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
 
 SOURCE = "load_transfer_batch"

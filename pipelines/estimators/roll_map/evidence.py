@@ -19,17 +19,17 @@ import numpy as np
 from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, quick_enough
 from pipelines.estimators.roll_map.tyre_share import off_banked_roads, turns_with_the_road
 from pipelines.evidence import Evidence, Unknown, Values
-from pipelines.joint.book import AXLES
-from pipelines.joint.laden import axis_lever, roll_springs
 from pipelines.joint.mirror import QUICK_ROLL
-from pipelines.joint.outputs import (
+from pipelines.joint.vehicle.book import AXLES
+from pipelines.joint.vehicle.laden import axis_lever, roll_springs
+from pipelines.joint.vehicle.outputs import (
     body_at,
     inertias_of,
     roll_damping_of,
     roll_stiffness_of,
 )
-from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS
-from pipelines.joint.unknowns import CORNERS
+from pipelines.joint.vehicle.unknowns import CORNERS
+from pipelines.joint.ways.travel_scale import GYRO_BESIDE_SPRINGS
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 

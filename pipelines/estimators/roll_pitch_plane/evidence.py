@@ -19,8 +19,8 @@ from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_CENTER, ROLL_RADPS
 from pipelines.evidence import Evidence, FloatArray, Kind, Values
 from pipelines.joint.from_parameters import evidence_of, hubs_past, loaded_body, without_prior
-from pipelines.joint.laden import forces_lever
-from pipelines.joint.outputs import INERTIA_BY_FORCES, inertias_of, roll_axis_of
+from pipelines.joint.vehicle.laden import forces_lever
+from pipelines.joint.vehicle.outputs import INERTIA_BY_FORCES, inertias_of, roll_axis_of
 from pipelines.models.roll import GRAVITY
 
 CARRIER = "suspension forces in quick motion"

@@ -44,7 +44,7 @@ from pipelines.estimators.roll_pitch_plane.settings import (
     setting,
     unlike,
 )
-from pipelines.joint.hubs import hubs_past_draws
+from pipelines.joint.vehicle.hubs import hubs_past_draws
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import Estimate, FloatArray, ParameterEstimate, Track

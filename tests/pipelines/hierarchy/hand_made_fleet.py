@@ -11,7 +11,7 @@ from pipelines.hierarchy.common import RHO
 from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.records import DriveTold
 from pipelines.joint.kept import KeptRelations
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import FloatArray, ParameterEstimate, Prior
 from tests.pipelines.joint_parts import vehicle
 

@@ -174,7 +174,7 @@ def test_relations_without_a_load_stay_as_they_are() -> None:
 
 def test_every_unknown_belongs_to_somebody() -> None:
     from pipelines.hierarchy.shared import UNKNOWN
-    from pipelines.joint.unknowns import before_the_log
+    from pipelines.joint.vehicle.unknowns import before_the_log
     from tests.pipelines.joint_parts import vehicle
 
     known = before_the_log(vehicle())

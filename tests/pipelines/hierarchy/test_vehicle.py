@@ -10,8 +10,8 @@ import pytest
 from pipelines.hierarchy.common import RHO
 from pipelines.hierarchy.own_outputs import outputs_at
 from pipelines.hierarchy.vehicle import join_vehicle
-from pipelines.joint.empty import FIGURES, figure_at
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.empty import FIGURES, figure_at
+from pipelines.joint.vehicle.unknowns import before_the_log
 from tests.pipelines.hierarchy.hand_made_fleet import KNOWN, SEES, fleet, said, std_of
 from tests.pipelines.joint_parts import vehicle
 

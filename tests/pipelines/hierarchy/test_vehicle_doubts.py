@@ -9,7 +9,7 @@ import pytest
 
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.vehicle import join_vehicle
-from pipelines.joint.empty import FIGURES, figure_at
+from pipelines.joint.vehicle.empty import FIGURES, figure_at
 from tests.pipelines.hierarchy.hand_made_fleet import KNOWN, fleet, said, std_of
 
 

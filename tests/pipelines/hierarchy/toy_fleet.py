@@ -12,7 +12,7 @@ from pipelines.hierarchy.parts import Source, make_parts
 from pipelines.hierarchy.posterior import VehiclePosterior, solve
 from pipelines.hierarchy.records import DriveTold
 from pipelines.joint.kept import KeptRelations
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import FloatArray
 from tests.pipelines.joint_parts import vehicle
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
 
 CHANCE = 0.05
 """Chance beforehand that a log comes from a simulator whose tyres do not give."""

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.joint.gaussianity import LogDensity, not_gaussian
-from pipelines.joint.sampling_guide import fit_guide, informed_basis
-from pipelines.joint.sampling_mixture import Mode, mixture_of, tempered
-from pipelines.joint.sampling_modes import find_modes
-from pipelines.joint.sampling_moves import Cloud, Counted, jump_move, powered, slice_move
-from pipelines.joint.sampling_start import begin, kish, normalised, resampled
+from pipelines.joint.sampling.gaussianity import LogDensity, not_gaussian
+from pipelines.joint.sampling.guide import fit_guide, informed_basis
+from pipelines.joint.sampling.mixture import Mode, mixture_of, tempered
+from pipelines.joint.sampling.modes import find_modes
+from pipelines.joint.sampling.moves import Cloud, Counted, jump_move, powered, slice_move
+from pipelines.joint.sampling.start import begin, kish, normalised, resampled
 from pipelines.results import FloatArray
 
 __all__ = ["Drawn", "LogDensity", "find_modes", "no_narrower", "not_gaussian", "sample"]

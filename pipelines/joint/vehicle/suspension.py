@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.joint.book import AXLES, Book
+from pipelines.joint.vehicle.book import AXLES, Book
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption
 from pipelines.vehicles.anti_roll import silent_bar

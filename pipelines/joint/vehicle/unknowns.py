@@ -6,12 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.joint.body import TYRE_SHARE, Body, Values, body_of
-from pipelines.joint.book import AXLES, Book
-from pipelines.joint.links import inertias, links
-from pipelines.joint.load_places import LoadPlace, in_words, places, usual_height
-from pipelines.joint.remembered import Remembered
-from pipelines.joint.suspension import CORNERS, suspension
+from pipelines.joint.vehicle.body import TYRE_SHARE, Body, Values, body_of
+from pipelines.joint.vehicle.book import AXLES, Book
+from pipelines.joint.vehicle.links import inertias, links
+from pipelines.joint.vehicle.load_places import LoadPlace, in_words, places, usual_height
+from pipelines.joint.vehicle.remembered import Remembered
+from pipelines.joint.vehicle.suspension import CORNERS, suspension
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption, FloatArray
 from pipelines.vehicles.kinds import LOAD_SPREAD, LOAD_SPREAD_STD, kind_of, usual_load

@@ -11,12 +11,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts import LEVELLED, LEVELS, chance_wrong, doubts_of
+from pipelines.joint.doubts.carried import LEVELLED, LEVELS
+from pipelines.joint.doubts.listed import doubts_of
+from pipelines.joint.doubts.stated_figures import chance_wrong
 from pipelines.joint.file_check import LOAD, stated_unknowns
-from pipelines.joint.file_ways import OPEN, joined_again, opened
 from pipelines.joint.posterior import Joint
-from pipelines.joint.rigid_tyres import log_odds
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
+from pipelines.joint.ways.file_ways import OPEN, joined_again, opened
+from pipelines.joint.ways.rigid_tyres import log_odds
 from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.joint.book import AXLES, SILENT, Book
+from pipelines.joint.vehicle.book import AXLES, SILENT, Book
 from pipelines.models.axle_load import patch_shift
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.spring_base import rigid_axle

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipelines.joint.gaussianity import LogDensity, quiet
-from pipelines.joint.sampling_mixture import LOG_2PI, Mixture, log_sum, pick
+from pipelines.joint.sampling.gaussianity import LogDensity, quiet
+from pipelines.joint.sampling.mixture import LOG_2PI, Mixture, log_sum, pick
 from pipelines.results import FloatArray
 
 SHRINKS = 6

@@ -10,7 +10,7 @@ import math
 
 import numpy as np
 
-from pipelines.joint.unknowns import before_the_log
+from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 

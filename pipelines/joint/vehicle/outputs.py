@@ -8,9 +8,9 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Values
-from pipelines.joint.body import Body, body_inertias, body_of, pitch_centres
-from pipelines.joint.laden import leans, rate_under_load, roll_center
-from pipelines.joint.unknowns import AXLES, CORNERS
+from pipelines.joint.vehicle.body import Body, body_inertias, body_of, pitch_centres
+from pipelines.joint.vehicle.laden import leans, rate_under_load, roll_center
+from pipelines.joint.vehicle.unknowns import AXLES, CORNERS
 from pipelines.results import FloatArray
 
 

@@ -11,10 +11,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipelines.joint.doubts import HEARD, Weighed
+from pipelines.joint.doubts.weighed import HEARD, Weighed
 from pipelines.joint.posterior import Joint
-from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS
-from pipelines.joint.unknowns import AXLES, CORNERS
+from pipelines.joint.vehicle.unknowns import AXLES, CORNERS
+from pipelines.joint.ways.travel_scale import GYRO_BESIDE_SPRINGS
 from pipelines.vehicles.vehicle import Vehicle
 
 LEAST = 0.05

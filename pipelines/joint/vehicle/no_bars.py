@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
-from pipelines.joint.unknowns import AXLES, Known
+from pipelines.joint.vehicle.unknowns import AXLES, Known
 from pipelines.vehicles.anti_roll import usual_bar
 from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle

@@ -6,9 +6,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pipelines.joint.gaussianity import LogDensity
-from pipelines.joint.sampling_mixture import Mixture, Mode, mixture_of
-from pipelines.joint.sampling_moves import Cloud, Guide
+from pipelines.joint.sampling.gaussianity import LogDensity
+from pipelines.joint.sampling.mixture import Mixture, Mode, mixture_of
+from pipelines.joint.sampling.moves import Cloud, Guide
 from pipelines.results import FloatArray
 
 STEP = 1e-5

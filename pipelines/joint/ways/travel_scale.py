@@ -18,10 +18,10 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.doubts import WRONG_FILE
+from pipelines.joint.doubts.weighed import WRONG_FILE
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.rigid_tyres import log_odds
-from pipelines.joint.unknowns import CORNERS, Known
+from pipelines.joint.vehicle.unknowns import CORNERS, Known
+from pipelines.joint.ways.rigid_tyres import log_odds
 from pipelines.results import FloatArray
 
 GYRO_BESIDE_SPRINGS = "gyro and quick spring deflections"

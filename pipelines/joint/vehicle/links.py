@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.joint.book import AXLES, Book
-from pipelines.joint.feet import feet
-from pipelines.joint.suspension import levels
+from pipelines.joint.vehicle.book import AXLES, Book
+from pipelines.joint.vehicle.feet import feet
+from pipelines.joint.vehicle.suspension import levels
 from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.priors import measured_pitch_inertia, measured_roll_inertia
 from pipelines.vehicles.spring_base import rigid_axle

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.joint.gaussianity import LogDensity
-from pipelines.joint.sampling_mixture import Mixture, Mode, mixture_of, tempered
-from pipelines.joint.sampling_moves import Cloud, powered
+from pipelines.joint.sampling.gaussianity import LogDensity
+from pipelines.joint.sampling.mixture import Mixture, Mode, mixture_of, tempered
+from pipelines.joint.sampling.moves import Cloud, powered
 from pipelines.results import FloatArray
 
 POWERS = (1.0, 0.3, 0.1, 0.03, 0.01, 3e-3, 1e-3, 1e-4, 1e-5, 1e-6)

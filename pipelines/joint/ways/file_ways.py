@@ -14,11 +14,11 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.doubts import chance_wrong
+from pipelines.joint.doubts.stated_figures import chance_wrong
 from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.rigid_tyres import log_odds
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
+from pipelines.joint.ways.rigid_tyres import log_odds
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 

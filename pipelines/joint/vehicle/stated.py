@@ -8,9 +8,9 @@ from functools import partial
 import numpy as np
 
 from pipelines.evidence import Evidence, Kind, Values
-from pipelines.joint.outputs import roll_stiffness_of
-from pipelines.joint.suspension import levels
-from pipelines.joint.unknowns import AXLES
+from pipelines.joint.vehicle.outputs import roll_stiffness_of
+from pipelines.joint.vehicle.suspension import levels
+from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle

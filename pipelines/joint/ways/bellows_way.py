@@ -11,10 +11,10 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts import BELLOWS
+from pipelines.joint.doubts.carried import BELLOWS
 from pipelines.joint.posterior import Joint, find_mode
-from pipelines.joint.rigid_tyres import log_odds
-from pipelines.joint.unknowns import BY_SPRINGS, SPRINGS_CARRY, Known
+from pipelines.joint.vehicle.unknowns import BY_SPRINGS, SPRINGS_CARRY, Known
+from pipelines.joint.ways.rigid_tyres import log_odds
 from pipelines.vehicles.axle_loads import by_springs
 from pipelines.vehicles.vehicle import Vehicle
 

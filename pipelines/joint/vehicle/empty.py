@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pipelines.joint.outputs import lacked_by_springs, roll_damping_of, roll_stiffness_of
-from pipelines.joint.unknowns import AXLES
+from pipelines.joint.vehicle.outputs import lacked_by_springs, roll_damping_of, roll_stiffness_of
+from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.results import FloatArray
 
 Values = Mapping[str, FloatArray]

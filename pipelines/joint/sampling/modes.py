@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from pipelines.joint.gaussianity import LogDensity, quiet
-from pipelines.joint.sampling_guide import slopes
-from pipelines.joint.sampling_mixture import Mode, cholesky
+from pipelines.joint.sampling.gaussianity import LogDensity, quiet
+from pipelines.joint.sampling.guide import slopes
+from pipelines.joint.sampling.mixture import Mode, cholesky
 from pipelines.results import FloatArray
 
 FRACTIONS = np.array([1.0, 0.5, 0.2, 0.05, 0.01, 1e-3, 1e-4])

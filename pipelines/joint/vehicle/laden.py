@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.joint.body import Body, carrying
-from pipelines.joint.remembered import once
-from pipelines.joint.suspension import STOP_POWER
+from pipelines.joint.vehicle.body import Body, carrying
+from pipelines.joint.vehicle.remembered import once
+from pipelines.joint.vehicle.suspension import STOP_POWER
 from pipelines.models.roll import GRAVITY
 
 AXLES = ("front", "rear")

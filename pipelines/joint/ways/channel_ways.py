@@ -14,11 +14,11 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.channels import channels_of
-from pipelines.joint.doubts import WRONG_FILE
-from pipelines.joint.file_ways import FARTHEST, joined_again
+from pipelines.joint.doubts.weighed import WRONG_FILE
 from pipelines.joint.posterior import Joint
-from pipelines.joint.rigid_tyres import log_odds
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
+from pipelines.joint.ways.file_ways import FARTHEST, joined_again
+from pipelines.joint.ways.rigid_tyres import log_odds
 
 
 def channel_ways(

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.joint.remembered import once
+from pipelines.joint.vehicle.remembered import once
 from pipelines.models.roll import GRAVITY
 
 TYRE_SHARE = 1.15

@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence
-from pipelines.joint.file_ways import joined_again
 from pipelines.joint.posterior import Joint
-from pipelines.joint.rigid_tyres import log_odds
-from pipelines.joint.unknowns import Known
+from pipelines.joint.vehicle.unknowns import Known
+from pipelines.joint.ways.file_ways import joined_again
+from pipelines.joint.ways.rigid_tyres import log_odds
 
 CARRIER = "wheel slips"
 """Of the relation."""

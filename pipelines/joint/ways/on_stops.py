@@ -16,12 +16,12 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.file_ways import joined_again
 from pipelines.joint.posterior import Joint
-from pipelines.joint.rigid_tyres import log_odds
-from pipelines.joint.suspension import levelled_n
-from pipelines.joint.travel_scale import GYRO_BESIDE_SPRINGS
-from pipelines.joint.unknowns import AXLES, Known
+from pipelines.joint.vehicle.suspension import levelled_n
+from pipelines.joint.vehicle.unknowns import AXLES, Known
+from pipelines.joint.ways.file_ways import joined_again
+from pipelines.joint.ways.rigid_tyres import log_odds
+from pipelines.joint.ways.travel_scale import GYRO_BESIDE_SPRINGS
 from pipelines.results import FloatArray
 from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle

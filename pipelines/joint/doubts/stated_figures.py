@@ -1,0 +1,63 @@
+"""Doubts of the vehicle file: stated figures that are wrong by several of their spreads, an empty vehicle unlike the measured ones."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from pipelines.joint.doubts.weighed import WRONG_FILE, Doubt, Place, elsewhere, wider
+from pipelines.joint.file_check import BARS, LOAD, of_any, stated_unknowns
+from pipelines.joint.vehicle.no_bars import NOT_LOOKED_UP, bars_not_looked_up
+from pipelines.joint.vehicle.unknowns import AXLES
+from pipelines.vehicles.kinds import usual_load
+from pipelines.vehicles.kinematics import spring_curve
+from pipelines.vehicles.vehicle import Vehicle
+
+OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05, LOAD: 0.05}
+"""The same of what data sheets mean in several ways: kerb, empty or permitted mass; rates at the spring or at the wheel. Who states where
+the CG lies across has weighed the wheels, and who states wheel rates above and below ride height has had them measured at the wheel. And of
+a load, which who wrote it down did not drive with."""
+
+WEIGHED = 0.005
+"""The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
+
+UNLIKE, FARTHER = 0.06, 2.0
+"""Chance that an empty vehicle is unlike the measured ones of its kind, and its CG height's spread over theirs then: about the lines by
+style and mass the measured heights lie as Student's law of 7 degrees of freedom has it, three of theirs beyond three spreads for one of
+a normal law's."""
+
+
+def chance_wrong(title: str, vehicle: Vehicle) -> float:
+    """Chance beforehand that stated figures are wrong: as data sheets are, or as rigs are where the file holds what only those find."""
+    if title == "stated spring rates" and all(spring_curve(vehicle.quantities, axle) for axle in AXLES):
+        return WRONG_FILE
+    if vehicle.get("cg_lateral_offset_m") is not None:
+        weighed = {"stated mass": WRONG_FILE, "stated place of the CG": WEIGHED}
+        return weighed.get(title, OFTEN_WRONG.get(title, WRONG_FILE))
+    return OFTEN_WRONG.get(title, WRONG_FILE)
+
+
+def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
+    """Every stated figure: each of a pair by itself, and both wrong alike. A load that is not the stated one is any that such vehicles carry."""
+    found = []
+    for title, names in stated_unknowns(vehicle).items():
+        text, chance = f"{title} wrong", chance_wrong(title, vehicle)
+        if title == LOAD:
+            kilos = float(joint.known.mean[joint.known.index("empty_mass")])
+            usual = usual_load(vehicle, kilos)
+            anywhere = {
+                n: (float(joint.known.mean[joint.known.index(n)]), of_any(joint.known, n)) for n in names[1:]
+            }
+            found.append(elsewhere(text, joint.known, {"load": (usual.mean, usual.std), **anywhere}, chance))
+        elif title == BARS and (bars := bars_not_looked_up(joint.known, vehicle)):
+            found.append(elsewhere(text, joint.known, bars, NOT_LOOKED_UP))
+        else:
+            found += wider(text, names, chance)
+    return found
+
+
+def unlike_measured(_: Place, vehicle: Vehicle) -> list[Doubt]:
+    """An empty CG higher or lower than those of measured vehicles, where the vehicle file has none of its own."""
+    if vehicle.get("cg_height_m") is not None:
+        return []
+    text = "an empty CG height unlike those of measured vehicles"
+    return [Doubt(text, ("empty_h",), np.zeros(1), np.eye(1) * FARTHER**-2, UNLIKE)]
