@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from pipelines.joint.ways.rigid_tyres import CHANCE, STATED_CHANCE
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
 from pipelines.results import Assumption, FloatArray, Prior
 from pipelines.vehicles.anti_roll import closer_springs, usual_bar
@@ -33,7 +34,7 @@ TAIL = 5.0
 """Where the vehicle file is silent: mean and standard deviation (kg, m; shares of mass, of height, of
 track). TAIL: degrees of freedom of the measured heights about their mean."""
 
-RIGID_TYRES = {True: 0.03, False: 0.05}
+RIGID_TYRES = {True: STATED_CHANCE, False: CHANCE}
 STIFFER = 100.0
 """Chance that tyres do not give at all, as on rims and in many a simulator, by whether the vehicle file states their rate; how much
 stiffer they are then."""
