@@ -22,7 +22,7 @@ from pipelines.estimators.base_excitation.companion import BaseExcitationBatch  
 from pipelines.estimators.base_excitation.estimator import BaseExcitation  # noqa: E402
 from pipelines.simulation.loads import Load  # noqa: E402
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log  # noqa: E402
-from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 
 CARS = ("suv", "sedan", "van")
 ROADS = ("off_road", "rough_straight")

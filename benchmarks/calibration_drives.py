@@ -31,7 +31,8 @@ from pipelines.simulation.plant.vehicle import PlantVehicle
 from pipelines.simulation.records import Air
 from pipelines.simulation.sensors.truth import rotation
 from pipelines.simulation.sensors.units import SensorGroup, SensorLog
-from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 DRIVER_KG = 75.0
 PERSONS_KG = 225.0

@@ -35,7 +35,8 @@ from pipelines.estimators.roll_pitch_plane.pitch import PitchPlane  # noqa: E402
 from pipelines.estimators.roll_pitch_plane.roll import RollPlane  # noqa: E402
 from pipelines.evidence import Evidence  # noqa: E402
 from pipelines.simulation.logs.as_drive import drive_of  # noqa: E402
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle import Vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 
 CARS = ("suv", "sedan", "van")
 ROADS = ("rural", "launch_and_stop", "handling_track", "public_road", "urban")

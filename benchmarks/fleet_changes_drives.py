@@ -25,7 +25,7 @@ from pipelines.simulation.logs.as_drive import drive_of  # noqa: E402
 from pipelines.simulation.logs.drive import Choice, simulate_log  # noqa: E402
 from pipelines.simulation.manoeuvres.base import Options  # noqa: E402
 from pipelines.simulation.plant.vehicle import PlantVehicle  # noqa: E402
-from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 from pipelines.verdict.combine import verdict_of  # noqa: E402
 
 SEED = 7

@@ -39,7 +39,7 @@ from pipelines.simulation.plant.random_vehicle import random_vehicle  # noqa: E4
 from pipelines.simulation.plant.vehicle import PlantVehicle  # noqa: E402
 from pipelines.simulation.sensors.sets import sensor_set  # noqa: E402
 from pipelines.simulation.sensors.units import SensorSet, SensorUnit  # noqa: E402
-from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 from pipelines.verdict.combine import verdict_of  # noqa: E402
 
 ALWAYS = (

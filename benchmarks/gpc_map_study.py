@@ -24,7 +24,7 @@ from pipelines.estimators.gpc_bayesian_map.estimator import GpcBayesianMap  # no
 from pipelines.simulation.loads import Load  # noqa: E402
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log  # noqa: E402
 from pipelines.simulation.manoeuvres.base import Options  # noqa: E402
-from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 
 CARS = ("suv", "sedan", "van")
 ROADS = {"rough": ("off_road", "rough_straight"), "public": ("rural", "urban", "public_road")}

@@ -39,7 +39,7 @@ from pipelines.simulation.logs.drive import Choice, simulate_log  # noqa: E402
 from pipelines.simulation.logs.loads import PLACES  # noqa: E402
 from pipelines.simulation.manoeuvres.base import Options  # noqa: E402
 from pipelines.simulation.plant.random_vehicle import random_vehicle  # noqa: E402
-from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 
 SHOWN = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "roll_stiffness_nmprad")
 LOAD_KG = 150.0

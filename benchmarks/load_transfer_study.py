@@ -26,7 +26,7 @@ from pipelines.simulation.loads import Load  # noqa: E402
 from pipelines.simulation.logs.as_drive import drive_of  # noqa: E402
 from pipelines.simulation.logs.drive import Choice, simulate_log  # noqa: E402
 from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle  # noqa: E402
-from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 
 NAMES = ("load_transfer_batch", "load_transfer", "modified_load_transfer", "high_frequency_load_transfer")
 MANOEUVRES = ("handling_track", "rural", "urban", "public_road")

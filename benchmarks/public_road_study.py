@@ -42,7 +42,8 @@ from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle  # noqa: E4
 from pipelines.simulation.sensors.sets import DEFAULT_MOUNT, sensor_set  # noqa: E402
 from pipelines.simulation.sensors.truth import Fit  # noqa: E402
 from pipelines.simulation.sensors.units import SensorLog, apply  # noqa: E402
-from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle import Quantity, Vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 from pipelines.verdict.combine import combine  # noqa: E402
 
 RESULT = Path(__file__).parent / "results" / "public_road_study.md"

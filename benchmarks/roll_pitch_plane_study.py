@@ -25,7 +25,7 @@ from pipelines.estimators.roll_pitch_plane.roll import RollPlane  # noqa: E402
 from pipelines.simulation.loads import Load  # noqa: E402
 from pipelines.simulation.logs.as_drive import drive_of  # noqa: E402
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log  # noqa: E402
-from pipelines.vehicles.vehicle import parse_vehicle  # noqa: E402
+from pipelines.vehicles.vehicle_file import parse_vehicle  # noqa: E402
 
 CARS = ("suv", "sedan", "van")
 KINDS = {

@@ -37,7 +37,8 @@ from pipelines.simulation.manoeuvres.base import Options, figures_of
 from pipelines.simulation.plant.run import simulate
 from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle
 from pipelines.simulation.records import Demand, PlantRun, straight_road
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 NAMES = ("suv", "sedan", "van", "off_road", "truck")
 ERRORS = {

@@ -57,7 +57,7 @@ def convert(
 
 def _radius(vehicle: Path) -> WheelRadius | None:
     """All that a table needs of a vehicle: with it turn rates of wheels are speeds."""
-    from pipelines.vehicles.vehicle import read_vehicle
+    from pipelines.vehicles.vehicle_file import read_vehicle
     from pipelines.vehicles.wheel_radius import wheel_radius
 
     return wheel_radius(read_vehicle(vehicle))

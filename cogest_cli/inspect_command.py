@@ -32,7 +32,7 @@ def inspect(
     from parsers.errors import MappingError
     from pipelines.discover import nearest
     from pipelines.inspection import inspect_log
-    from pipelines.vehicles.vehicle import read_vehicle
+    from pipelines.vehicles.vehicle_file import read_vehicle
     from pipelines.vehicles.wheel_radius import wheel_radius
     from reports.inspection import inspection_dict, inspection_text
 

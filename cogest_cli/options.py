@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from parsers.errors import DatabaseError, ReportError
-from parsers.places import as_path, masked
+from parsers.places import as_path
+from parsers.places_text import masked
 
 if TYPE_CHECKING:
     from parsers.load import LoadOptions, Progress

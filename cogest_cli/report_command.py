@@ -24,7 +24,7 @@ def report(
 ) -> None:
     """Write a report again from stored results, without the logs: a drive's, or a fleet's."""
     from cogest_cli.output import show_line
-    from parsers.places import is_url
+    from parsers.places_text import is_url
     from pipelines.fleet.store import STORE_FILE
 
     if is_url(results) or (Path(results) / STORE_FILE).is_file():

@@ -206,7 +206,7 @@ def _vehicle(text: str, seed: int) -> PlantVehicle:
     path = Path(text)
     if path.suffix.lower() == ".toml":
         from pipelines.simulation.logs.vehicle import plant_vehicle
-        from pipelines.vehicles.vehicle import read_vehicle
+        from pipelines.vehicles.vehicle_file import read_vehicle
 
         return plant_vehicle(read_vehicle(path))
     from pipelines.simulation.logs.drive import preset

@@ -54,7 +54,8 @@ def suspension_map(
     from pipelines.suspension_mapping.file import map_text
     from pipelines.suspension_mapping.judge import judge
     from pipelines.suspension_mapping.train import train, training_drive
-    from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+    from pipelines.vehicles.vehicle import Vehicle
+    from pipelines.vehicles.vehicle_file import read_vehicle
     from reports.files import write_whole
     from reports.suspension_map_text import map_report_dict, map_report_text
 

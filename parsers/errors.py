@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from parsers.places import as_path, masked
+from parsers.places import as_path
+from parsers.places_text import masked
 
 
 class CogestError(Exception):

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from datetime import datetime
 from typing import Any, TypeVar, cast
 
-from parsers.places import masked_text
+from parsers.places_text import masked_text
 
 T = TypeVar("T")
 

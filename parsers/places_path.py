@@ -15,8 +15,8 @@ from typing import IO, Any, cast
 from weakref import finalize
 
 from parsers import places_fs
-from parsers.places import FileFacts, is_url, masked
 from parsers.places_ranges import SMALL_BYTES, RangeFile, Ranges
+from parsers.places_text import FileFacts, is_url, masked
 
 _BUFFER = 16 << 10
 

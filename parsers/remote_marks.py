@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from parsers.places import FileFacts, as_path, masked, remote
+from parsers.places import as_path, remote
+from parsers.places_text import FileFacts, masked
 
 if TYPE_CHECKING:
     from parsers.places_path import RemotePath

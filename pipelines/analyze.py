@@ -45,7 +45,8 @@ from pipelines.results import Assumption, Estimate, ParameterEstimate, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
 from pipelines.vehicles.priors import standing
-from pipelines.vehicles.vehicle import Vehicle, read_vehicle, with_suspension_map
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle, with_suspension_map
 from pipelines.vehicles.wheel_radius import wheel_radius
 from pipelines.verdict.combine import verdict_of
 from pipelines.verdict.two_loads import holding_both_loads, taught_with_both_loads

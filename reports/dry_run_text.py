@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from parsers.places import masked
+from parsers.places_text import masked
 from pipelines.fleet.batch import Absent
 from pipelines.fleet.find import by_vehicle
 from pipelines.fleet.outlook import ASKED, Outlook

@@ -20,7 +20,7 @@ from parsers.signals import SIGNALS
 from pipelines.estimators.registry import estimators
 from pipelines.parameters import PARAMETERS
 from pipelines.vehicles.keys import LOAD_KEYS, SENSOR_KEYS, TEXT_KEYS, VEHICLE_KEYS
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = sorted([*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md")])

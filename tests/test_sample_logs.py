@@ -15,7 +15,7 @@ from parsers.load import load_drive
 from pipelines.discover import databases_beside, nearest
 from pipelines.simulation.logs.loads import parse_load
 from pipelines.simulation.plant.vehicle import PRESETS
-from pipelines.vehicles.vehicle import read_vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent))
 sys.path.insert(0, str(Path(__file__).resolve().parent / "parsers"))

@@ -14,7 +14,8 @@ from pipelines.simulation.logs.vehicle import data_sheet, sheet_values
 from pipelines.simulation.plant.vehicle import PRESETS
 from pipelines.simulation.sensors.sets import DEFAULT_MOUNT
 from pipelines.vehicles.kinematics import spring_curve
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 PLANT = replace(PRESETS["suv"], sprung_cg_left_m=0.01)
 TRUE = sheet_values(PLANT) | {k: truth(PLANT, ())[k] for k in ("cg_height_m", "cg_lateral_offset_m")}

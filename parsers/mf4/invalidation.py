@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import bisect
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,27 +11,7 @@ from parsers.channels import ByteArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.mf4.model import Group
-
-if TYPE_CHECKING:
-    from parsers.mf4.streams import DataStream
-
-ALL_VALID, UNREADABLE = -1, -2
-
-
-@dataclass
-class BitBlocks:
-    """Where the bits of each block of values are: for block i, which begins at values_at[i] in the stream of values, at
-    bits_at[i] in the stream of bits; ALL_VALID where there are none, UNREADABLE where they cannot be read.
-    """
-
-    bits: DataStream
-    values_at: list[int] = field(default_factory=list)
-    bits_at: list[int] = field(default_factory=list)
-
-    def add(self, values_at: int, bits_at: int) -> None:
-        """Say where the bits of the next block of values are."""
-        self.values_at.append(values_at)
-        self.bits_at.append(bits_at)
+from parsers.mf4.streams import ALL_VALID, UNREADABLE, BitBlocks
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ from parsers.errors import LogError
 from parsers.importer import ImportLog
 from parsers.mf4.blocks import HEADER, BlockFile
 from parsers.mf4.compression import first_bytes
-from parsers.mf4.invalidation import ALL_VALID, UNREADABLE, BitBlocks
 from parsers.mf4.model import UNFINISHED_LENGTH, UNFINISHED_LIST
 from parsers.mf4.pieces import CHUNK, Fragment, Piece, parts, unpack
 
+ALL_VALID, UNREADABLE = -1, -2
 MAX_LISTS = 1 << 20
 _DZ = struct.Struct("<2sBxIQQ")
 _PLAIN = ("DT", "DV", "SD", "DI")
@@ -166,6 +166,22 @@ class DataStream:
         self.log.worsen(
             "malformed", f"the data block at byte {file_at} is damaged and was left out: {why.problem}"
         )
+
+
+@dataclass
+class BitBlocks:
+    """Where the bits of each block of values are: for block i, which begins at values_at[i] in the stream of values, at
+    bits_at[i] in the stream of bits; ALL_VALID where there are none, UNREADABLE where they cannot be read.
+    """
+
+    bits: DataStream
+    values_at: list[int] = field(default_factory=list)
+    bits_at: list[int] = field(default_factory=list)
+
+    def add(self, values_at: int, bits_at: int) -> None:
+        """Say where the bits of the next block of values are."""
+        self.values_at.append(values_at)
+        self.bits_at.append(bits_at)
 
 
 class _Builder:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Literal
 
 from parsers.errors import LogError
-from parsers.places import is_url, masked
+from parsers.places_text import is_url, masked
 from pipelines.engines.base import Done, Limits, Task
 from pipelines.engines.registry import engine_named
 from pipelines.fleet.claims import Claim, Claims
@@ -20,7 +20,7 @@ from pipelines.fleet.job_text import job_text
 from pipelines.fleet.keys import Keys
 from pipelines.fleet.moved import Lost, lost
 from pipelines.fleet.records import BatchSummary, Choices, Ended, Facts, FoundDrive, FoundFleet, Job
-from pipelines.fleet.storage import storage_at
+from pipelines.fleet.storage_at import storage_at
 from pipelines.fleet.store import STORE_FILE, Catalogue, Store, StoredDrive, open_store
 
 if TYPE_CHECKING:

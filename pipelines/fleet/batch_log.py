@@ -18,7 +18,8 @@ from typing import Protocol
 
 from parsers.errors import StoreError
 from pipelines.fleet.events import DriveEnded, Event, Finished, Found, Kept
-from pipelines.fleet.storage import Storage, storage_at
+from pipelines.fleet.storage import Storage
+from pipelines.fleet.storage_at import storage_at
 
 FILE_NAME = "batch.log"
 FOLDER = "logs"

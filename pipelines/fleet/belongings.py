@@ -11,7 +11,7 @@ from parsers.errors import CogestError, VehicleError
 from parsers.importer import ReadOptions
 from parsers.small_text import read_small_text
 from pipelines.discover import SETTINGS, nearest
-from pipelines.fleet.listing import Listing, Placed, path_of
+from pipelines.fleet.entries import Listing, Placed, path_of
 
 VEHICLE, MAP = "vehicle.toml", "map.toml"
 OWN = tuple(f".{name}" for name in (VEHICLE, MAP, SETTINGS))
@@ -31,7 +31,7 @@ class VehicleFacts:
 
 def read_vehicle_facts(place: str) -> VehicleFacts:
     """Read a vehicle file. Raises nothing: what is wrong with it is its `problem`."""
-    from pipelines.vehicles.vehicle import parse_vehicle, with_suspension_map
+    from pipelines.vehicles.vehicle_file import parse_vehicle, with_suspension_map
 
     path = path_of(place)
     try:

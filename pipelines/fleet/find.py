@@ -12,15 +12,16 @@ from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from parsers.places import masked
+from parsers.places_text import masked
 from pipelines.discover import SETTINGS
 from pipelines.fleet.belongings import MAP, OWN, Belongings, VehicleFacts, distinct, top_folder
+from pipelines.fleet.entries import Listing
 from pipelines.fleet.find_facts import LookedUp
 from pipelines.fleet.find_said import said_drives
 from pipelines.fleet.group import group_folder
 from pipelines.fleet.group_copies import same_bytes
 from pipelines.fleet.heads import Heads
-from pipelines.fleet.listing import Lister, Listing, list_any
+from pipelines.fleet.listing import Lister, list_any
 from pipelines.fleet.logs import Log
 from pipelines.fleet.names import drive_id
 from pipelines.fleet.recordings import recordings

@@ -11,7 +11,7 @@ from parsers.errors import CogestError
 from parsers.importer import ReadOptions
 from pipelines.fleet.belongings import MAP, Belongings
 from pipelines.fleet.clocks import MOST_BYTES, Clock, clock_of
-from pipelines.fleet.listing import path_of
+from pipelines.fleet.entries import path_of
 from pipelines.fleet.logs import Log
 from pipelines.fleet.together import Moments
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from parsers.errors import CogestError
 from parsers.small_text import read_small_text
 from pipelines.fleet.drive_file import FILE_NAME, DriveFile, DriveFileError, SaidDrive, parse_drive_file
-from pipelines.fleet.listing import Entry, Listing
+from pipelines.fleet.entries import Entry, Listing
 from pipelines.fleet.logs import Log
 from pipelines.fleet.together import Together
 

@@ -14,7 +14,7 @@ from dataclasses import asdict, dataclass, replace
 import polars as pl
 
 from parsers.errors import StoreError
-from parsers.places import masked
+from parsers.places_text import masked
 from pipelines.fleet.copies import Finished
 from pipelines.fleet.doubts import vehicle_doubts
 from pipelines.fleet.joined import DamagedDriveError, Join, joined, tidy

@@ -12,7 +12,7 @@ from parsers.importer import HEAD_BYTES, Importer, ReadOptions
 from parsers.parallel import in_order
 from parsers.places import remote
 from parsers.registry import FORMATS, importer_at
-from pipelines.fleet.listing import Entry
+from pipelines.fleet.entries import Entry
 from pipelines.fleet.logs import Log
 from pipelines.fleet.names import stem_of
 from pipelines.fleet.suffixes import LOG_SUFFIXES, NO_LOG_SUFFIXES, TABLE_SUFFIXES, is_quiet, suffix_of

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from parsers import places
 from parsers.errors import LogError
+from parsers.places_text import FileFacts, is_url, masked
 from parsers.remote_marks import mark_instead
 from parsers.small_text import read_small_text
 from pipelines.fleet.plain import json_bytes
@@ -35,7 +36,7 @@ class _Stat:
     files: tuple[tuple[str, str], ...]
 
 
-def _stamp(found: places.FileFacts) -> str:
+def _stamp(found: FileFacts) -> str:
     """The file's stamp, "" where a change could go unnoticed."""
     if found.etag:
         return found.etag
@@ -46,7 +47,7 @@ def _stamp(found: places.FileFacts) -> str:
 
 def _stat(place: str) -> _Stat:
     """What a file or folder is, without reading it. Raises OSError."""
-    if not places.is_url(place) or place.lower().startswith("file://"):
+    if not is_url(place) or place.lower().startswith("file://"):
         folder = places.as_path(place).is_dir()
     else:
         try:
@@ -96,7 +97,7 @@ def facts_of(place: str, seen: Facts | None = None) -> Facts:
         # stat before reading: what is written meanwhile shows as a change the next time
         return Facts(stat.size, stat.stamp, _hashed(stat))
     except OSError as error:
-        raise LogError(f"cannot be read ({error.strerror or error})", path=places.masked(place)) from error
+        raise LogError(f"cannot be read ({error.strerror or error})", path=masked(place)) from error
 
 
 class Keys:
@@ -110,7 +111,7 @@ class Keys:
 
     def _facts(self, place: str, seen: Mapping[str, Facts]) -> Facts:
         if place not in self._shared:
-            self._shared[place] = facts_of(place, seen.get(places.masked(place)))
+            self._shared[place] = facts_of(place, seen.get(masked(place)))
         return self._shared[place]
 
     def _suspension_map(self, vehicle: str) -> str | None:
@@ -129,12 +130,12 @@ class Keys:
         def one(place: str | None) -> str | None:
             if place is None:
                 return None
-            facts[places.masked(place)] = found = self._facts(place, seen)
+            facts[masked(place)] = found = self._facts(place, seen)
             return found.sha256
 
         for place in drive.logs:
             # logs are looked at anew each time: they are many, and no other drive has them
-            facts[places.masked(place)] = facts_of(place, seen.get(places.masked(place)))
+            facts[masked(place)] = facts_of(place, seen.get(masked(place)))
         suspension_map = None if drive.vehicle is None else self._suspension_map(drive.vehicle)
         content = {
             "store": FORMAT,
@@ -142,7 +143,7 @@ class Keys:
             "estimators": _names(self._choices.estimators),
             "seed": self._choices.seed,
             "fix": self._choices.fix,
-            "logs": [facts[places.masked(place)].sha256 for place in drive.logs],
+            "logs": [facts[masked(place)].sha256 for place in drive.logs],
             "vehicle": one(drive.vehicle),
             "suspension_map": one(suspension_map),
             "map": one(drive.map),

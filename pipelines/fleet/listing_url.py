@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from pipelines.fleet.listing import Entry, Listing, is_hidden
+from pipelines.fleet.entries import Entry, Listing, is_hidden
 from pipelines.fleet.records import BatchError
 from pipelines.fleet.store import STORE_FILE
 
 
 def list_url(folder: str, store: str | None = None) -> Listing:
     """The files below a URL, with one listing. Raises BatchError where it cannot be listed, or holds nothing."""
-    from parsers.places import masked, walk
+    from parsers.places import walk
+    from parsers.places_text import masked
 
     root = folder.rstrip("/")
     listing = Listing(root)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from pipelines.fleet.listing import Placed, path_of
+from pipelines.fleet.entries import Placed, path_of
 from pipelines.fleet.table_heads import TableLook
 
 

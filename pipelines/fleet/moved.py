@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from parsers.errors import LogError
-from parsers.places import masked
+from parsers.places_text import masked
 from pipelines.fleet.keys import facts_of
 from pipelines.fleet.records import FoundDrive, FoundFleet
 from pipelines.fleet.stored import Catalogue, StoredDrive

@@ -12,10 +12,11 @@ from parsers.mapping import propose, read_map
 from parsers.registry import find_importer
 from pipelines.estimators.base import Estimator
 from pipelines.estimators.registry import estimators
-from pipelines.fleet.listing import path_of
+from pipelines.fleet.entries import path_of
 from pipelines.fleet.records import FoundDrive
 from pipelines.needs import Readiness, readiness
-from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 from pipelines.vehicles.wheel_radius import wheel_radius
 
 MOST_BYTES = 256 << 20

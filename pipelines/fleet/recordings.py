@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 from parsers.registry import importer_at
 from parsers.ros.bag2_files import METADATA, bag_file, listed_files
 from parsers.store_folder import RECORD_FILE
+from pipelines.fleet.entries import Entry, Listing, path_of
 from pipelines.fleet.heads import Heads
-from pipelines.fleet.listing import Entry, Listing, path_of
 from pipelines.fleet.logs import Log
 
 _ROSBAG2 = "parsers.rosbag2_log:RosBag2Importer"

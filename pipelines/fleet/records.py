@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from parsers.errors import CogestError
-from parsers.places import masked
+from parsers.places_text import masked
 
 
 @dataclass(frozen=True)

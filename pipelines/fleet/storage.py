@@ -10,7 +10,6 @@ from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 from parsers.errors import StoreError
-from parsers.places import as_path, is_url
 
 MARK = "drive.json"
 """The file that makes a drive's folder one: where folders cannot be renamed it is written last and taken away first."""
@@ -69,14 +68,3 @@ def checked(name: str) -> str:
     if any(part in ("", ".", "..") for part in parts) or any(c in name for c in '\\\0:*?"<>|'):
         raise StoreError(f"{name[:80]!r} is no name of a file in a store")
     return name
-
-
-def storage_at(place: str) -> Storage:
-    """The storage for a path, or for a URL that fsspec opens ("s3://…"). Raises StoreError."""
-    if is_url(place) and not place.lower().startswith("file://"):
-        from pipelines.fleet.storage_url import UrlStorage
-
-        return UrlStorage(place)
-    from pipelines.fleet.storage_local import LocalStorage
-
-    return LocalStorage(as_path(place))

@@ -18,7 +18,8 @@ from typing import Any, TypeVar
 
 from parsers import places_fs
 from parsers.errors import StoreError
-from parsers.places import join, masked
+from parsers.places import join
+from parsers.places_text import masked
 from pipelines.fleet.storage import MARK, checked
 
 T = TypeVar("T")

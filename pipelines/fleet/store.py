@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING
 from parsers.errors import StoreError
 from pipelines.fleet.plain import from_plain, json_bytes, read_json
 from pipelines.fleet.records import Facts, FoundDrive
-from pipelines.fleet.storage import MARK, Storage, storage_at
+from pipelines.fleet.storage import MARK, Storage
+from pipelines.fleet.storage_at import storage_at
 from pipelines.fleet.stored import DRIVES, Catalogue, Sealed, StoredDrive, folder_of, sealed, shown
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 
-from parsers.places import masked
+from parsers.places_text import masked
 from pipelines.fleet.records import Facts, FoundDrive
 from pipelines.fleet.storage import checked
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from parsers.errors import ReportError, StoreError
-from parsers.places import is_url, masked
+from parsers.places_text import is_url, masked
 from pipelines.fleet.plain import read_json
 from pipelines.fleet.records import BatchSummary, FoundFleet
 from pipelines.fleet.store import Store

@@ -16,7 +16,7 @@ from parsers.signals import SIGNALS
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log
 from pipelines.simulation.logs.vehicle import RELATIVE, sheet_values
 from pipelines.simulation.manoeuvres.base import Options
-from pipelines.vehicles.vehicle import read_vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 Runner = Any
 

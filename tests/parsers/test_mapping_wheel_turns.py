@@ -13,7 +13,7 @@ from parsers.errors import MappingError
 from parsers.load import LoadOptions, load_drive
 from parsers.mapping import WheelRadius, propose, propose_and_say, read_map, starter_map
 from parsers.signals import WHEEL_SPEEDS
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 from pipelines.vehicles.wheel_radius import wheel_radius
 
 RADIUS = WheelRadius(0.3, 0.4, "van.toml")

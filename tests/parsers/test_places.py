@@ -13,19 +13,8 @@ import pytest
 
 from parsers import places_fs
 from parsers.errors import LogError
-from parsers.places import (
-    as_path,
-    facts,
-    is_url,
-    join,
-    masked,
-    masked_text,
-    parent,
-    place_of,
-    read_bytes,
-    remote,
-    walk,
-)
+from parsers.places import as_path, facts, join, parent, place_of, read_bytes, remote, walk
+from parsers.places_text import is_url, masked, masked_text
 from parsers.registry import read_head
 from parsers.remote_marks import content_mark, mark_instead
 from pipelines.discover import databases_beside, nearest

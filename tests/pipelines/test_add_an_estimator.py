@@ -19,7 +19,7 @@ from pipelines.simulation.logs.write import write_log, write_vehicle
 from pipelines.simulation.manoeuvres.base import Options
 from pipelines.suspension_mapping.file import map_text
 from pipelines.suspension_mapping.train import train, training_drive
-from pipelines.vehicles.vehicle import read_vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 MODULE = """
 import numpy as np

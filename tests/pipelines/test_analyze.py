@@ -15,7 +15,8 @@ from pipelines.analyze import Request, analyze, run_estimator, signal_traces
 from pipelines.estimators.base import Need
 from pipelines.limits import what_limits
 from pipelines.results import Estimate
-from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 RECORD = ImportRecord("CSV table", (), "0", "complete", 1, {}, (), "clock", None, 10.0, ())
 

@@ -25,7 +25,8 @@ from pipelines.simulation.records import GRAVITY, PlantRun
 from pipelines.simulation.sensors.sets import sensor_set
 from pipelines.simulation.sensors.truth import Fit, Mount
 from pipelines.simulation.sensors.units import apply
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 from pipelines.verdict.combine import verdict_of
 
 TRUCK = PRESETS["truck"]

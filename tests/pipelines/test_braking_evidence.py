@@ -17,7 +17,8 @@ from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.results import Estimate
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import SimulatedLog
-from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 Output = Callable[[Mapping[str, float]], float]
 

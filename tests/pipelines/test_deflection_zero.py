@@ -17,7 +17,8 @@ from pipelines.joint.vehicle.unknowns import CORNERS, before_the_log
 from pipelines.limits import what_limits
 from pipelines.prepare.deflection_zero import NAMES, NOUGHT_M, begins_at_zero, with_zero_open
 from pipelines.results import ParameterEstimate
-from pipelines.vehicles.vehicle import Vehicle, read_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 LOADED = Car(load=300.0, load_at=(2.4, 0.0, 0.9))
 

@@ -19,7 +19,8 @@ from pipelines.evidence import Evidence
 from pipelines.joint.vehicle.unknowns import before_the_log, body_of
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import SimulatedLog
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 CARS = ("suv", "sedan", "van")
 DRIVES = 3

@@ -14,7 +14,7 @@ from pipelines.fleet.belongings import read_vehicle_facts
 from pipelines.fleet.drive_file import parse_drive_file
 from pipelines.settings import read_settings
 from pipelines.suspension_mapping.file import read_suspension_map
-from pipelines.vehicles.vehicle import read_vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 READERS: dict[str, tuple[str, Callable[[Path], object]]] = {
     "vehicle": ("[vehicle]\nmass_kg = {}\n", read_vehicle),

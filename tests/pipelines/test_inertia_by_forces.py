@@ -16,7 +16,8 @@ from pipelines.joint.vehicle.outputs import INERTIA_BY_FORCES, outputs_of
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.simulation.loads import truth
 from pipelines.simulation.logs.as_drive import drive_of
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 INERTIA = "roll_inertia_kgm2"
 

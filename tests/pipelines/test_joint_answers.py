@@ -18,7 +18,7 @@ from pipelines.joint.posterior import find_mode
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.parameters import spread_text
 from pipelines.results import ParameterEstimate, Share
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
 KNOWN = before_the_log(vehicle())

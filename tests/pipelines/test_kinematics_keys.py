@@ -16,7 +16,8 @@ from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import ParameterEstimate
 from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 SHEET = """[vehicle]
 mass_kg = {value = 1600, std = 10}

@@ -12,7 +12,7 @@ from parsers.mapping import read_map
 from parsers.small_text import MOST_BYTES, read_small_text
 from pipelines.fleet.belongings import read_vehicle_facts
 from pipelines.fleet.find import find_drives
-from pipelines.vehicles.vehicle import read_vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 LARGE = "# \n" * (MOST_BYTES // 3 + 1)
 

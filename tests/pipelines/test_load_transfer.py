@@ -28,7 +28,8 @@ from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, simulate_log
 from pipelines.simulation.manoeuvres.base import Options
 from pipelines.simulation.plant.vehicle import PRESETS
-from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 G = 9.80665
 BATCH = LoadTransferBatch()

@@ -14,7 +14,7 @@ from pipelines.estimators.gpc_bayesian_map.estimator import DEFAULTS, GpcBayesia
 from pipelines.results import Estimate
 from pipelines.simulation.loads import Load
 from pipelines.simulation.logs.drive import Choice, SimulatedLog, preset, simulate_log
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 
 def run(made: SimulatedLog, model: str) -> Estimate:

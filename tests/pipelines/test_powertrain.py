@@ -8,7 +8,7 @@ import pytest
 
 from parsers.errors import VehicleError
 from pipelines.joint.vehicle.unknowns import before_the_log
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 FILE = """[vehicle]
 body = "SUV"

@@ -14,7 +14,8 @@ from pipelines.estimators.roll_map.estimator import RollMap
 from pipelines.estimators.roll_map.fit import UNCHOSEN
 from pipelines.estimators.roll_map.posterior import KNEE
 from pipelines.results import Estimate
-from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 ESTIMATOR = RollMap()
 FEW = {"draws": 30_000.0}

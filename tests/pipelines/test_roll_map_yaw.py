@@ -9,7 +9,8 @@ import pytest
 
 from pipelines.estimators.roll_map.yaw import yaw_lever
 from pipelines.vehicles.priors import measured_product
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 PRODUCT = measured_product(None)[0]
 

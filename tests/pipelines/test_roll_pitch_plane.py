@@ -21,7 +21,8 @@ from pipelines.models.roll_plane import roll_acceleration, roll_moment_needed, s
 from pipelines.results import Estimate, FloatArray
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import Choice, preset, simulate_log
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 BODY = Rigid()
 QUIET = Faults(0.0, 0.0, 0.0, 0.0)

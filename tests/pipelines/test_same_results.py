@@ -12,7 +12,7 @@ from pipelines.analyze import run_estimator
 from pipelines.estimators.registry import estimators
 from pipelines.results import Estimate
 from pipelines.settings import defaults
-from pipelines.vehicles.vehicle import read_vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 sys.path.insert(0, str(Path(__file__).resolve().parent.parent / "parsers"))
 from test_importer_contract import SAMPLES, options_for

@@ -24,7 +24,8 @@ from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.results import Estimate, FloatArray
 from pipelines.vehicles.anti_roll import closer_springs
 from pipelines.vehicles.spring_base import UNSAID, narrowing
-from pipelines.vehicles.vehicle import Quantity, Vehicle, read_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 
 BASE = 1.12
 LENGTHS = {"wheelbase_m": 3.2, "track_front_m": 1.62, "track_rear_m": 1.62, "mass_kg": 2000.0}

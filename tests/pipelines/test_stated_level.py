@@ -17,7 +17,8 @@ from pipelines.joint.vehicle.body import body_of
 from pipelines.joint.vehicle.stated import stated_beside, stated_relations
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.models.roll import GRAVITY
-from pipelines.vehicles.vehicle import Quantity, Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
 FILE = Path("vehicle.toml")

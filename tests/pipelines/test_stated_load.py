@@ -19,7 +19,8 @@ from pipelines.joint.vehicle.unknowns import CORNERS, before_the_log
 from pipelines.joint.ways.levelled import as_levelled, rather_another_load
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
-from pipelines.vehicles.vehicle import Quantity, Vehicle, read_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
 

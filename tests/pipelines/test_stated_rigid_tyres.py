@@ -12,7 +12,8 @@ from pipelines.estimators.roll_map.priors import draw_vehicle
 from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.models.axle_load import patch_shift
 from pipelines.simulation.logs.vehicle import plant_vehicle
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 RATES = (1e9, 1e12)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from parsers.errors import VehicleError
-from pipelines.vehicles.vehicle import parse_vehicle, read_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle, read_vehicle
 
 FILE = Path("car.toml")
 

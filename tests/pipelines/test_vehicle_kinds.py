@@ -17,7 +17,8 @@ from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.axle_loads import by_springs, carried_in_words
 from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.spring_base import rigid_axle
-from pipelines.vehicles.vehicle import Quantity, Vehicle, read_vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from pipelines.vehicles.vehicle_file import read_vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
 

@@ -9,7 +9,7 @@ import pytest
 from parsers.errors import VehicleError
 from pipelines.vehicles.keys import LOAD_KEYS, SENSOR_KEYS, SHARES, VEHICLE_KEYS
 from pipelines.vehicles.plausible import SPANS
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 FILE = Path("car.toml")
 

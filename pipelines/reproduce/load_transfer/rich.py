@@ -18,7 +18,7 @@ from pipelines.results import Estimate, FloatArray
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import Choice, simulate_log
 from pipelines.simulation.plant.vehicle import PRESETS, PlantVehicle
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,8 @@ from pipelines.simulation.sensors.errors import SensorModel
 from pipelines.simulation.sensors.truth import Fit
 from pipelines.simulation.sensors.units import SensorSet, SensorUnit, apply
 from pipelines.simulation.sensors.wheel_force import units
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 RUN_HZ = 200.0
 KINDS = ("suv", "sedan", "van", "off_road")

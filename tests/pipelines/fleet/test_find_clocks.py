@@ -11,8 +11,8 @@ from parsers.load import LoadOptions, load_drive
 from parsers.mapping import read_map
 from parsers.registry import find_importer
 from pipelines.fleet.clocks import NS, clock_of
+from pipelines.fleet.entries import Entry
 from pipelines.fleet.heads import Heads
-from pipelines.fleet.listing import Entry
 from pipelines.fleet.logs import Log
 
 LOGS = [

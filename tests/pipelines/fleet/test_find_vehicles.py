@@ -10,7 +10,7 @@ from parsers.errors import SettingsError, VehicleError
 from pipelines.estimators.registry import estimators
 from pipelines.fleet.find import find_drives
 from pipelines.settings import read_settings
-from pipelines.vehicles.vehicle import parse_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 TABLE = "time_s,speed_mps\n0.0,1.5\n0.1,1.6\n0.2,1.7\n"
 VAN = '[vehicle]\nname = "van 7"\nmass_kg = 1800\n'

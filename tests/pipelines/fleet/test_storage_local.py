@@ -16,7 +16,8 @@ import pytest
 from parsers.errors import StoreError
 from pipelines.fleet import storage_local
 from pipelines.fleet.owner import Owner, alive, owner_from, this_process
-from pipelines.fleet.storage import MARK, checked, storage_at
+from pipelines.fleet.storage import MARK, checked
+from pipelines.fleet.storage_at import storage_at
 from pipelines.fleet.storage_local import LocalStorage
 
 ROOT = Path(__file__).resolve().parents[3]

@@ -15,7 +15,8 @@ from parsers import places_fs
 from parsers.errors import StoreError
 from pipelines.fleet import storage_url
 from pipelines.fleet.keys import facts_of
-from pipelines.fleet.storage import MARK, Storage, storage_at
+from pipelines.fleet.storage import MARK, Storage
+from pipelines.fleet.storage_at import storage_at
 from pipelines.fleet.storage_local import LocalStorage
 from pipelines.fleet.storage_url import UrlStorage
 from pipelines.fleet.store import open_store

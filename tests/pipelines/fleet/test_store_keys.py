@@ -12,6 +12,7 @@ import pytest
 
 from parsers import places
 from parsers.errors import LogError
+from parsers.places_text import FileFacts
 from pipelines.fleet import keys
 from pipelines.fleet.keys import Keys, key_of
 from pipelines.fleet.records import Choices, Facts, FoundDrive
@@ -186,8 +187,8 @@ def test_a_log_that_is_gone_is_an_error_of_that_drive(drive: FoundDrive) -> None
 def test_an_etag_is_a_stamp(monkeypatch: pytest.MonkeyPatch, drive: FoundDrive, reads: list[str]) -> None:
     tag, drive = "one", replace(drive, vehicle=None)
 
-    def facts(place: str) -> places.FileFacts:
-        return places.FileFacts(place, 5, None, tag)
+    def facts(place: str) -> FileFacts:
+        return FileFacts(place, 5, None, tag)
 
     first, seen = key_of(drive, CHOICES, {})
     monkeypatch.setattr(places, "facts", facts)

@@ -13,7 +13,7 @@ from parsers.errors import CogestError, VehicleError
 from parsers.signals import WHEELS
 from pipelines.suspension_mapping.file import MOST_BYTES, map_text, read_map_text, read_suspension_map
 from pipelines.suspension_mapping.record import SuspensionMap
-from pipelines.vehicles.vehicle import parse_vehicle, read_vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle, read_vehicle
 
 FILE = Path("suspension.toml")
 

@@ -16,7 +16,8 @@ from pipelines.simulation.loads import Load
 from pipelines.simulation.logs.as_drive import drive_of
 from pipelines.simulation.logs.drive import Choice, preset, simulate_log
 from pipelines.simulation.manoeuvres.base import Options
-from pipelines.vehicles.vehicle import Vehicle, parse_vehicle
+from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle_file import parse_vehicle
 
 
 @dataclass(frozen=True)
