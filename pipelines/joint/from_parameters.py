@@ -21,8 +21,8 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Evidence, Kind, Unknown, Values
-from pipelines.joint.vehicle.body import past_the_springs
 from pipelines.joint.vehicle.outputs import body_at
+from pipelines.joint.vehicle.poles import past_the_springs
 from pipelines.joint.vehicle.unknowns import Body
 from pipelines.results import FloatArray
 

@@ -15,6 +15,7 @@ import numpy as np
 from pipelines.joint.posterior import Joint, both_ways, central, values_at
 from pipelines.joint.vehicle.laden import side_moment
 from pipelines.joint.vehicle.outputs import body_at, roll_axis_of, roll_stiffness_of
+from pipelines.joint.vehicle.poles import pole_drop
 from pipelines.joint.vehicle.stated import LEVEL, shown_on_level_ground
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray, NextMeasurement
@@ -62,7 +63,7 @@ def _deflections(v: Mapping[str, FloatArray]) -> list[FloatArray]:
     pitch = 2 * (v["spring_front"] * a * a + v["spring_rear"] * b * b)
     carried = body.sprung - (v["empty_mass"] - v["unsprung_front"] - v["unsprung_rear"])
     return [
-        np.asarray((body.moment - body.mass * v["pitch_center_brake"]) / pitch),
+        np.asarray((body.moment - body.mass * (v["pitch_center_brake"] - pole_drop(v))) / pitch),
         np.asarray(body.sprung * (body.h - roll_axis_of(v, body)) / roll_stiffness_of(v)),
         np.asarray(9.81 * carried / (2 * (v["spring_front"] + v["spring_rear"]))),
     ]
@@ -75,7 +76,7 @@ def _rear_deflections(v: Mapping[str, FloatArray]) -> list[FloatArray]:
     empty = v["empty_mass"] - v["unsprung_front"] - v["unsprung_rear"]
     before = (v["empty_mass"] * v["empty_x"] - v["unsprung_rear"] * length) / empty
     return [
-        np.asarray((body.moment - body.mass * v["pitch_center_brake"]) / (length * rate)),
+        np.asarray((body.moment - body.mass * (v["pitch_center_brake"] - pole_drop(v))) / (length * rate)),
         np.asarray(GRAVITY * (body.sprung * body.x - empty * before) / (length * rate)),
     ]
 

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from parsers.signals import WHEELS
+from pipelines.results import FloatArray
 from pipelines.simulation.plant import layout as at
 from pipelines.simulation.plant.body import PlantVehicle
 from pipelines.simulation.plant.linear import roll_frequency_hz, roll_gradient_degpg
@@ -107,6 +108,20 @@ def roll_axis_height_m(vehicle: PlantVehicle, at_rest: Posture) -> float:
     return vehicle.roll_axis_height_m - down
 
 
+def pitch_axis_height_m(vehicle: PlantVehicle, wheels: FloatArray, at_rest: Posture) -> float:
+    """Height above ground of the axis about which braking pitches the body, at rest: where springs and tyres bring the links' poles.
+
+    wheels: packed, of this vehicle. A tyre that is squashed further has the road's force act closer to its hub.
+    """
+    unladen = (wheels[:, at.PRELOAD] + wheels[:, at.UNSPRUNG] * GRAVITY) / wheels[:, at.TIRE]
+    loads = at_rest.tire_forces / wheels[:, at.TIRE]
+    turned = wheels[:, at.SIDE_CURVE] * at_rest.coordinates[3:] + wheels[:, at.BRAKE_TURN] * (loads - unladen)
+    slopes = np.repeat([vehicle.side_slope_front, vehicle.side_slope_rear], 2) + turned
+    front, rear = float(slopes[:2].mean()), float(slopes[2:].mean())
+    ahead, share = vehicle.sprung_cg_behind_front_axle_m, vehicle.brake_front_share
+    return share * front * ahead - (1 - share) * rear * (vehicle.wheelbase_m - ahead)
+
+
 def truth(vehicle: PlantVehicle, loads: Sequence[Load], rest: Posture | None = None) -> dict[str, float]:
     """True parameters of the loaded vehicle at rest on flat ground, by the names of `pipelines.parameters`.
 
@@ -143,7 +158,7 @@ def truth(vehicle: PlantVehicle, loads: Sequence[Load], rest: Posture | None = N
         "cg_lateral_offset_m": left + float(shift[1]),
         "roll_center_height_m": axis,
         "roll_arm_m": height - axis,
-        "pitch_arm_m": height - full.pitch_axis_height_m,
+        "pitch_arm_m": height - pitch_axis_height_m(full, wheels, rest),
         "roll_stiffness_nmprad": float(half**2 @ spring_rates(rest.coordinates[3:], body, wheels)) + bars,
         "roll_damping_nmsprad": float(half**2 @ dampers),
         "roll_inertia_kgm2": roll_inertia + float(masses @ (away[:, 1] ** 2 + away[:, 2] ** 2)),

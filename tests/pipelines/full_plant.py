@@ -131,7 +131,7 @@ def momentum(motion: Motion) -> tuple[FloatArray, FloatArray, FloatArray, FloatA
     for i in range(4):
         d, v = y[:, at.DEFLECTION + i, None], y[:, at.DEFLECTION_RATE + i, None]
         row = wheels[i]
-        bent = row[at.PATH_CURVE] * d * [0.0, 1.0, 0.0]
+        bent = d * [row[at.SIDE_CURVE], row[at.PATH_CURVE], 0.0]
         hub_path = np.array([row[at.HUB_PATH_X], row[at.HUB_PATH_Y], 1.0]) + bent
         foot_path = np.array([row[at.FOOT_PATH_X], row[at.FOOT_PATH_Y], 1.0]) + bent
         place = row[at.HUB_X : at.HUB_Z + 1] + d * (hub_path - bent / 2)

@@ -10,8 +10,8 @@ import pytest
 from parsers.errors import VehicleError
 from pipelines.estimators.roll_map.touched_stops import stops_touched, with_stops
 from pipelines.joint.next_measurement import CANDIDATES
-from pipelines.joint.vehicle.body import past_the_springs
 from pipelines.joint.vehicle.laden import pressed, rate_under_load, roll_center
+from pipelines.joint.vehicle.poles import past_the_springs
 from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import ParameterEstimate

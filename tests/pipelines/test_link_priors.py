@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from pipelines.estimators.load_balance.relations import pitch_terms
-from pipelines.joint.vehicle.body import body_of, pitch_centres
+from pipelines.joint.vehicle.body import body_of
 from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.vehicle.poles import pitch_centres
 from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.vehicles.usual import CAMBER, ROLL_CENTER
 from pipelines.vehicles.vehicle import Quantity, Vehicle

@@ -21,7 +21,8 @@ from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.nodding import QUICK, nodding_columns
 from pipelines.estimators.load_balance.relations import pitch_moments, vertical_forces
 from pipelines.estimators.load_balance.smoothing import Smoother, friction_state
-from pipelines.joint.vehicle.body import BRAKED_FRONT, dip_levers, even_factor
+from pipelines.joint.vehicle.body import BRAKED_FRONT, even_factor
+from pipelines.joint.vehicle.poles import dip_levers
 from pipelines.joint.vehicle.unknowns import Known, before_the_log, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared, Segment
@@ -87,7 +88,7 @@ def stopped(a: float, b: float, h: float, rate: float, fx: float) -> tuple[float
 def test_wheels_that_go_up_along_a_dipped_body_hold_it(fx: float) -> None:
     a, b, h = 1.2, 1.5, 0.6
     moment, tilt, _ = stopped(a, b, h, 25.0, fx)
-    p = {"wheelbase": a + b, "drive_front": 0.0}
+    p = {"wheelbase": a + b, "drive_front": 0.0, "poles_sink": 0.0, "poles_rear": 0.75}
     brake, drive = dip_levers(p, SimpleNamespace(x=a, mass=1.0))
     assert tilt > 0.01
     bare, dipped = -h * fx, -(h - tilt * brake) * fx
@@ -199,7 +200,7 @@ def test_the_relation_vanishes_for_the_right_height_and_for_no_other() -> None:
     assert np.abs(theta).max() < 0.03
     p = known.at(np.zeros(len(known.names))) | {
         "bump_front": 0.0, "rebound_front": 0.0, "bump_rear": 0.0, "rebound_rear": 0.0, "rub": 0.0, "pitch_inertia": 0.0,
-        "rolling": 0.0, "jack_brake": 0.0, "jack_drive": 0.0,
+        "rolling": 0.0, "jack_brake": 0.0, "jack_drive": 0.0, "poles_sink": 0.0,
     }  # fmt: skip
     z = relation.instruments[:, relation.instrument_names.index("slope_off")]
     scale = p["empty_mass"] / (p["empty_mass"] + p["load"])

@@ -10,6 +10,7 @@ from full_plant import clock, demand, free_motion, momentum, without_losses
 
 from pipelines.simulation.loads import Load, loaded, truth
 from pipelines.simulation.plant import layout as at
+from pipelines.simulation.plant.body import PlantVehicle
 from pipelines.simulation.plant.linear import roll_gradient_degpg
 from pipelines.simulation.plant.random_vehicle import random_vehicle
 from pipelines.simulation.plant.run import simulate
@@ -21,6 +22,10 @@ GIVING = replace(
     roll_center_drop_front=1.3,
     roll_center_drop_rear=0.8,
     patch_give=0.6,
+    # arms of 0.5 m behind, as a trailing arm has
+    side_slope_rear=-0.5,
+    side_slope_drive_rear=0.2,
+    pole_follow=1.0,
     rolling_resistance=0.0,
 )
 ROOF = Load(150.0, 2.0, 0.35, 1.7)
@@ -85,6 +90,41 @@ def test_a_load_brings_the_roll_axis_down_by_what_it_presses_the_springs() -> No
     )
 
 
+def braked_moment(vehicle: PlantVehicle) -> float:
+    """Pitch moment of the springs' forces, a m/s² of light braking, N m: about the body's CG."""
+    moments, pulls = [], []
+    for brake in (0.0, 3e5):
+        drive = demand(
+            9.0,
+            speed=np.where(clock(9.0) < 1.0, 22.0, np.nan),
+            brake=np.where(clock(9.0) > 2.0, brake, 0.0),
+        )
+        run = simulate(vehicle, drive, straight_road(600), rate_hz=50).columns
+        part = slice(350, 440)
+        front, rear = (
+            sum(run[f"suspension_force_{axle}{side}_n"][part].mean() for side in "lr") for axle in "fr"
+        )
+        ahead = vehicle.sprung_cg_behind_front_axle_m
+        moments.append(ahead * front - (vehicle.wheelbase_m - ahead) * rear)
+        pulls.append(run["accel_x_mps2"][part].mean())
+    return float((moments[0] - moments[1]) / (pulls[0] - pulls[1]))
+
+
+def test_a_loaded_tail_lets_trailing_arms_carry_less_of_a_stop() -> None:
+    """What springs hold in braking, by the equations of motion, beside the pitch arm of the standing vehicle."""
+    boot = [Load(350.0, 2.9, 0.0, 0.9)]
+    held, arms, kilos = [], [], 0.0
+    for follow in (0.0, 1.0):
+        given = replace(GIVING, pole_follow=follow, friction_n=0.0, patch_give=0.0)
+        vehicle = loaded(given, boot)
+        held.append(braked_moment(vehicle))
+        arms.append(truth(given, boot)["pitch_arm_m"])
+        kilos = vehicle.mass_kg
+    longer = arms[1] - arms[0]
+    assert longer > 0.02
+    assert -(held[1] - held[0]) / kilos == pytest.approx(longer, rel=0.1)
+
+
 def test_head_wind_slows_a_coasting_car_as_its_drag_says() -> None:
     vehicle = replace(PRESETS["sedan"], rolling_resistance=0.0)
     drive = demand(8.0, speed=np.where(clock(8.0) < 0.5, 30.0, np.nan))
@@ -100,6 +140,7 @@ def test_head_wind_slows_a_coasting_car_as_its_drag_says() -> None:
 def test_random_vehicles_give_as_real_ones_do() -> None:
     made = [random_vehicle(np.random.default_rng([seed, 5])) for seed in range(40)]
     assert all(0.1 <= v.patch_give <= 0.7 for v in made)
+    assert all(0.6 <= v.pole_follow <= 1.2 for v in made)
     rigid = [v for v in made if v.camber_compensation_rear == 1]
     assert rigid
     assert all(v.roll_center_drop_rear == 0 for v in rigid)

@@ -20,6 +20,7 @@ from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
 from pipelines.joint.vehicle.laden import patch_lag
+from pipelines.joint.vehicle.poles import POLES, pole_drop
 from pipelines.joint.vehicle.unknowns import BY_SPRINGS
 from pipelines.models.axle_load import GRAVITY
 
@@ -96,7 +97,7 @@ def _rolled(values: Values) -> float | FloatArray:
 def _transfer(seen: Seen, values: Values) -> float | FloatArray:
     """M_h as the sensors should show it: kg m of load times wheelbase a m/s² of the force that was fitted against."""
     body, gain = loaded_body(values), values[GAIN]
-    links = 0.5 * (values["pitch_center_brake"] + values["pitch_center_drive"])
+    links = 0.5 * (values["pitch_center_brake"] + values["pitch_center_drive"]) - pole_drop(values)
     patch = patch_lag(values) if _on_tyres(seen) else 0.0
     moment = body.mass * ((body.whole_h + patch) * (1 + gain) - links * gain)
     moment = moment + 4 * values["wheel_inertia"] / values["radius"]
@@ -105,7 +106,8 @@ def _transfer(seen: Seen, values: Values) -> float | FloatArray:
     if not seen.by_speed:
         moment = moment / (1 + gain)
     parts = [abs(share) / _errors_of(kind, axle, values)[0] for axle, kind, share, _ in _axles(seen)]
-    return moment * sum(parts) * seen.wheelbase / values["wheelbase"]
+    told: float | FloatArray = moment * sum(parts) * seen.wheelbase / values["wheelbase"]
+    return told
 
 
 def _central(seen: Seen, values: Values) -> float | FloatArray:
@@ -138,7 +140,7 @@ def _names(seen: Seen) -> tuple[str, ...]:
             *([] if kind == "axle" else [f"{kind}_zero_{axle[0]}r"]),
         )
     ]
-    beside = ("rolling", "rolling_shift", "wheel_inertia", "pitch_center_brake", "pitch_center_drive")
+    beside = ("rolling", "rolling_shift", "wheel_inertia", "pitch_center_brake", "pitch_center_drive", *POLES)
     force = () if seen.by_speed else ("offset_x", "askew_pitch")
     patch = (PATCH,) if _on_tyres(seen) else ()
     under = () if seen.data.share_of("tyre") == 1.0 else ("hubs_past", BY_SPRINGS)

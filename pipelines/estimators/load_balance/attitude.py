@@ -15,14 +15,9 @@ import numpy as np
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, add_shafts, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
-from pipelines.joint.vehicle.body import (
-    body_inertias,
-    dip_levers,
-    held_rate,
-    past_the_springs,
-    pitch_centres,
-)
+from pipelines.joint.vehicle.body import body_inertias, held_rate
 from pipelines.joint.vehicle.laden import patch_lag, rate_under_load
+from pipelines.joint.vehicle.poles import dip_levers, past_the_springs, pitch_centres
 from pipelines.joint.vehicle.unknowns import AXLES, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from pipelines.joint.vehicle.laden import axis_lever, roll_parts
+from pipelines.joint.vehicle.poles import pole_drop
 from pipelines.joint.vehicle.unknowns import AXLES, CORNERS, Known, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared
@@ -21,7 +22,7 @@ def _usual_lean(p: Mapping[str, float]) -> tuple[float, float]:
     held = front * body.x**2 + rear * (p["wheelbase"] - body.x) ** 2
     arm = body.h - axis_lever(p, share)
     upright = sum(roll_parts(p)) - GRAVITY * body.sprung * arm
-    links = 0.5 * (p["pitch_center_brake"] + p["pitch_center_drive"])
+    links = 0.5 * (p["pitch_center_brake"] + p["pitch_center_drive"]) - pole_drop(p)
     return body.sprung * (body.h - links) / held, body.sprung * arm / max(upright, 0.3 * sum(roll_parts(p)))
 
 

@@ -44,8 +44,9 @@ from pipelines.estimators.load_balance.forces import (
     stiffness_of,
 )
 from pipelines.estimators.load_balance.specific_force import forward, sideways, upward
-from pipelines.joint.vehicle.body import body_inertias, dip_levers, past_the_springs, pitch_centres
+from pipelines.joint.vehicle.body import body_inertias
 from pipelines.joint.vehicle.laden import axis_lever, patch_lag, side_patches, widened
+from pipelines.joint.vehicle.poles import dip_levers, past_the_springs, pitch_centres
 from pipelines.joint.vehicle.unknowns import AXLES, BY_SPRINGS, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray

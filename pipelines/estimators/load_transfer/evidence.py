@@ -29,9 +29,9 @@ from pipelines.estimators.load_transfer.batch import ACROSS, ALONG, BRAKING, STA
 from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, TYRES, Known, StrutData
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
-from pipelines.joint.vehicle.body import pitch_centres
 from pipelines.joint.vehicle.laden import axis_lever, forces_lever, patch_lag, roll_springs, side_patches
 from pipelines.joint.vehicle.outputs import roll_stiffness_of
+from pipelines.joint.vehicle.poles import POLES, pitch_centres
 from pipelines.joint.vehicle.unknowns import AXLES, CORNERS
 from pipelines.models.roll import GRAVITY
 
@@ -47,7 +47,7 @@ ZEROS = tuple(f"suspension_zero_{wheel}" for wheel in CORNERS)
 TWIST = ("cross", "track_front", "track_rear")
 ROLLING = ("rolling_shift", "rolling")
 LINKS = (
-    "pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "hubs_past", "wheel_inertia",
+    "pitch_center_brake", "pitch_center_drive", "jack_brake", "jack_drive", "pitch_path", "hubs_past", "wheel_inertia", *POLES,
 )  # fmt: skip
 ROLL = (
     "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "patch_side",

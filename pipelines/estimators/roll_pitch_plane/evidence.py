@@ -21,6 +21,7 @@ from pipelines.evidence import Evidence, FloatArray, Kind, Values
 from pipelines.joint.from_parameters import evidence_of, hubs_past, loaded_body, without_prior
 from pipelines.joint.vehicle.laden import forces_lever
 from pipelines.joint.vehicle.outputs import INERTIA_BY_FORCES, inertias_of, roll_axis_of
+from pipelines.joint.vehicle.poles import POLES, pole_drop
 from pipelines.models.roll import GRAVITY
 
 CARRIER = "suspension forces in quick motion"
@@ -95,20 +96,24 @@ def pitch_evidence(fit: LinearFit, planes: Planes, mass: float, errors: SensorEr
 
     def inertia(values: Values) -> float | FloatArray:
         body = loaded_body(values)
-        links = 0.5 * (values["pitch_center_brake"] + values["pitch_center_drive"])
+        links = 0.5 * (values["pitch_center_brake"] + values["pitch_center_drive"]) - pole_drop(values)
         spin = 4 * values["wheel_inertia"] / values["radius"]
         moment = body.moment - body.mass * links - hubs_past(values) + spin
         above, ahead = values["imu_h"] - body.h, body.x - values["imu_x"]
         hubs = (body.unsprung * values["radius"] + spin) * (body.h - values["radius"])
         # the vertical accelerometer reads pitch where it sits ahead of the CG
         place = body.sprung * (body.x - 0.5 * values["wheelbase"]) * ahead
-        return (inertias_of(values)[1] - moment * above - hubs + place) / mean_scale(values)
+        told: float | FloatArray = (inertias_of(values)[1] - moment * above - hubs + place) / mean_scale(
+            values
+        )
+        return told
 
     names = (
         *INERTIA,
         "pitch_inertia",
         "pitch_center_brake",
         "pitch_center_drive",
+        *POLES,
         "hubs_past",
         "wheel_inertia",
         "imu_h",

@@ -17,6 +17,9 @@ from pipelines.models.roll import GRAVITY
 TYRE_SHARE = 1.15
 """Sag of the body over that of its springs: the tyres give as well, by about a seventh."""
 
+BRAKED_FRONT = 0.65
+"""Share of the front axle in braking: about its share of the load meanwhile."""
+
 SOFTEST = 20.0
 """Spring rate over the mass on it that no vehicle is below, 1/s²: 0.7 Hz."""
 
@@ -77,18 +80,6 @@ def body_of(p: Values, sag: float | None) -> Body:
     )  # fmt: skip
 
 
-def pitch_centres(p: Values, body: Body) -> tuple[float, float]:
-    """Heights above ground about which links let the loaded body pitch in braking and in driving, m.
-
-    The unknowns are those about the empty body's CG. What links lift the body by (`jack_brake`, `jack_drive`, over its mass and
-    the acceleration) has another moment about a CG that a load moved back.
-    """
-    empty = p["empty_mass"] - p["unsprung_front"] - p["unsprung_rear"]
-    before = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * p["wheelbase"]) / empty
-    back = (body.x - before) * body.sprung / body.mass
-    return p["pitch_center_brake"] - back * p["jack_brake"], p["pitch_center_drive"] - back * p["jack_drive"]
-
-
 def empty_corner(p: Values, axle: str) -> float:
     """The suspension's force at a wheel of the empty vehicle at rest, N."""
     share = p["empty_x"] / p["wheelbase"]
@@ -96,36 +87,10 @@ def empty_corner(p: Values, axle: str) -> float:
     return 0.5 * GRAVITY * (p["empty_mass"] * part - p[f"unsprung_{axle}"])
 
 
-BRAKED_FRONT = 0.65
-"""Share of the front axle in braking: about its share of the load meanwhile."""
-
-
-def dip_levers(p: Values, body: Body) -> tuple[float, float]:
-    """m by which the pitch centre in braking, and in driving, rises for a rad that the body's nose is down.
-
-    Wheels go up along the body's own axis, which then leans forward: braked front wheels push it up by F times the angle, rear ones down.
-    """
-    behind = p["wheelbase"] - body.x
-    drive = p["drive_front"]
-    return BRAKED_FRONT * body.x - (1 - BRAKED_FRONT) * behind, drive * body.x - (1 - drive) * behind
-
-
 def held_rate(p: Values, axle: str) -> float:
     """N/m by which each standing tyre of an axle holds its wheel where it is: going up, it would go sideways by its roll centre's height."""
     side: float = 2 * p[f"roll_center_{axle}"] / p[f"track_{axle}"]
     return p[f"standing_{axle}"] * side * side
-
-
-def past_the_springs(p: Values) -> float:
-    """kg m of the hubs' inertia that their links take to the tyres when speed changes.
-
-    A wheel that is braked with F on a swing arm of length l, its pole e above ground, puts F e - m_u a (e - R) over l on its
-    links. `pitch_center_brake` is e times half the wheelbase over l, `hubs_past` that lever alone, so that F's part is the
-    links' and the rest, m_u (hubs_past R - pitch_center_brake), is here. A shaft's torque changes F's part (the pole stands R
-    lower for it), and not the hub's own.
-    """
-    hubs = p["unsprung_front"] + p["unsprung_rear"]
-    return hubs * (p["hubs_past"] * p["radius"] - p["pitch_center_brake"])
 
 
 def even_factor(scale: Any) -> Any:

@@ -8,8 +8,9 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Values
-from pipelines.joint.vehicle.body import Body, body_inertias, body_of, pitch_centres
+from pipelines.joint.vehicle.body import Body, body_inertias, body_of
 from pipelines.joint.vehicle.laden import leans, rate_under_load, roll_center
+from pipelines.joint.vehicle.poles import pitch_centres
 from pipelines.joint.vehicle.unknowns import AXLES, CORNERS
 from pipelines.results import FloatArray
 

@@ -10,6 +10,7 @@ from pipelines.joint.vehicle.body import TYRE_SHARE, Body, Values, body_of
 from pipelines.joint.vehicle.book import AXLES, Book
 from pipelines.joint.vehicle.links import inertias, links
 from pipelines.joint.vehicle.load_places import LoadPlace, in_words, places, usual_height
+from pipelines.joint.vehicle.poles import poles
 from pipelines.joint.vehicle.remembered import Remembered
 from pipelines.joint.vehicle.suspension import CORNERS, suspension
 from pipelines.models.roll import GRAVITY
@@ -273,6 +274,7 @@ def before_the_log(vehicle: Vehicle) -> Known:
     _long(book, kilos)
     # how the body really swings over what springs as stated or usual have it do, where no sensor shows it
     book.put("guessed_swing", 1.0, 1.0)
+    poles(book)
     table = np.array(list(book.rows.values()))
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,

@@ -106,6 +106,8 @@ class PlantVehicle:
     # how far an axle's roll centre comes down for a metre that the body does: 0 the wheels' paths are straight in the body
     roll_center_drop_front: float = 0.0
     roll_center_drop_rear: float = 0.0
+    # how far wheels' side-view paths turn with their travel, over what arms about poles that are fixed in the body do; 0 straight paths
+    pole_follow: float = 0.0
     # share of a tyre's deflection across by which the middle of its load goes along with the patch; 0 it stays under the wheel
     patch_give: float = 0.0
     # force of each suspension where its deflection is 0; None: what carries this vehicle level
@@ -240,6 +242,7 @@ _SHARES = frozenset(
 )
 _ZERO_OR_MORE = frozenset(
     {
+        "pole_follow",
         "camber_compensation_front",
         "camber_compensation_rear",
         "spring_stiffening_pm2",

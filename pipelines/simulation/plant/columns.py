@@ -96,7 +96,7 @@ def energy(states: FloatArray, extras: FloatArray, body: FloatArray, wheels: Flo
     total += 0.5 * np.einsum("ni,ij,nj->n", rates, inertia, rates)
     for i in range(4):
         d, v = states[:, at.DEFLECTION + i], states[:, at.DEFLECTION_RATE + i]
-        bent = wheels[i, at.PATH_CURVE] * d[:, None] * [0.0, 1.0, 0.0]
+        bent = d[:, None] * [wheels[i, at.SIDE_CURVE], wheels[i, at.PATH_CURVE], 0.0]
         path = np.array([wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y], 1.0]) + bent
         place = wheels[i, at.HUB_X : at.HUB_Z + 1] + d[:, None] * (path - bent / 2)
         speed = moved + np.cross(rates, place) + v[:, None] * path

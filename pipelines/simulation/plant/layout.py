@@ -50,9 +50,9 @@ BODY_SIZE = 43
 FOOT_X, FOOT_Y, FOOT_Z, FOOT_PATH_X, FOOT_PATH_Y, UNSPRUNG = range(6)
 HUB_X, HUB_Y, HUB_Z, HUB_PATH_X, HUB_PATH_Y, SPRING, PRELOAD, BAR, COMPRESSION, EXTENSION = range(6, 16)
 TIRE, FREE_RADIUS, WHEEL_INERTIA, STIFFNESS_Y, NOMINAL, CAMBER_RATE, BRAKE_SHARE, DRIVE_SHARE = range(16, 24)
-BRAKE_TURN, PATH_CURVE = 24, 25
-"""PATH_CURVE: growth of FOOT_PATH_Y and HUB_PATH_Y, a metre of deflection."""
-WHEEL_SIZE = 26
+BRAKE_TURN, PATH_CURVE, SIDE_CURVE = 24, 25, 26
+"""PATH_CURVE: growth of FOOT_PATH_Y and HUB_PATH_Y, a metre of deflection; SIDE_CURVE: of FOOT_PATH_X and HUB_PATH_X."""
+WHEEL_SIZE = 27
 
 # --- what the equations give beside the derivatives (W_STEER: the tangent of a wheel's angle) ----------------------------------------------------------------------
 FORCE_X, FORCE_Y, FORCE_Z, ALPHA_X, ALPHA_Y, ALPHA_Z = range(6)
@@ -142,6 +142,7 @@ def _wheels(v: PlantVehicle) -> FloatArray:
         camber = pick(v.camber_compensation_front, v.camber_compensation_rear) / half
         center = pick(v.roll_center_height_front_m, v.roll_center_height_rear_m)
         drive_slope = pick(v.side_slope_drive_front, v.side_slope_drive_rear)
+        turn = (drive_slope - pick(v.side_slope_front, v.side_slope_rear)) / radius
         brake_share = pick(v.brake_front_share, 1 - v.brake_front_share)
         drive_share = pick(v.drive_front_share, 1 - v.drive_front_share)
         foot_x = v.sprung_cg_behind_front_axle_m - pick(0.0, v.wheelbase_m)
@@ -175,7 +176,9 @@ def _wheels(v: PlantVehicle) -> FloatArray:
             DRIVE_SHARE: 0.5 * drive_share,
             # a roll centre at h is a path of slope h over half the track; one that comes down with the body flattens it
             PATH_CURVE: -side * pick(v.roll_center_drop_front, v.roll_center_drop_rear) / half,
-            BRAKE_TURN: (drive_slope - pick(v.side_slope_front, v.side_slope_rear)) / radius,
+            BRAKE_TURN: turn,
+            # a carrier that turns about a pole in the body turns its path along
+            SIDE_CURVE: v.pole_follow * turn,
         }
         for index, value in entries.items():
             wheels[i, index] = value

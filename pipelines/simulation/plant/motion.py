@@ -249,8 +249,8 @@ def _wheel_accelerations(
     total = 0.0
     for i in range(4):
         d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
-        bent = wheels[i, at.PATH_CURVE] * d
-        ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y] + bent
+        turned, bent = wheels[i, at.SIDE_CURVE] * d, wheels[i, at.PATH_CURVE] * d
+        ex, ey = wheels[i, at.HUB_PATH_X] + turned, wheels[i, at.HUB_PATH_Y] + bent
         x, yy, z = hub_place(i, y, wheels)
         dot = p * x + q * yy + r * z
         square = p * p + q * q + r * r
@@ -259,6 +259,7 @@ def _wheel_accelerations(
         fz = az + bx * yy - by * x + r * dot - square * z
         aux[at.W_SPRUNG + i] = turn[6] * fx + turn[7] * fy + turn[8] * fz
         cx, cy, cz = fx + 2 * v * (q - r * ey), fy + 2 * v * (r * ex - p), fz + 2 * v * (p * ey - q * ex)
+        cx += wheels[i, at.SIDE_CURVE] * v * v
         cy += wheels[i, at.PATH_CURVE] * v * v
         n = ex * ex + ey * ey + 1.0
         rate = work[7, i] - (ex * cx + ey * cy + cz) / n

@@ -238,11 +238,12 @@ def _links(rng: np.random.Generator, f: _Frame) -> dict[str, float]:
 
 def _give(rng: np.random.Generator, f: _Frame) -> dict[str, float]:
     """What simple models leave out: roll centres of independent axles come down with the body (struts 1 to 1.8, wishbones and
-    multi-link axles 0.5 to 1), those of rigid ones hardly; a tyre's load goes along with its patch by a tenth to two thirds."""
+    multi-link axles 0.5 to 1), those of rigid ones hardly; a tyre's load goes along with its patch by a tenth to two thirds; side-view poles stay in the body, more or less."""
     return {
         "roll_center_drop_front": _even(rng, (0.5, 1.6)),
         "roll_center_drop_rear": 0.0 if f.rigid else _even(rng, (0.4, 1.2)),
         "patch_give": _even(rng, (0.1, 0.7)),
+        "pole_follow": _even(rng, (0.6, 1.2)),
     }
 
 

@@ -40,9 +40,13 @@ def rotation(roll: float, pitch: float) -> FloatArray:
 
 def paths(wheels: FloatArray, deflection: FloatArray) -> tuple[FloatArray, FloatArray]:
     """(4, 3) directions in which foot and hub go with deflection, body axes, where the deflections are so."""
-    one, bent = np.ones(4), wheels[:, at.PATH_CURVE] * deflection
-    foot = np.column_stack([wheels[:, at.FOOT_PATH_X], wheels[:, at.FOOT_PATH_Y] + bent, one])
-    hub = np.column_stack([wheels[:, at.HUB_PATH_X], wheels[:, at.HUB_PATH_Y] + bent, one])
+    one, turned, bent = (
+        np.ones(4),
+        wheels[:, at.SIDE_CURVE] * deflection,
+        wheels[:, at.PATH_CURVE] * deflection,
+    )
+    foot = np.column_stack([wheels[:, at.FOOT_PATH_X] + turned, wheels[:, at.FOOT_PATH_Y] + bent, one])
+    hub = np.column_stack([wheels[:, at.HUB_PATH_X] + turned, wheels[:, at.HUB_PATH_Y] + bent, one])
     return foot, hub
 
 

@@ -125,9 +125,10 @@ def _contact(
 def hub_place(i: int, y: FloatArray, wheels: FloatArray) -> Three:
     """Of one wheel, from the sprung CG in body axes: as far along its guide as the wheel is deflected."""
     d = y[at.DEFLECTION + i]
+    lengthwise = wheels[i, at.HUB_PATH_X] + 0.5 * wheels[i, at.SIDE_CURVE] * d
     sideways = wheels[i, at.HUB_PATH_Y] + 0.5 * wheels[i, at.PATH_CURVE] * d
     return (
-        wheels[i, at.HUB_X] + d * wheels[i, at.HUB_PATH_X],
+        wheels[i, at.HUB_X] + d * lengthwise,
         wheels[i, at.HUB_Y] + d * sideways,
         wheels[i, at.HUB_Z] + d,
     )
@@ -143,10 +144,10 @@ def tire_in_plane(
     ground: height of the road under the wheel, its rate, friction, slope.
     """
     d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
-    bent = wheels[i, at.PATH_CURVE] * d
-    ex, ey = wheels[i, at.FOOT_PATH_X], wheels[i, at.FOOT_PATH_Y] + bent
+    turned, bent = wheels[i, at.SIDE_CURVE] * d, wheels[i, at.PATH_CURVE] * d
+    ex, ey = wheels[i, at.FOOT_PATH_X] + turned, wheels[i, at.FOOT_PATH_Y] + bent
     x, yy, z = (
-        wheels[i, at.FOOT_X] + d * ex,
+        wheels[i, at.FOOT_X] + d * (ex - 0.5 * turned),
         wheels[i, at.FOOT_Y] + d * (ey - 0.5 * bent),
         wheels[i, at.FOOT_Z] + d,
     )
@@ -217,13 +218,13 @@ def wheel_into_body(
     mx, my, mz = yy * bz - z * by, z * bx - x * bz, x * by - yy * bx
     mx, my, mz = mx + work[8, 1], my + axle + spin, mz + work[8, 2]
     d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
-    bent = wheels[i, at.PATH_CURVE] * d
-    push = wheels[i, at.FOOT_PATH_X] * bx + (wheels[i, at.FOOT_PATH_Y] + bent) * by + bz
+    turned, bent = wheels[i, at.SIDE_CURVE] * d, wheels[i, at.PATH_CURVE] * d
+    push = (wheels[i, at.FOOT_PATH_X] + turned) * bx + (wheels[i, at.FOOT_PATH_Y] + bent) * by + bz
     # a load beside its wheel turns the carrier, which takes the body's lean from the wheel as it goes along its guide
     push += bz * work[8, 3] * wheels[i, at.CAMBER_RATE]
     push += brake * wheels[i, at.BRAKE_TURN] - aux[at.W_FORCE + i]
 
-    ex, ey = wheels[i, at.HUB_PATH_X], wheels[i, at.HUB_PATH_Y] + bent
+    ex, ey = wheels[i, at.HUB_PATH_X] + turned, wheels[i, at.HUB_PATH_Y] + bent
     hx, hy, hz = hub_place(i, y, wheels)
     p, q, r = y[at.P], y[at.Q], y[at.R]
     mass = wheels[i, at.UNSPRUNG]
@@ -233,7 +234,7 @@ def wheel_into_body(
     work[7, i] /= n
     # gravity less the accelerations that are known already, across the guide, and the push along it
     dot, square = p * hx + q * hy + r * hz, p * p + q * q + r * r
-    kx = gx - (p * dot - square * hx + 2 * v * (q - r * ey))
+    kx = gx - (p * dot - square * hx + 2 * v * (q - r * ey) + wheels[i, at.SIDE_CURVE] * v * v)
     ky = gy - (q * dot - square * hy + 2 * v * (r * ex - p) + wheels[i, at.PATH_CURVE] * v * v)
     kz = gz - (r * dot - square * hz + 2 * v * (p * ey - q * ex))
     along = (mass * (ex * kx + ey * ky + kz) + push) / n
