@@ -1,8 +1,8 @@
 """Do the relations that estimators hand to the joint posterior say what is true, as surely as they claim? On the full plant.
 
-python benchmarks/evidence_study.py [drives] [--seed N] [--case NAME]
+python benchmarks/evidence_study.py [drives] [--seed N] [--case NAME] [--plain]
 
-Every drive: a preset with a load anywhere in it, sensors with the errors of their kind, and a vehicle file wrong by its stated
+Every drive: a preset that gives as real vehicles do (`giving`; --plain: without) with a load anywhere in it, sensors with the errors of their kind, and a vehicle file wrong by its stated
 spread. A relation is predicted from the plant's true figures; what the plant does not have (errors of the sensors, what
 only that relation knows) counts with its spread. chi² a number is 1 where the spread is right and less where it is wider.
 """
@@ -23,6 +23,7 @@ sys.path[:0] = [str(ROOT), str(ROOT / "tests" / "pipelines")]
 
 from true_unknowns import misfit, random_drive, true_unknowns  # noqa: E402
 
+from benchmarks.giving import giving  # noqa: E402
 from parsers.drive import Drive  # noqa: E402
 from pipelines.estimators.axle_load_gls.estimator import AxleLoadGls  # noqa: E402
 from pipelines.estimators.base import Estimator  # noqa: E402
@@ -73,6 +74,9 @@ def main() -> None:
     parser.add_argument("drives", type=int, nargs="?", default=20)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--case", choices=tuple(CASES))
+    parser.add_argument(
+        "--plain", action="store_true", help="roll centres stay, loads stay under their wheels"
+    )
     given = parser.parse_args()
     print("| case | relation | drives | numbers | chi² a number | within 95 % | largest z | mean z |")
     print("|---|---|---|---|---|---|---|---|")
@@ -83,7 +87,7 @@ def main() -> None:
         normal: dict[str, list[float]] = defaultdict(list)
         numbers: dict[str, int] = defaultdict(int)
         for seed in range(given.seed, given.seed + given.drives):
-            made = random_drive(seed, manoeuvres, vehicles, sensors)
+            made = random_drive(seed, manoeuvres, vehicles, sensors, None if given.plain else giving)
             drive, vehicle = drive_of(made.log), parse_vehicle(made.sheet, Path("vehicle.toml"))
             drive = replace(drive, signals={n: s for n, s in drive.signals.items() if n not in left_out})
             truth = true_unknowns(made, vehicle)

@@ -1,8 +1,8 @@
 """How good are LTM, MLTM, HFLTM and their batch companion on the full plant with strut forces? Errors over many drives.
 
-python benchmarks/load_transfer_study.py [--drives 60] [--cross 30] [--names load_transfer_batch,…] [--save]
+python benchmarks/load_transfer_study.py [--drives 60] [--cross 30] [--names load_transfer_batch,…] [--plain] [--save]
 
-Every drive: a preset, a driver and a load of 0-11 % of its mass anywhere, one of four manoeuvres, the sensor set `struts`
+Every drive: a preset that gives as real vehicles do (`giving`; --plain: without), a driver and a load of 0-11 % of its mass anywhere, one of four manoeuvres, the sensor set `struts`
 with drawn errors, a vehicle file each of whose figures is wrong by its stated spread, and spring seats that move 30 kg
 fl->fr and rr->rl, the other way, or nothing. Errors of the CG's place are related to wheelbase and track.
 """
@@ -19,6 +19,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
 
+from benchmarks.giving import giving  # noqa: E402
 from pipelines.estimators.base import Estimator  # noqa: E402
 from pipelines.estimators.registry import estimators  # noqa: E402
 from pipelines.settings import defaults  # noqa: E402
@@ -47,12 +48,13 @@ def draw_loads(vehicle: PlantVehicle, rng: np.random.Generator) -> tuple[Load, .
 
 
 def one_drive(
-    seed: int, methods: list[Estimator], cross: float, rows: dict[tuple[str, str], list[Row]]
+    seed: int, methods: list[Estimator], cross: float, rows: dict[tuple[str, str], list[Row]], plain: bool
 ) -> None:
     """Simulate, estimate, and add a row a method and parameter: error, std, held, identified."""
     rng = np.random.default_rng([seed, 9])
     manoeuvre, name = MANOEUVRES[seed % 4], VEHICLES[seed // 4 % 4]
     vehicle = replace(PRESETS[name], cross_weight_kg=(0.0, cross, -cross)[seed % 3])
+    vehicle = vehicle if plain else giving(vehicle, seed)
     made = simulate_log(Choice(manoeuvre, vehicle, draw_loads(vehicle, rng), sensors="struts", seed=seed))
     file = parse_vehicle(made.sheet, Path("simulated.toml"))
     sizes = {"cg_to_front_axle_m": vehicle.wheelbase_m, "cg_lateral_offset_m": vehicle.track_front_m}
@@ -77,15 +79,18 @@ def main() -> None:
     parser.add_argument("--drives", type=int, default=60)
     parser.add_argument("--cross", type=float, default=30.0)
     parser.add_argument("--names", default=",".join(NAMES))
+    parser.add_argument(
+        "--plain", action="store_true", help="roll centres stay, loads stay under their wheels"
+    )
     parser.add_argument("--save", action="store_true")
     given = parser.parse_args()
     wanted = given.names.split(",")
     methods = [e for e in estimators() if e.name in wanted]
     rows: dict[tuple[str, str], list[Row]] = defaultdict(list)
     for seed in range(given.drives):
-        one_drive(seed, methods, given.cross, rows)
+        one_drive(seed, methods, given.cross, rows, given.plain)
     lines = [
-        f"{given.drives} drives, diagonal shift 0, +{given.cross:g} and -{given.cross:g} kg; % of the truth, place: of wheelbase or track",
+        f"{given.drives} drives{' of plain presets' if given.plain else ''}, diagonal shift 0, +{given.cross:g} and -{given.cross:g} kg; % of the truth, place: of wheelbase or track",
         "",
         "| method | parameter | given | bias | RMSE | worst | median std | coverage | identified |",
         "|---|---|---|---|---|---|---|---|---|",

@@ -2,9 +2,9 @@
 
 python benchmarks/public_road_study.py [--drives 100] [--manoeuvre public_road] [--sensors deflection] [--jobs 2]
     [--minutes 10] [--presets suv,sedan,van] [--verdict [--no-witnesses]] [--pitch-center told|untold] [--wrong NAME] [--save]
-    [--data sheet|measured]
+    [--data sheet|measured] [--plain]
 
-Every drive: a preset vehicle, an unknown load (roof 50-250 kg, or rear, side, seats), a manoeuvre, drawn sensor errors, and a
+Every drive: a preset vehicle that gives as real ones do (`giving`; --plain: without), an unknown load (roof 50-250 kg, or rear, side, seats), a manoeuvre, drawn sensor errors, and a
 vehicle file each of whose figures is wrong by its stated spread. The estimator knows neither the load nor the plant.
 --data: a data sheet's vehicle file, or that of a measured vehicle (`benchmarks/vehicle_data.py`).
 --wrong: radius (wheel radius 3 % off), askew (inertial unit turned by 2 deg more), scale (deflection sensors 2 % off, all
@@ -25,6 +25,7 @@ import numpy as np
 sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
 
 from benchmarks.calibration_study import WITNESSES  # noqa: E402
+from benchmarks.giving import giving  # noqa: E402
 from benchmarks.vehicle_data import QUALITIES, measured  # noqa: E402
 from parsers.drive import Drive, ImportRecord, Signal  # noqa: E402
 from pipelines.estimators.base import Estimator  # noqa: E402
@@ -65,6 +66,13 @@ class Job:
     wrong: str
     data: str = "sheet"
     witnesses: bool = True
+    plain: bool = False
+
+    @property
+    def vehicle(self) -> PlantVehicle:
+        """The preset, which gives unless it is to be plain."""
+        made = PRESETS[self.preset]
+        return made if self.plain else giving(made, self.seed)
 
 
 @dataclass(frozen=True)
@@ -135,7 +143,7 @@ def vehicle_file(
 def make_drive(job: Job) -> tuple[Drive, Vehicle]:
     """Simulate one drive and its vehicle file."""
     rng = np.random.default_rng([job.seed, 4])
-    preset = PRESETS[job.preset]
+    preset = job.vehicle
     loads = draw_loads(preset, rng)
     full = loaded(preset, loads)
     options = Options(duration_s=60 * job.minutes if job.minutes > 0 else None)
@@ -230,13 +238,16 @@ def main() -> None:
     parser.add_argument("--pitch-center", choices=("told", "untold"), default="told")
     parser.add_argument("--data", choices=QUALITIES, default="sheet", help="the quality of the vehicle file")
     parser.add_argument("--wrong", choices=("", "radius", "askew", "scale", "springs"), default="")
+    parser.add_argument(
+        "--plain", action="store_true", help="roll centres stay, loads stay under their wheels"
+    )
     parser.add_argument("--each", action="store_true", help="print every drive's height and mass")
     parser.add_argument("--save", action="store_true")
     a = parser.parse_args()
     presets = a.presets.split(",")
     jobs = [
         Job(seed, a.manoeuvre, a.sensors, a.minutes, presets[seed % len(presets)], a.verdict,
-            a.pitch_center == "told", a.wrong, a.data, not a.no_witnesses)
+            a.pitch_center == "told", a.wrong, a.data, not a.no_witnesses, a.plain)
         for seed in range(a.first, a.first + a.drives)
     ]  # fmt: skip
     if a.jobs > 1:
@@ -252,7 +263,7 @@ def main() -> None:
                       f" z {z:+.2f} {answer.status}")  # fmt: skip
     what = "the verdict" if a.verdict else "load_balance"
     extra = f", wrong on purpose: {a.wrong}" if a.wrong else ""
-    head = (f"{what}: {a.drives} drives of {a.manoeuvre}, sensors {a.sensors}, vehicles {a.presets}, pitch centre "
+    head = (f"{what}: {a.drives} drives of {a.manoeuvre}, sensors {a.sensors}, vehicles {a.presets}{' as they are' if a.plain else ' that give'}, pitch centre "
             f"{a.pitch_center}{', vehicle measured' if a.data == 'measured' else ''}{extra} (seeds from {a.first})")  # fmt: skip
     text = f"{head}\n\n{table(found)}\n"
     print(text)

@@ -74,6 +74,10 @@ def random_car(rng: np.random.Generator) -> Car:
 MANOEUVRES = ("sine with dwell", "slalom", "double lane change", "slow circle", "country road")
 
 
+CIRCLE_M = 30.0
+"""Radius of the slow circle."""
+
+
 def _smooth(values: FloatArray, time_s: float) -> FloatArray:
     keep = np.exp(-1 / RATE / time_s)
     return np.asarray(lfilter([1 - keep], [1, -keep], values))
@@ -114,8 +118,8 @@ def manoeuvre(kind: str, rng: np.random.Generator) -> tuple[FloatArray, FloatArr
                 inside = (x > when) & (x < when + period)
                 wanted += sign * peak * np.sin(2 * np.pi * (x - when) / period) * inside
     elif kind == "slow circle":
-        speed = 3 + np.minimum(s / 60, 1) * (np.sqrt(rng.uniform(4, 6.5) * 30) - 3)
-        wanted = speed**2 / 30 * np.minimum(s / 4, 1) * rng.choice([-1, 1])
+        speed = 3 + np.minimum(s / 60, 1) * (np.sqrt(rng.uniform(4, 6.5) * CIRCLE_M) - 3)
+        wanted = speed**2 / CIRCLE_M * np.minimum(s / 4, 1) * rng.choice([-1, 1])
     else:
         speed = 16 + 4 * np.sin(2 * np.pi * t / 70 + rng.uniform(0, 6))
         turns = _smooth(_smooth(rng.standard_normal(len(t)), 1.2), 1.2)
@@ -139,12 +143,13 @@ def drive_car(
     grid = np.arange(0.0, way[-1] + 20, 0.05)
     length = rng.uniform(30, 90) / 0.05
     keep = np.exp(-2 / length)
-    slow = lfilter(
-        [1 - keep], [1, -keep], lfilter([1 - keep], [1, -keep], rng.standard_normal(len(grid) + 8000))
-    )
+    # a circle's ground is the same every lap
+    lap = round(2 * np.pi * CIRCLE_M / 0.05) if kind == "slow circle" else None
+    bumps = np.resize(rng.standard_normal(len(grid) + 8000)[:lap], len(grid) + 8000)
+    slow = lfilter([1 - keep], [1, -keep], lfilter([1 - keep], [1, -keep], bumps))
     slow = slow[8000:] / slow[8000:].std() * np.radians(rng.uniform(0.1, 0.8))
     keep = np.exp(-0.05 / 1.5)
-    rough = lfilter([1 - keep], [1, -keep], rng.standard_normal(len(grid)))
+    rough = lfilter([1 - keep], [1, -keep], np.resize(rng.standard_normal(len(grid))[:lap], len(grid)))
     rough *= np.radians(rng.uniform(0.03, 0.12)) / rough.std()
     bank = slow + rough
     front, rear = np.interp(way + base, grid, bank), np.interp(way, grid, bank)

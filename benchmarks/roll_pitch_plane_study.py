@@ -1,8 +1,8 @@
 """How honest are roll_plane, pitch_plane and gpc_roll_plane on whole vehicles? Bias, error and coverage on the plant.
 
-python benchmarks/roll_pitch_plane_study.py [drives] [--seed N] [--kind roads|manoeuvres|heavy]
+python benchmarks/roll_pitch_plane_study.py [drives] [--seed N] [--kind roads|manoeuvres|heavy] [--plain]
 
-Every drive: a preset, in four of five a load anywhere in it that the vehicle file does not tell, all sensors with the errors of
+Every drive: a preset that gives as real vehicles do (`giving`; --plain: without), in four of five a load anywhere in it that the vehicle file does not tell, all sensors with the errors of
 their kind, and a vehicle file wrong by its stated spread. Errors of the lateral and the longitudinal place are shares of the
 track and of the wheelbase.
 """
@@ -18,6 +18,7 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).resolve().parents[1])]
 
+from benchmarks.giving import giving  # noqa: E402
 from pipelines.estimators.base import Estimator  # noqa: E402
 from pipelines.estimators.roll_pitch_plane.pitch import PitchPlane  # noqa: E402
 from pipelines.estimators.roll_pitch_plane.published import GpcRollPlane  # noqa: E402
@@ -38,7 +39,7 @@ KINDS = {
 }
 
 
-def simulated(seed: int, kind: str) -> SimulatedLog:
+def simulated(seed: int, kind: str, plain: bool = False) -> SimulatedLog:
     """One random drive."""
     manoeuvres, vehicles = KINDS[kind]
     rng = np.random.default_rng([13, seed])
@@ -48,6 +49,7 @@ def simulated(seed: int, kind: str) -> SimulatedLog:
         rng.uniform(-0.3, 0.3), rng.uniform(0.6, 1.6),
     )  # fmt: skip
     loads = () if rng.random() < 0.2 else (load,)
+    vehicle = vehicle if plain else giving(vehicle, seed)
     return simulate_log(
         Choice(manoeuvres[seed % len(manoeuvres)], vehicle, loads, sensors="everything", seed=seed)
     )
@@ -59,12 +61,15 @@ def main() -> None:
     parser.add_argument("drives", type=int, nargs="?", default=60)
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--kind", choices=tuple(KINDS), default="roads")
+    parser.add_argument(
+        "--plain", action="store_true", help="roll centres stay, loads stay under their wheels"
+    )
     given = parser.parse_args()
     estimators: tuple[Estimator, ...] = (RollPlane(), PitchPlane(), GpcRollPlane())
     found: dict[tuple[str, str], list[tuple[float, float, float, float]]] = defaultdict(list)
     silent: dict[tuple[str, str], int] = defaultdict(int)
     for seed in range(given.seed, given.seed + given.drives):
-        made = simulated(seed, given.kind)
+        made = simulated(seed, given.kind, given.plain)
         drive, vehicle = drive_of(made.log), parse_vehicle(made.sheet, Path("vehicle.toml"))
         for estimator in estimators:
             prepared = estimator.prepare(drive, {})

@@ -1,11 +1,11 @@
 """Rollover on the full plant: thresholds against a slow ramp until the wheels lift, coefficient, wheel lift and probability.
 
-    python benchmarks/rollover_study.py thresholds [seeds] [first]     bias and coverage of the thresholds of both sides
-    python benchmarks/rollover_study.py drives [seeds] [first]         coefficient, wheel lift, and the probability's calibration
+    python benchmarks/rollover_study.py thresholds [seeds] [first] [plain]     bias and coverage of the thresholds of both sides
+    python benchmarks/rollover_study.py drives [seeds] [first] [plain]         coefficient, wheel lift, and the probability's calibration
 
 Seeds below 1000 were looked at while the relation's spreads were set; the default begins beyond them.
 
-Every seed draws a vehicle of one of the five presets, a load anywhere on it, and a verdict: the truth with errors as large as
+Every seed draws a vehicle of one of the five presets that gives as real vehicles do (`giving`; plain: without), a load anywhere on it, and a verdict: the truth with errors as large as
 the verdict says (height 2 %, roll gradient 4 %, lateral offset 6 mm, mass 1 %, roll inertia 6 %). Tracks, roll centres,
 spring rates and wheels are the data sheet's, with its errors. The plant shares nothing with the relation that is judged.
 """
@@ -22,6 +22,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from benchmarks.giving import giving
 from parsers.drive import Drive, ImportRecord, Signal
 from parsers.signals import WHEELS
 from pipelines.prepare.spans import runs
@@ -57,8 +58,8 @@ def figure(value: float | None) -> float:
     return value
 
 
-def vehicle_of(rng: np.random.Generator) -> tuple[str, PlantVehicle, tuple[Load, ...]]:
-    """A preset with its roll centres, springs and CG a little other, and a load."""
+def vehicle_of(rng: np.random.Generator, seed: int | None) -> tuple[str, PlantVehicle, tuple[Load, ...]]:
+    """A preset with its roll centres, springs and CG a little other, and a load. seed: of what gives; None: nothing does."""
     name = NAMES[int(rng.integers(len(NAMES)))]
     base = PRESETS[name]
     axis = float(rng.normal(0.0, 0.02))
@@ -77,7 +78,7 @@ def vehicle_of(rng: np.random.Generator) -> tuple[str, PlantVehicle, tuple[Load,
         float(rng.uniform(-0.3, 0.3)),
         float(rng.uniform(0.6, 1.6)) * base.sprung_cg_height_m,
     )
-    return name, made, (place,)
+    return name, made if seed is None else giving(made, seed), (place,)
 
 
 def verdict_of(true: dict[str, float], rng: np.random.Generator) -> dict[str, ParameterEstimate]:
@@ -123,12 +124,12 @@ def lifting_g(run: PlantRun, side: float) -> float:
     return abs(float(across[off[0]] / normal[off[0]])) if len(off) else float("nan")
 
 
-def thresholds(seeds: range) -> None:
+def thresholds(seeds: range, plain: bool) -> None:
     """Errors of the limits of both sides, in percent, and coverage of their 95 % intervals."""
     rows: dict[str, list[tuple[float, float, float]]] = {}
     for seed in seeds:
         rng = np.random.default_rng([7, seed])
-        name, vehicle, loads = vehicle_of(rng)
+        name, vehicle, loads = vehicle_of(rng, None if plain else seed)
         body = draw_body(verdict_of(truth(vehicle, loads), rng), sheet_of(vehicle, rng))
         assert isinstance(body, Body)
         table = limits(body, Vehicle())
@@ -215,13 +216,13 @@ def _told(found: Rollover) -> float:
     return figure(None if found.exceedance is None else found.exceedance.probability)
 
 
-def drives(seeds: range) -> None:
+def drives(seeds: range, plain: bool) -> None:
     """Manoeuvres from mild to beyond the limit, with every sensor, with a navigation unit, and with CAN alone."""
     pairs: dict[str, list[tuple[float, bool]]] = {"tyre forces": [], "no tyre forces": []}
     counts, errors, slopes = np.zeros(4, dtype=int), [], []
     for seed in seeds:
         rng = np.random.default_rng([11, seed])
-        _, vehicle, loads = vehicle_of(rng)
+        _, vehicle, loads = vehicle_of(rng, None if plain else seed)
         options = Options(severity=float(rng.uniform(0.8, 3.2)), friction=float(rng.uniform(0.9, 1.5)))
         sensors = ("everything", "ins", "production")[seed % 3]
         simulated = simulate_log(
@@ -287,5 +288,8 @@ def calibration(pairs: dict[str, list[tuple[float, bool]]]) -> None:
 
 if __name__ == "__main__":
     what = sys.argv[1] if len(sys.argv) > 1 else "thresholds"
+    bare = sys.argv[-1] == "plain"
+    if bare:
+        del sys.argv[-1]
     count, first = (int(sys.argv[i]) if len(sys.argv) > i else usual for i, usual in ((2, 60), (3, 1000)))
-    {"thresholds": thresholds, "drives": drives}[what](range(first, first + count))
+    {"thresholds": thresholds, "drives": drives}[what](range(first, first + count), bare)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pipelines.joint.feet import PATCH_FOLLOWS
 from pipelines.models.roll import DEGREES, GRAVITY
 from pipelines.results import Assumption, FloatArray, ParameterEstimate
 from pipelines.rollover.draws import COUNT, SEED, from_interval, from_quantity, log_normal
@@ -24,6 +25,8 @@ SPIN = (0.010, 0.004)
 SAG = (0.17, 0.04)
 JACKING = (1.0, 0.5)
 TIRE_SAG = (0.02, 0.006)
+SIDE_RATE = 0.65
+GIVE = (0.55, 0.55)
 STIFFENING = (0.95, 0.12)
 GYRATION = (0.15, 0.03)
 MODEL_STD = 0.02
@@ -33,7 +36,8 @@ USUAL_HZ, USUAL_DAMPING = 1.6, 0.3
 GRADIENT deg a sensed g: cars 3-9. AXIS m: roll axis above ground. UNSPRUNG_SHARE of the mass. SPIN m: what the wheels' gyroscopic
 moment adds to the height, sum of I_w / R over the mass. SAG m: weight over the springs' rate (a ride of 1.2 Hz). JACKING:
 share of what ideal roll centres would lift the body; a live axle lifts it not at all, bump stops lift it more. TIRE_SAG m: squash of
-the tyres at rest. STIFFENING: roll gradient near the
+the tyres at rest. SIDE_RATE: of a tyre, over its upright rate. GIVE: share of a tyre's way across by which its load goes along
+(a third to all of it; none in most simulators). STIFFENING: roll gradient near the
 limit over the one measured: stops stiffen the roll, an axle whose inner wheel is off softens it. GYRATION: roll inertia
 over mass and track². MODEL_STD: the whole relation, relative. IMU_PLACE m: along the vehicle, where it is not stated. USUAL_HZ, USUAL_DAMPING: of the roll
 motion, where no angle shows it and the verdict is silent."""
@@ -46,7 +50,7 @@ class Body:
     track: across both contact lines at the CG's place between the axles. offset: CG left of its middle. lever: what the CG
     moves to the right a radian of roll. arm: CG above the roll axis (h_r of the dissertation). gradient: rad a sensed g.
     spin: m added to the height in turns. jacking: m of rise a g at the limit. axis: roll axis above ground. tilt: what the CG moves to the
-    side, in m, because the tyres give way once one side carries all, beyond what the whole lean says. inertia: m²,
+    side, in m, because the tyres give way once one side carries all, beyond what the whole lean says. give: m a g that loads go with their patches to a bend's inside while all wheels share them. inertia: m²,
     of (*) in `limits`, over the mass. stiffening, model: factors. imu_ahead: of the CG;
     imu_above: over the roll axis; imu_left: m. roll_hz, roll_damping: of the roll motion. told: the verdict's CG height.
     """
@@ -61,6 +65,7 @@ class Body:
     jacking: FloatArray
     axis: FloatArray
     tilt: FloatArray
+    give: FloatArray
     inertia: FloatArray
     stiffening: FloatArray
     model: FloatArray
@@ -181,6 +186,21 @@ def _tire_sag(sources: _Sources, mass: FloatArray | None) -> FloatArray:
     )
 
 
+def _sideways(sources: _Sources, mass: FloatArray | None, squash: FloatArray) -> FloatArray:
+    """m a g that the tyres' loads go to a bend's inside with their patches, while all wheels share them."""
+    rate = sources.stated("tire_lateral_rate_npm")
+    if mass is not None and rate is not None:
+        share, unsure = PATCH_FOLLOWS
+        return np.maximum(share + unsure * sources.normal(), 0.0) * mass * GRAVITY / (4 * rate)
+    follows = sources.usual(
+        "share of the tyres' way across by which their loads go along",
+        GIVE,
+        "",
+        "tyres differ; no lateral rate in the vehicle file",
+    )
+    return np.maximum(follows, 0.0) * squash / SIDE_RATE
+
+
 def _gyration(
     sources: _Sources, height: FloatArray, track: FloatArray, arm: FloatArray, share: FloatArray,
     radius: FloatArray, mass: FloatArray | None,
@@ -295,13 +315,14 @@ def draw_body(verdict: Verdict, vehicle: Vehicle, fitted: Quantity | None = None
             "simulated vehicles of five kinds",
         )
     )
+    squash = _tire_sag(sources, mass)
     return Body(
         height=height, track=track, offset=offset, arm=arm,
-        lever=lever, tilt=(height - lever) * 2 * _tire_sag(sources, mass) / track,
+        lever=lever, tilt=(height - lever) * 2 * squash / track,
         gradient=gradient, spin=_spin(sources, mass), axis=axis,
         jacking=np.clip(share_lifted, 0.0, 2.2) * np.maximum(2 * axis / track, 0.0) * _sag(sources, mass),
         inertia=_gyration(sources, height, track, arm, unsprung, radius, mass),
-        stiffening=np.clip(stiffening, 0.4, 1.6), model=log_normal(1.0, MODEL_STD, sources.normal()),
+        stiffening=np.clip(stiffening, 0.4, 1.6), model=log_normal(1.0, MODEL_STD, sources.normal()), give=_sideways(sources, mass, squash),
         imu_ahead=ahead, imu_above=above, imu_left=0.0 if left is None else left.value,
         roll_hz=_middle(verdict, "roll_natural_frequency_hz", USUAL_HZ), roll_damping=_middle(verdict, "roll_damping_ratio", USUAL_DAMPING),
         gradient_known=known,

@@ -24,7 +24,7 @@ def lifts_of_accelerations(
 ) -> tuple[WheelLift, ...]:
     """Both wheels of a side by load transfer alone: stretches where the coefficient may have reached 1.
 
-    table (n, 10), factors (10, draws) of `margin`; peak: side -> (draws,), to pass by sides that never came near.
+    table (n, 11), factors (11, draws) of `margin`; peak: side -> (draws,), to pass by sides that never came near.
     """
     mean, spread = factors.mean(axis=1), np.cov(factors)
     centre = table @ mean

@@ -82,13 +82,14 @@ def steady_roll(lateral: Number, gradient: Number) -> FloatArray:
 
 def quasi_static_threshold(
     side: float, track: Number, offset: Number, height: Number, lever: Number, gradient: Number,
-    jacking: Number = 0.0, axis: Number = 0.0, tilt: Number = 0.0,
+    jacking: Number = 0.0, axis: Number = 0.0, tilt: Number = 0.0, give: Number = 0.0,
 ) -> FloatArray:  # fmt: skip
     """(163) with the roll that the limit itself brings: the size of A_y at which the wheels of a side lift in a slow turn.
 
     gradient: rad a sensed g. jacking: rise of the body in m a g once all side force is at one side's wheels (it leads
     through the roll centres, `axis` above ground, and so lifts the body, and draws the wheels inwards by 2 axis / B of it).
     tilt: m that the CG moves because the axles lean on their tyres, beyond lever times the whole roll: (h - h_r) 2 sag / B.
+    give: m a g that the loads of all four tyres go with their patches to the inside of the bend; two that carry it all go twice as far.
     """
     half = 0.5 * np.asarray(track, dtype=np.float64)
     limit = np.asarray((half + side * offset) / height, dtype=np.float64)
@@ -97,6 +98,7 @@ def quasi_static_threshold(
         # halfway: jacking and roll grow with the limit, and a full step could swing
         roll = np.clip(gradient * sensed(limit, roll), -0.6, 0.6)
         rise = jacking * limit
-        next_ = (half + side * offset - tilt - lever * roll - rise * axis / half) / (height + rise)
+        moment = half + side * offset - tilt - lever * roll - rise * axis / half
+        next_ = moment / (height + rise + 2 * give)
         limit = np.maximum(0.5 * (limit + next_), 0.01)
     return limit

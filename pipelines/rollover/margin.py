@@ -36,25 +36,25 @@ LIMIT_SHOWN = 3.0
 
 
 def columns(motion: Motion, body: Body) -> FloatArray:
-    """(n, 10): 1, A, phi, (1 + A²) phi, phi''/f_z, psi''/f_z, A |A c|, c |A c|, and of phi, phi''/f_z what is guessed.
+    """(n, 11): 1, A, phi, (1 + A²) phi, phi''/f_z, psi''/f_z, A |A c|, c |A c|, A (1 + c²), and of phi, phi''/f_z what is guessed.
 
     c: the coefficient of the nominal body.
     """
     b = body.nominal()
     lateral, roll = motion.lateral, motion.roll
-    coefficient = rollover_coefficient(lateral, roll, b.track, b.offset, b.height + b.spin, b.lever)
+    coefficient = rollover_coefficient(lateral, roll, b.track, b.offset, b.height + b.spin + b.give, b.lever)
     coefficient = np.clip(coefficient + 2 * b.inertia / b.track * motion.roll_acceleration, -1.0, 1.0)
     lifted = np.abs(lateral * coefficient)
     return np.column_stack(
         [
             np.ones(len(lateral)), lateral, roll, (1 + lateral**2) * roll, motion.roll_acceleration,
-            motion.yaw_acceleration, lateral * lifted, coefficient * lifted, motion.swing, motion.swing_acceleration,
+            motion.yaw_acceleration, lateral * lifted, coefficient * lifted, lateral * (1 + coefficient**2), motion.swing, motion.swing_acceleration,
         ]
     )  # fmt: skip
 
 
 def coefficients(motion: Motion, body: Body) -> FloatArray:
-    """(10, draws): what multiplies `columns` to give the rollover coefficient (160) of every draw, by (*)."""
+    """(11, draws): what multiplies `columns` to give the rollover coefficient (160) of every draw, by (*)."""
     rng = np.random.default_rng(SEED + 1)
     count = len(body.height)
     gain = 1 + motion.roll_gain * rng.standard_normal(count)
@@ -79,6 +79,8 @@ def coefficients(motion: Motion, body: Body) -> FloatArray:
         -body.jacking,
         # the wheels draw inwards by 2 axis / B of the rise, so that the same moment is a larger share
         2 * body.axis / body.track * body.jacking,
+        # a wheel that carries 1 + c of its share goes as much further aside, with that load
+        -body.give,
         (high - body.lever) * swing,
         body.inertia * swing,
     ]
@@ -119,7 +121,7 @@ def before_lift(centre: FloatArray) -> BoolArray:
 def peaks(table: FloatArray, factors: FloatArray, side: float) -> tuple[FloatArray, int]:
     """Largest -side x coefficient of every draw over the drive (draws,), and the row of the mean's.
 
-    table: (n, 10) columns; factors: (10, draws).
+    table: (n, 11) columns; factors: (11, draws).
     """
     mean = factors.mean(axis=1)
     spread = np.cov(factors)
@@ -136,7 +138,7 @@ def peaks(table: FloatArray, factors: FloatArray, side: float) -> tuple[FloatArr
 
 @dataclass(frozen=True)
 class DriveMargin:
-    """A drive against one body's draws. table (n, 10), factors (10, draws); peak: side -> (draws,)."""
+    """A drive against one body's draws. table (n, 11), factors (11, draws); peak: side -> (draws,)."""
 
     motion: Motion
     body: Body
@@ -173,7 +175,7 @@ def measure(motion: Motion, body: Body) -> DriveMargin:
 
 def _as_acceleration(body: Body, share: FloatArray) -> FloatArray:
     """A share of the coefficient as lateral acceleration in g, by (163)."""
-    return np.asarray(share * body.track / (2 * (body.height + body.spin)))
+    return np.asarray(share * body.track / (2 * (body.height + body.spin + 2 * body.give)))
 
 
 def turn_margins(

@@ -44,7 +44,7 @@ def thresholds(body: Body) -> dict[TurnSide, FloatArray]:
     for side, sign in SIDES:
         drawn = quasi_static_threshold(
             sign, body.track, body.offset, body.height + body.spin, body.lever, body.gradient * body.stiffening,
-            body.jacking, body.axis, body.tilt,
+            body.jacking, body.axis, body.tilt, body.give,
         )  # fmt: skip
         found[side] = drawn / body.model
     return found
@@ -74,7 +74,7 @@ def reference_thresholds(body: Body, vehicle: Vehicle) -> dict[TurnSide, float]:
     for side, sign in SIDES:
         value = quasi_static_threshold(
             sign, b.track, truth.get("cg_lateral_offset_m", 0.0), height + b.spin, b.lever + height - b.height,
-            truth["roll_gradient_degpg"] / DEGREES * b.stiffening, b.jacking, b.axis, b.tilt,
+            truth["roll_gradient_degpg"] / DEGREES * b.stiffening, b.jacking, b.axis, b.tilt, b.give,
         )  # fmt: skip
         found[side] = float(value[0])
     return found
@@ -110,9 +110,9 @@ def limits(body: Body, vehicle: Vehicle) -> tuple[RolloverLimit, ...]:
               f"height over the roll axis{roll}; the load at the road is more than that in the springs"),
         _both("contact", "Inner wheels carry nothing, with CG offset and roll", "(156), (163)", contact, body,
               f"CG height {status}{roll}"),
-        _both("quasi_static", "Threshold: jacking and spinning wheels too", "(163) extended",
+        _both("quasi_static", "Threshold: jacking, giving tyres and spinning wheels too", "(163) extended",
               lambda sign: drawn["left" if sign > 0 else "right"], body,
-              f"CG height {status}{roll}; the body rises on its roll centres and the wheels' spin adds to the height",
+              f"CG height {status}{roll}; the body rises on its roll centres, tyres give sideways and the wheels' spin adds to the height",
               reference_thresholds(body, vehicle)),
     )  # fmt: skip
 

@@ -21,15 +21,17 @@ from pipelines.vehicles.vehicle import Vehicle
 
 
 def random_drive(
-    seed: int, manoeuvres: tuple[str, ...], vehicles: tuple[str, ...], sensors: str
-) -> SimulatedLog:
-    """A preset with a load anywhere in it. Manoeuvres and vehicles take turns."""
+    seed: int, manoeuvres: tuple[str, ...], vehicles: tuple[str, ...], sensors: str,
+    change: Callable[[PlantVehicle, int], PlantVehicle] | None = None,
+) -> SimulatedLog:  # fmt: skip
+    """A preset with a load anywhere in it. Manoeuvres and vehicles take turns. change: of the preset, by the seed."""
     rng = np.random.default_rng([88, seed])
     vehicle = preset(vehicles[(seed // len(manoeuvres)) % len(vehicles)])
     load = Load(
         rng.uniform(0.03, 0.15) * vehicle.mass_kg, rng.uniform(0.3, 0.9) * vehicle.wheelbase_m,
         rng.uniform(-0.3, 0.3), rng.uniform(0.6, 1.6),
     )  # fmt: skip
+    vehicle = vehicle if change is None else change(vehicle, seed)
     return simulate_log(
         Choice(manoeuvres[seed % len(manoeuvres)], vehicle, (load,), sensors=sensors, seed=seed)
     )

@@ -194,12 +194,12 @@ def _few_banks(data: RollData) -> float:
     return 1 + data.slow_share**2 * (grown - 1)
 
 
-def _doubts(data: RollData, values: Mapping[str, float]) -> dict[str, float]:
+def _doubts(data: RollData, values: Mapping[str, float], explained: float) -> dict[str, float]:
     """Relative spread of a that the likelihood does not know of: by friction, and by roads.
 
     Dry friction holds part of a small motion back, in phase with it, and one amplitude cannot tell how much. Roads bank
     into their bends: an angle against the horizon holds a bank that goes with the lateral acceleration, which looks like
-    softer or stiffer springs by its share of the roll.
+    softer or stiffer springs by its share of the roll. explained: share of the angle's variance that is the springs'.
     """
     spread = max(float(np.std(data.accel)), 1e-6)
     held = values.get("friction")
@@ -213,6 +213,11 @@ def _doubts(data: RollData, values: Mapping[str, float]) -> dict[str, float]:
     slow = math.sqrt(min(max(data.slow_share, 0.0), 1.0))
     # a roll rate alone holds the banks' rates, and shows nothing of how large they are
     bank = math.exp(values["log_bank"]) if "log_bank" in values else USUAL_BANK
+    if data.has_roll:
+        # the fit knows a bank by how it changes from sample to sample: of one that wanders slowly and smoothly that is a small part,
+        # and the rest is in what the springs leave of the angle
+        left = math.sqrt(min(max(1 - explained, 0.0), 1.0)) * float(np.nanstd(data.roll))
+        bank = max(bank, left)
     # a lean that goes with the bends altogether is no bank that the fit could find: it is in the angle as the springs' part is
     road = road_share(data.yaw if data.has_yaw else None, data.accel, data.step_s, data.starts)
     leant = INS_LEAN * values["a"] * _lasting(data) if data.has_roll else 0.0
@@ -339,7 +344,8 @@ def fit_roll(
     slopes = problem.of_motion(x, named(known, x))
     taught = problem.taught(x)
     scores = slopes.scores()
-    doubts = _doubts(data, named(known, x))
+    explained = _explained(data, named(known, x))
+    doubts = _doubts(data, named(known, x), explained)
     white, wide = _covariances(problem, x, taught, slopes)
     values = named(known, x)
     names, handed, jacobian = handed_on(data, values, tuple(k.name for k in known))
@@ -357,7 +363,7 @@ def fit_roll(
         gradient=gradient,
         cost=problem.cost(x, None),
         normalised=slopes.normalised,
-        explained=_explained(data, values),
+        explained=explained,
         quickness=data.quickness,
         doubt=math.hypot(*doubts.values()),
         doubts=doubts,

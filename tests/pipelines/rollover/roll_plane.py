@@ -80,7 +80,7 @@ def vehicle(plane: Plane, **more: float) -> Vehicle:
         "track_front_m": plane.track, "track_rear_m": plane.track, "wheelbase_m": 2.7, "unsprung_mass_front_kg": plane.unsprung / 2,
         "unsprung_mass_rear_kg": plane.unsprung / 2, "roll_center_height_front_m": plane.axis, "roll_center_height_rear_m": plane.axis,
         "wheel_radius_m": plane.hub, "wheel_inertia_kgm2": 1e-6, "spring_rate_front_npm": 1e7, "spring_rate_rear_npm": 1e7,
-        "tire_vertical_rate_npm": 1e9,
+        "tire_vertical_rate_npm": 1e9, "tire_lateral_rate_npm": 1e9,
     }  # fmt: skip
     quantities = {k: Quantity(v, 1e-3 * v, "vehicle file") for k, v in (known | more).items()}
     sensors = {

@@ -169,3 +169,24 @@ def test_without_any_roll_signal_the_body_swings_as_vehicles_do() -> None:
     seen = assess_rollover(verdict(PLANE, **more), vehicle(PLANE), log_of(motion, forces=False))
     _, seen_low, seen_high = known(seen.peak_coefficient)
     assert high - low > 1.3 * (seen_high - seen_low)
+
+
+def test_tyres_that_give_sideways_move_more_weight_across() -> None:
+    """Each tyre's load moves to the inside by its own side force over its rate; the forces are told by the moments of the whole."""
+    rate, motion = 1.2e5, ride(PLANE, slalom(0.6))
+    give = PLANE.mass * 9.80665 / (4 * rate)
+    share = motion.coefficient.copy()
+    for _ in range(50):
+        share = motion.coefficient - 2 / PLANE.track * give * motion.lateral * (1 + share**2)
+    assert np.abs(share).max() - np.abs(motion.coefficient).max() > 0.04
+    stated = vehicle(PLANE, tire_lateral_rate_npm=rate)
+    found = assess_rollover(verdict(PLANE), stated, log_of(motion, forces=False))
+    time_s, told = series(found, "rollover coefficient", "coefficient")
+    assert np.abs(told - np.interp(time_s, motion.time_s, share)).max() < 0.02
+    # a file that is silent says what was taken
+    assert not any("way across" in a.name for a in found.assumptions)
+    mute = replace(
+        stated, quantities={k: q for k, q in stated.quantities.items() if k != "tire_lateral_rate_npm"}
+    )
+    silent = assess_rollover(verdict(PLANE), mute, log_of(motion, forces=False))
+    assert any("way across" in a.name for a in silent.assumptions)

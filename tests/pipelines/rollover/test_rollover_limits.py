@@ -78,3 +78,12 @@ def test_jacking_takes_from_the_threshold_what_a_higher_and_narrower_vehicle_doe
     limit = quasi_static_threshold(1.0, TRACK, 0.0, HEIGHT, LEVER, 0.0, rise, axis)
     up = rise * limit
     assert limit == pytest.approx((TRACK / 2 - up * axis / (TRACK / 2)) / (HEIGHT + up))
+
+
+def test_patches_that_carry_all_go_twice_as_far_to_the_inside() -> None:
+    """By moments: the outer two tyres of four with the rate k carry m g and m a, so that the load is m a / (2 k) nearer to the CG."""
+    mass, rate, gravity = 1800.0, 1.2e5, 9.80665
+    give = mass * gravity / (4 * rate)
+    limit = float(quasi_static_threshold(1.0, TRACK, 0.0, HEIGHT, LEVER, 0.0, give=give))
+    inwards = mass * limit * gravity / (2 * rate)
+    assert limit * HEIGHT == pytest.approx(TRACK / 2 - inwards)
