@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.joint.feet import PATCH_FOLLOWS
+from pipelines.joint.vehicle.feet import PATCH_FOLLOWS
 from pipelines.models.roll import DEGREES, GRAVITY
 from pipelines.results import Assumption, FloatArray, ParameterEstimate
 from pipelines.rollover.draws import COUNT, SEED, from_interval, from_quantity, log_normal
