@@ -74,6 +74,8 @@ def fleet(count: int, seed: int = 1) -> tuple[list[DriveTold], list[dict[str, fl
             strict=True,
         )
     )
+    # a stream of its own: how many unknowns there are moves none of these
+    rng = np.random.default_rng([seed, 1])
     common = np.sqrt(RHO) * rng.standard_normal(len(SEES))
     drives, truths = [], []
     for day in range(count):
