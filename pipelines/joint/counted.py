@@ -22,7 +22,9 @@ def bits_of(evidence: Sequence[Evidence], known: Known) -> float:
 
 
 def _sound(e: Evidence, known: Known) -> bool:
-    """Whether its numbers can be used: a covariance that is one, a finite prediction at the prior's mean."""
+    """Whether its numbers can be used: some, a covariance that is one, a finite prediction at the prior's mean."""
+    if len(e.observed) == 0:
+        return False
     try:
         whitener = whitener_of(e.covariance)
     except np.linalg.LinAlgError:

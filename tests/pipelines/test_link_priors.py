@@ -97,7 +97,14 @@ def test_a_load_behind_moves_the_cg_between_the_lifting_links() -> None:
     """What each axle's links lift stays where it is; its moment about the loaded CG makes the pitch centre there."""
     of = known(drive_front_share=(0.0, 0.0))
     p = of.at(np.zeros(len(of.names)))
-    p |= {"empty_mass": 2000.0, "load": 300.0, "load_x": 2.8, "jack_brake": 0.02, "jack_drive": 0.12, "poles_sink": 0.0}
+    p |= {
+        "empty_mass": 2000.0,
+        "load": 300.0,
+        "load_x": 2.8,
+        "jack_brake": 0.02,
+        "jack_drive": 0.12,
+        "poles_sink": 0.0,
+    }
     body = body_of(p, None)
     sprung = 2000.0 - p["unsprung_front"] - p["unsprung_rear"]
     empty = (2000.0 * p["empty_x"] - p["unsprung_rear"] * LENGTH) / sprung

@@ -303,6 +303,8 @@ def make_relation(
     pool = {**data.columns, **extra}
     used = tuple(n for n in terms(at) if n in pool and np.isfinite(pool[n]).any())
     named = [n for n in instruments if n in pool and np.isfinite(pool[n]).any()]
+    if not named:
+        return None
     z = np.column_stack([pool[n] for n in named])
     table = np.column_stack([pool[n] for n in used])
     good = np.isfinite(table).all(axis=1) & np.isfinite(z).all(axis=1) & (where > 0)
@@ -311,6 +313,9 @@ def make_relation(
     z = z[good]
     size = np.sqrt(np.mean(z * z, axis=0))
     keep = size > 1e-9
+    if not keep.any():
+        # a vehicle that never moved shows nothing of what its motion would
+        return None
     return Relation(
         name, title, used, table[good], z[:, keep] / size[keep],
         tuple(n for n, k in zip(named, keep, strict=True) if k), np.flatnonzero(good).astype(np.int64), data.block[good], terms,
