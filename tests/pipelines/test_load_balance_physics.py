@@ -25,7 +25,7 @@ def test_drag_and_rolling_resistance_do_not_reach_the_brakes_links() -> None:
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {
         "pitch_center_brake": 0.2, "pitch_center_drive": 0.05, "patch_lag": 0.0, "offset_x": 0.0, "rolling_shift": 0.0,
-        "jack_brake": 0.0, "jack_drive": 0.0,
+        "jack_brake": 0.0, "jack_drive": 0.0, "poles_sink": 0.0,
     }  # fmt: skip
     # arms whose poles stand as high as the hubs: no moment of the hubs' inertia about them
     p["hubs_past"] = 0.2 / p["radius"]
@@ -77,7 +77,11 @@ def test_hubs_on_swing_arms_pass_the_springs_by() -> None:
     Arms to the middle of the car carry the body's own inertia at the poles' height and all of the hubs', as textbooks part it.
     """
     known = before_the_log(vehicle_file(Car(), None))
-    p = known.at(np.zeros(len(known.names))) | {"pitch_center_brake": 0.1, "gain_pitch_suspension": 0.0}
+    p = known.at(np.zeros(len(known.names))) | {
+        "pitch_center_brake": 0.1,
+        "gain_pitch_suspension": 0.0,
+        "poles_sink": 0.0,
+    }
     hubs = p["unsprung_front"] + p["unsprung_rear"]
     for kind, missed in (("suspension", hubs * p["radius"]), ("tyre", 0.0)):
         terms = pitch_terms(kind, known, None)
@@ -98,7 +102,7 @@ def test_springs_of_a_car_on_swing_arms_bear_what_free_bodies_say(drives: bool) 
     pole, arm, accel = 0.45, 1.1, 1.0
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {
-        "patch_lag": 0.0, "gain_pitch_suspension": 0.0, "jack_brake": 0.0, "jack_drive": 0.0, "wheel_inertia": 0.0
+        "patch_lag": 0.0, "gain_pitch_suspension": 0.0, "jack_brake": 0.0, "jack_drive": 0.0, "wheel_inertia": 0.0, "poles_sink": 0.0,
     }  # fmt: skip
     half, radius = p["wheelbase"] / 2, p["radius"]
     # a shaft's torque turns the wheel about its hub, so its force has a lever of the pole's height above the hub only
