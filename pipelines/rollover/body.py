@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.joint.vehicle.feet import PATCH_FOLLOWS
+from pipelines.joint.vehicle.feet import PATCH_FOLLOWS, ROLLING_SIDE_RATE, USUAL_GIVE
 from pipelines.models.roll import DEGREES, GRAVITY
 from pipelines.results import Assumption, FloatArray, ParameterEstimate
 from pipelines.rollover.draws import COUNT, SEED, from_interval, from_quantity, log_normal
@@ -25,8 +25,6 @@ SPIN = (0.010, 0.004)
 SAG = (0.17, 0.04)
 JACKING = (1.0, 0.5)
 TIRE_SAG = (0.02, 0.006)
-SIDE_RATE = 0.65
-GIVE = (0.55, 0.55)
 STIFFENING = (0.95, 0.12)
 GYRATION = (0.15, 0.03)
 MODEL_STD = 0.02
@@ -36,8 +34,7 @@ USUAL_HZ, USUAL_DAMPING = 1.6, 0.3
 GRADIENT deg a sensed g: cars 3-9. AXIS m: roll axis above ground. UNSPRUNG_SHARE of the mass. SPIN m: what the wheels' gyroscopic
 moment adds to the height, sum of I_w / R over the mass. SAG m: weight over the springs' rate (a ride of 1.2 Hz). JACKING:
 share of what ideal roll centres would lift the body; a live axle lifts it not at all, bump stops lift it more. TIRE_SAG m: squash of
-the tyres at rest. SIDE_RATE: of a tyre, over its upright rate. GIVE: share of a tyre's way across by which its load goes along
-(a third to all of it; none in most simulators). STIFFENING: roll gradient near the
+the tyres at rest. STIFFENING: roll gradient near the
 limit over the one measured: stops stiffen the roll, an axle whose inner wheel is off softens it. GYRATION: roll inertia
 over mass and track². MODEL_STD: the whole relation, relative. IMU_PLACE m: along the vehicle, where it is not stated. USUAL_HZ, USUAL_DAMPING: of the roll
 motion, where no angle shows it and the verdict is silent."""
@@ -194,11 +191,11 @@ def _sideways(sources: _Sources, mass: FloatArray | None, squash: FloatArray) ->
         return np.maximum(share + unsure * sources.normal(), 0.0) * mass * GRAVITY / (4 * rate)
     follows = sources.usual(
         "share of the tyres' way across by which their loads go along",
-        GIVE,
+        USUAL_GIVE,
         "",
         "tyres differ; no lateral rate in the vehicle file",
     )
-    return np.maximum(follows, 0.0) * squash / SIDE_RATE
+    return np.maximum(follows, 0.0) * squash / ROLLING_SIDE_RATE
 
 
 def _gyration(

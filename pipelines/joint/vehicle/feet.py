@@ -24,19 +24,22 @@ def _patch_paths(book: Book) -> None:
 
 PATCH_FOLLOWS = (1.0, 0.15)
 """Share of a tyre's sideways give by which its vertical force goes along, and how sure that is: crowned treads stay a little behind."""
+ROLLING_SIDE_RATE = 0.65
+"""A rolling tyre's sideways rate over its vertical one, where nobody says: two thirds."""
+USUAL_GIVE = (0.55, 0.55)
+"""Share of that give by which loads go along, where nobody says: a third to all of it, and none in most simulators."""
 LEAST_GIVE = 0.1
 """Of what tyres usually give: no rig tells a patch's place better."""
 
 
 def _sideways_give(book: Book) -> None:
     """m that the patches of a wheel go sideways a m/s² of lateral acceleration, all wheels alike."""
-    # two thirds of the vertical rate is usual
     quarter = 0.25 * book.rows["empty_mass"][0]
-    usual = quarter / (0.65 * book.rows["tyre_rate"][0])
+    usual = quarter / (ROLLING_SIDE_RATE * book.rows["tyre_rate"][0])
     rate = book.vehicle.get("tire_lateral_rate_npm")
     if rate is None:
-        # every tyre gives sideways, and loads that follow by a third to all of it; most simulators leave it out
-        book.put("patch_side", 0.55 * usual, 0.55 * usual)
+        share, unsure = USUAL_GIVE
+        book.put("patch_side", share * usual, unsure * usual)
         return
     give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
     spread = float(np.hypot(np.hypot(share * rate.std / rate.value, unsure) * give, LEAST_GIVE * usual))
