@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from pipelines.estimators.marginalized_particle_filter.clouds import spread_of
+from pipelines.estimators.marginalized_particle_filter.clouds import pooled_spread
 from pipelines.estimators.marginalized_particle_filter.coefficients import moments_of, pooled, wander
 from pipelines.estimators.marginalized_particle_filter.inputs import spread_over_time
 from pipelines.filters.marginalized_particle.records import Cloud
@@ -22,34 +22,30 @@ def cloud(theta: np.ndarray, weights: np.ndarray | None = None) -> Cloud:
 
 def test_spread_of_two_clouds_by_hand() -> None:
     means, stds = np.array([[1.0, 10.0], [3.0, 10.0]]), np.array([[1.0, 2.0], [2.0, 2.0]])
-    found = spread_of(means, stds)
-    np.testing.assert_allclose(found.within, [2.5, 4.0])
-    np.testing.assert_allclose(found.between, [2.0, 0.0])
-    np.testing.assert_allclose(found.widened(np.array([1.0, 2.0])), [np.sqrt(5.0), 2.0])
-    np.testing.assert_allclose(found.of_mean(2), [np.sqrt(2.5 + 3.0), 2.0])
-    np.testing.assert_allclose(found.factor, [np.sqrt(6.5 / 2.5), 1.0])
+    mean, std = pooled_spread(means, stds)
+    np.testing.assert_allclose(mean, [2.0, 10.0])
+    np.testing.assert_allclose(std, [np.sqrt(2.5 + 3.0), 2.0])
+    drives = pooled_spread(np.array([means, 2 * means]), np.array([stds, 2 * stds]))
+    np.testing.assert_allclose(drives[1], [std, 2 * std])
 
 
-def test_drives_are_averaged_and_one_cloud_is_refused() -> None:
-    means = np.array([[[0.0], [2.0]], [[5.0], [5.0]]])
-    found = spread_of(means, np.ones_like(means))
-    assert found.between == pytest.approx(1.0)
+def test_one_cloud_is_refused() -> None:
     with pytest.raises(ValueError, match="at least two clouds"):
-        spread_of(np.zeros((1, 3)), np.ones((1, 3)))
+        pooled_spread(np.zeros((1, 3)), np.ones((1, 3)))
 
 
-def test_widened_spread_is_honest_where_clouds_have_lost_their_outliers() -> None:
+def test_joined_clouds_are_honest_where_each_has_lost_its_outliers() -> None:
     """A posterior N(0, 1) seen by clouds of spread 0.6 whose means chance has moved by the rest."""
     rng = np.random.default_rng(0)
     between = 1 - 0.6**2
     truth = rng.standard_normal(4000)
     means = np.sqrt(between) * rng.standard_normal((4000, 4, 1))
-    spread = spread_of(means, np.full(means.shape, 0.6))
-    std = spread.widened(np.array([0.6]))
+    mean, std = pooled_spread(means, np.full(means.shape, 0.6))
     error = np.abs(means[:, 0, 0] - truth)
-    own, honest = np.mean(error < 1.96 * 0.6), np.mean(error < 1.96 * std)
+    own, honest = np.mean(error < 1.96 * 0.6), np.mean(np.abs(mean[:, 0] - truth) < 1.96 * std[:, 0])
     assert own < 0.7
-    assert 0.93 < honest < 0.97
+    # what parts four clouds is known to 40 % only: 0.92 where it were 0.95 by many
+    assert 0.90 < honest < 0.97
 
 
 def test_coefficients_of_one_particle_and_of_its_mirror_image() -> None:

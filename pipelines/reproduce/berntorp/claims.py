@@ -140,8 +140,8 @@ def _not_conservative(matched: Found) -> Claim:
     )
     return Claim(
         "V", "reliable, yet not too conservative, uncertainty estimates",
-        f"plant as modelled: Algorithm 2's own 95 % interval holds the truth in {_each(own, 2, '')} of the runs, widened by what several "
-        f"clouds on the same data show in {_each(honest, 2, '')}",
+        f"plant as modelled: Algorithm 2's own 95 % interval holds the truth in {_each(own, 2, '')} of the runs, that of several clouds "
+        f"on the same data in {_each(honest, 2, '')} of the drives",
         f"{KERNEL}: {_each(_covered(better, matched, honest=False), 2, '')}; {BATCH}: {_each(inside.mean(axis=0), 2, '')}",
         _agreement(bool((own >= 0.9).all())),
         "Resampling at every sample thins the cloud: some runs state a fifth of the error that they make.",
@@ -153,7 +153,7 @@ def _robust(rich: Found) -> Claim:
     run = rich.filters[ALGORITHM]
     return Claim(
         "IV", "the results on a substantially more complex plant indicate robustness to modelling errors",
-        f"Algorithm 2 off by {_each(_off(run, rich))}; interval with its clouds' spread holds the truth in "
+        f"Algorithm 2 off by {_each(_off(run, rich))}; the interval of several clouds holds the truth in "
         f"{_each(_covered(run, rich, honest=True), 2, '')}",
         f"best fit without noise off by {_each(best)}", "differs" if bool((np.abs(best) > 10).any()) else "agrees",
         "The model's error is tens of per cent (table on it): friction, stops, the axis "

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pipelines.estimators.marginalized_particle_filter.clouds import CloudSpread, spread_of
+from pipelines.estimators.marginalized_particle_filter.clouds import pooled_spread
 from pipelines.filters.marginalized_particle.clouds import cloud_of, uniform_cloud
 from pipelines.filters.marginalized_particle.monte_carlo import run_many
 from pipelines.filters.marginalized_particle.records import (
@@ -29,9 +29,8 @@ GRID = 20
 
 PARTICLES = 8000
 FEW_PARTICLES, KERNEL_PARTICLES = 200, 1000
-FEWEST_DRIVES, MOST_DRIVES, CLOUDS = 6, 40, 4
-"""Drives with fresh noise (a tenth as many as runs, within these), and clouds on each, from which a filter's honest spread
-is taken. The truth is not used."""
+CLOUDS = 4
+"""Clouds on the same data, as `cogest analyze` has them unless it is told otherwise."""
 
 Prior = Callable[[int, np.random.Generator], Cloud]
 
@@ -47,8 +46,9 @@ class Filter:
 
 @dataclass(frozen=True)
 class Collected:
-    """What many runs of a filter gave. mean, std: (runs, n, 3) of K, D, h. particles: (runs, n). spread: see `clouds`.
+    """What many runs of a filter gave. mean, std: (runs, n, 3) of K, D, h. particles: (runs, n).
 
+    pooled, pooled_std: (drives, 3) at the end of drives with several clouds each, joined as `cogest analyze` joins them.
     lost: runs in which all weights were zero at some sample. first: the first run, whole.
     """
 
@@ -56,7 +56,8 @@ class Collected:
     mean: FloatArray
     std: FloatArray
     particles: FloatArray
-    spread: CloudSpread
+    pooled: FloatArray
+    pooled_std: FloatArray
     lost: int
     first: ParticleRun
 
@@ -65,11 +66,15 @@ class Collected:
         """(runs, 3) estimates at the end."""
         return self.mean[:, -1]
 
+    def estimates(self, *, honest: bool) -> FloatArray:
+        """(runs or drives, 3) at the end: single clouds', or those of several on the same data."""
+        return self.pooled if honest else self.final
+
     def intervals(self, *, honest: bool) -> FloatArray:
-        """(runs, 3, 2) 95 % intervals at the end: the filter's own, or widened by what its clouds show."""
-        own = self.std[:, -1]
-        half = 1.96 * (self.spread.widened(own) if honest else own)
-        return np.stack((self.final - half, self.final + half), axis=-1)
+        """(runs or drives, 3, 2) 95 % intervals at the end: the filter's own, or that of several clouds on the same data."""
+        half = 1.96 * (self.pooled_std if honest else self.std[:, -1])
+        middle = self.estimates(honest=honest)
+        return np.stack((middle - half, middle + half), axis=-1)
 
 
 def _warm(started: WarmStart, body: RollBody, settings: ParticleSettings, count: int | None) -> Prior:
@@ -132,15 +137,17 @@ def _runs(
     return run_many(drive, chosen.prior, count, STEP_S, NOISE, settings, rng)
 
 
-def calibrate(chosen: Filter, motion: Motion, drives: int, rng: np.random.Generator) -> CloudSpread:
-    """What clouds of this filter on the same data say of its spread, over so many drives."""
+def pooled_runs(
+    chosen: Filter, motion: Motion, drives: int, rng: np.random.Generator
+) -> tuple[FloatArray, FloatArray]:
+    """Estimates and standard deviations (drives, 3) of several clouds on the same data, drive by drive."""
     means, stds = [], []
     for _ in range(drives):
         y, accel = measured(motion, rng)
         runs = _runs(chosen, lambda _i, _rng, y=y, accel=accel: (y, accel), CLOUDS, rng)  # type: ignore[misc]
         means.append([run.mean[-1] for run in runs])
         stds.append([run.std[-1] for run in runs])
-    return spread_of(np.array(means), np.array(stds))
+    return pooled_spread(np.array(means), np.array(stds))
 
 
 BATCH = 50
@@ -148,10 +155,15 @@ BATCH = 50
 
 
 def collect(
-    chosen: Filter, motion: Motion, runs: int, rng: np.random.Generator, progress: Callable[[float], None]
+    chosen: Filter,
+    motion: Motion,
+    runs: int,
+    drives: int,
+    rng: np.random.Generator,
+    progress: Callable[[float], None],
 ) -> Collected:
-    """`runs` runs with fresh noise and fresh random numbers."""
-    spread = calibrate(chosen, motion, min(max(runs // 10, FEWEST_DRIVES), MOST_DRIVES), rng)
+    """`runs` runs with fresh noise and fresh random numbers, and so many drives more with several clouds each."""
+    pooled, pooled_std = pooled_runs(chosen, motion, drives, rng)
     mean, std, particles = [], [], []
     lost = 0
     first: ParticleRun | None = None
@@ -165,5 +177,6 @@ def collect(
         lost += sum(run.lost > 0 for run in found)
     assert first is not None
     return Collected(
-        chosen.name, np.array(mean), np.array(std), np.array(particles, dtype=np.float64), spread, lost, first
-    )
+        chosen.name, np.array(mean), np.array(std), np.array(particles, dtype=np.float64), pooled, pooled_std,
+        lost, first,
+    )  # fmt: skip

@@ -11,6 +11,7 @@ from pipelines.reproduce.base import StudyRow, study_row
 from pipelines.reproduce.berntorp.batch import BatchFit, cramer_rao, fit_batch
 from pipelines.reproduce.berntorp.filters import (
     ALGORITHM,
+    CLOUDS,
     FEW,
     FEW_PARTICLES,
     KERNEL,
@@ -42,7 +43,7 @@ from pipelines.warm_start.warm_start import WarmStart, warm_start
 
 BATCH = "batch maximum likelihood"
 RATIO_TARGET = 1.05
-OWN, HONEST = "its own interval", "interval with its clouds' spread"
+OWN, HONEST = "its own interval", f"{CLOUDS} clouds joined"
 Report = Callable[[str, float], None]
 
 
@@ -85,14 +86,17 @@ def prepare(name: str, motion: Motion, truth: RollBody, rng: np.random.Generator
     )  # fmt: skip
 
 
-def run_all(setup: Setup, runs: int, rng: np.random.Generator, report: Report) -> Found:
-    """All filters and the batch, `runs` seeds each. NONADAP has the mean of Algorithm 2's particles over all runs."""
+def run_all(setup: Setup, runs: int, drives: int, rng: np.random.Generator, report: Report) -> Found:
+    """All filters and the batch, `runs` seeds each, and so many drives with several clouds.
+
+    NONADAP has the mean of Algorithm 2's particles over all runs.
+    """
     found: dict[str, Collected] = {}
 
     def add(chosen: Filter, number: int) -> None:
         label = f"{setup.name}: {chosen.name}"
         found[chosen.name] = collect(
-            chosen, setup.motion, runs, rng, lambda share: report(label, (number + share) / 6)
+            chosen, setup.motion, runs, drives, rng, lambda share: report(label, (number + share) / 6)
         )
 
     add(algorithm(setup.started, setup.truth), 0)
@@ -118,8 +122,8 @@ def rows_of(found: Found, *, matched: bool) -> tuple[StudyRow, ...]:
         bound = setup.bound_offsets if name == KERNEL else setup.bound
         for honest in (False, True):
             label = f"{name}, {HONEST if honest else OWN}"
-            remark = _widened(run) if honest else _few(run)
-            rows += _three(setup, label, run.final, run.intervals(honest=honest), bound, None, remark)
+            estimates, intervals = run.estimates(honest=honest), run.intervals(honest=honest)
+            rows += _three(setup, label, estimates, intervals, bound, None, "" if honest else _few(run))
     target = RATIO_TARGET if matched else None
     rows += _three(
         setup,
@@ -131,11 +135,6 @@ def rows_of(found: Found, *, matched: bool) -> tuple[StudyRow, ...]:
         "",
     )
     return tuple(rows)
-
-
-def _widened(run: Collected) -> str:
-    factors = " / ".join(f"{f:.2f}" for f in run.spread.factor)
-    return f"Usual factor on its own standard deviation (K / D / h): {factors}."
 
 
 def _few(run: Collected) -> str:
