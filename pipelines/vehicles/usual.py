@@ -144,3 +144,12 @@ ENGINE_DRAG: dict[str | None, tuple[float, float]] = {"battery": (0.5, 0.6), "hy
 def usual_engine_drag(vehicle: Vehicle) -> tuple[float, float]:
     """What an engine in gear, or a motor, adds to the brakes where no log tells its torque, m/s²: mean and spread."""
     return ENGINE_DRAG.get(vehicle.powertrain, (0.05, 0.12))
+
+
+RECOVERY: dict[str | None, tuple[float, float]] = {"battery": (0.15, 0.25), "hybrid": (0.1, 0.2)}
+"""Of a stop's force: pedals that are blended have the motor take more of a harder stop, up to what battery and tyres bear."""
+
+
+def usual_recovery(vehicle: Vehicle) -> tuple[float, float]:
+    """Share of the deceleration that a motor makes beside `usual_engine_drag`: mean and spread; none of an engine's."""
+    return RECOVERY.get(vehicle.powertrain, (0.0, 0.0))

@@ -150,6 +150,8 @@ def test_shafts_that_hold_back_while_the_brakes_are_on_pitch_as_in_driving(balan
     assert braked + by_torque == pytest.approx(driven, rel=1e-9)
     # nobody's torque: as much as an engine holds back
     assert -terms[f"{head}held_on"] / p["engine_drag"] == pytest.approx(by_torque, rel=1e-9)
+    # nor a motor's that takes a share of every stop: all of it
+    assert terms[f"{head}held_fx"] / p["recovered"] == pytest.approx(by_torque, rel=1e-9)
 
 
 def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArray]:

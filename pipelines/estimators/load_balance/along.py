@@ -69,6 +69,8 @@ def along_terms(
             # what a nose that a load lifts reads of gravity is in the offset, here as in every relation that shares it
             held = 0.0 if drive else p["engine_drag"]
             add(terms, name, -mass * (p["offset_x"] + GRAVITY * p["rolling"] + held))
+            if not drive:
+                add(terms, f"fx_{mode}", mass * p["recovered"])
             add(terms, f"v2_{name}", -radius * air_pressure(p) * p["drag"] / scale[mode])
         radius = p["radius"]
         mean = scale["drive"] if drive else scale["brake"]

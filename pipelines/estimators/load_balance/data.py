@@ -251,6 +251,8 @@ def _driven(
         found["drive_on"] = smooth(pedals["drive"] * pedals["on"] * (speed > CRAWL))
     else:
         found["held_on"] = found["on_rolling"]
+        if "fx_brake" in found:
+            found["held_fx"] = found["fx_brake"]
     found["v2_on"] = smooth(pedals["on"] * speed * speed)
     if v is not None:
         found |= nodding_columns(prepared, found, smooth, speed)

@@ -28,6 +28,7 @@ def add_shafts(terms: Terms, amount: float, p: Values, body: Body, head: str = "
     """Adds amount * what shafts pull while the brakes are on, N: by the log's drive torque, else what an engine holds back as a rule."""
     add(terms, f"{head}drive_on", amount * even_factor(p["drive_scale"]) / p["radius"])
     add(terms, f"{head}held_on", -amount * body.mass * p["engine_drag"])
+    add(terms, f"{head}held_fx", amount * body.mass * p["recovered"])
 
 
 def air_pressure(p: Values) -> float:

@@ -24,8 +24,8 @@ QUICK = (
 )  # fmt: skip
 """Columns of `data` that the balance holds high-passed."""
 
-BY_SHAFTS = ("drive_on", "held_on")
-"""And the one of these that is there: what shafts do while the brakes are on, by their torque or by what is usual."""
+BY_SHAFTS = ("drive_on", "held_on", "held_fx")
+"""And those of these that are there: what shafts do while the brakes are on, by their torque or by what is usual."""
 
 SLOWEST_HZ = 0.1
 """What changes slower is grade, offset and drift."""

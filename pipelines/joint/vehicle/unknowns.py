@@ -21,6 +21,7 @@ from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.usual import (
     usual_drag,
     usual_engine_drag,
+    usual_recovery,
     usual_radius,
     usual_rolling,
     usual_track,
@@ -275,6 +276,7 @@ def before_the_log(vehicle: Vehicle) -> Known:
     # how the body really swings over what springs as stated or usual have it do, where no sensor shows it
     book.put("guessed_swing", 1.0, 1.0)
     poles(book)
+    book.put("recovered", *usual_recovery(vehicle))
     table = np.array(list(book.rows.values()))
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,
