@@ -11,7 +11,7 @@ from scipy.stats import t as student
 
 from pipelines.joint.answers import Told
 from pipelines.joint.doubts.listed import doubts_of, said
-from pipelines.joint.doubts.simple_models import BETWEEN, HUBS, LEAN, SIMPLE, UPRIGHT, WHEELS
+from pipelines.joint.doubts.simple_models import BETWEEN, HUBS, LEAN, SIMPLE, STILL, UPRIGHT, WHEELS
 from pipelines.joint.doubts.stated_figures import OFTEN_WRONG, UNLIKE, WEIGHED, chance_wrong
 from pipelines.joint.doubts.weighed import WIDER, WRONG_FILE
 from pipelines.joint.mixture import doubted
@@ -95,6 +95,10 @@ def test_what_a_rig_found_is_not_left_out_by_a_simple_author() -> None:
     assert not left_out(vehicle()) & {LEAN, HUBS}
     assert UPRIGHT not in left_out(_with(patch_path_pitch_mprad=0.38))
     assert WHEELS not in left_out(_with(tire_longitudinal_rate_npm=3e5))
+    # who states what wheels weigh in turning has them spin up, and may keep their patches under them all the same
+    spun = left_out(_with(wheel_inertia_kgm2=1.2))
+    assert WHEELS not in spun
+    assert STILL in spun
 
 
 def test_weight_that_does_not_tip_and_hubs_that_load_no_spring_are_doubts_of_relations_that_hang_on_them() -> (

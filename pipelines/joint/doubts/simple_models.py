@@ -16,7 +16,8 @@ SIMPLE = 0.25
 BARE = 0.1
 """Chance beforehand that it has wheel loads by m a h / L, as textbooks do: wheels and gravity out, the rest as a coin falls."""
 
-WHEELS, UPRIGHT = "wheels that take no torque to spin up", "no gravity that tips a pitched body"
+WHEELS, STILL = "wheels that take no torque to spin up", "patches that stay under their wheels"
+UPRIGHT = "no gravity that tips a pitched body"
 LEAN, HUBS = "no gravity that tips a leaning body", "no braked wheels' inertia in the springs"
 SELDOM, COIN = 0.1, 0.5
 """Chance that a simple model leaves out weight that tips a leaning body, where the springs tell (what the accelerometer reads and the
@@ -39,8 +40,8 @@ def physics_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
         figures = {name: value for text in chosen for name, value in pieces[text].items()}
         each = {text: chance if text in chosen else 1 - chance for text, chance in out.items()}
         chance = SIMPLE * math.prod(each.values())
-        if {WHEELS, UPRIGHT} <= {*chosen}:
-            chance += BARE * math.prod(p for text, p in each.items() if text not in (WHEELS, UPRIGHT))
+        if {WHEELS, STILL} & {*chosen} and UPRIGHT in chosen:
+            chance += BARE * math.prod(p for text, p in each.items() if text not in (WHEELS, STILL, UPRIGHT))
         found.append(elsewhere(BETWEEN.join(chosen), joint.known, figures, chance))
     return found
 
@@ -57,8 +58,9 @@ def _left_out(joint: Place, vehicle: Vehicle) -> dict[str, Figures]:
         "pitch_center_height_m": ("pitch_center_brake", low),
         "pitch_center_height_drive_m": ("pitch_center_drive", low),
     }
+    spins = vehicle.get("wheel_inertia_kgm2") is not None
     pieces = {
-        WHEELS: {} if tyres else _plain_wheels(known, vehicle),
+        STILL if spins else WHEELS: {} if tyres else _plain_wheels(known, vehicle, spins),
         UPRIGHT: {} if pitches else _upright(joint),
         LEAN: {} if pitches or tyres or not _asks(joint, LEAN_PATH) else _level(known),
         HUBS: _silent(vehicle, {"wheel_recession_front": (HUBS_PAST, 0.1)}, 1.0)
@@ -86,10 +88,14 @@ def _asks(joint: Place, name: str) -> bool:
     return any(name in e.unknowns for e in joint.evidence)
 
 
-def _plain_wheels(known: Known, vehicle: Vehicle) -> Figures:
-    """Wheels without inertia over patches that stay under them: who leaves one way of a patch out knows none that he does not state."""
+def _plain_wheels(known: Known, vehicle: Vehicle, spins: bool) -> Figures:
+    """Wheels without inertia, unless it is stated (spins), over patches that stay under them.
+
+    Who leaves one way of a patch out knows none that he does not state.
+    """
     still = {"tire_lateral_rate_npm": (PATCH_SIDE, 0.1 * float(known.std[known.index(PATCH_SIDE)]))}
-    return {"wheel_inertia": (0.0, 0.05), PATCH: (0.0, 0.002), **_silent(vehicle, still)}
+    weightless = {} if spins else {"wheel_inertia": (0.0, 0.05)}
+    return {**weightless, PATCH: (0.0, 0.002), **_silent(vehicle, still)}
 
 
 def _level(known: Known) -> Figures:
