@@ -21,8 +21,8 @@ from pipelines.vehicles.spring_base import narrowing, rigid_axle
 from pipelines.vehicles.usual import (
     usual_drag,
     usual_engine_drag,
-    usual_recovery,
     usual_radius,
+    usual_recovery,
     usual_rolling,
     usual_track,
     usual_tyre_rate,
