@@ -32,14 +32,19 @@ POSITIVE = frozenset(
         "tire_lateral_rate_npm",
         "tire_longitudinal_rate_npm",
         "wheel_radius_m",
-        "wheel_inertia_kgm2",
         "steering_ratio",
         "brake_gain_nmppa",
-        "drag_area_m2",
     ]
 )
 ZERO_OR_MORE = frozenset(
-    ["anti_roll_stiffness_front_nmprad", "anti_roll_stiffness_rear_nmprad", "rolling_resistance"]
+    [
+        "anti_roll_stiffness_front_nmprad",
+        "anti_roll_stiffness_rear_nmprad",
+        "rolling_resistance",
+        # none in simulators that leave them out
+        "drag_area_m2",
+        "wheel_inertia_kgm2",
+    ]
 )
 ANY_SIGN = frozenset(
     [

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from parsers.errors import VehicleError
+from pipelines.vehicles.keys import ZERO_OR_MORE
 from pipelines.vehicles.measured import known_body
 
 if TYPE_CHECKING:
@@ -101,7 +102,9 @@ def check_plausible(vehicle: Vehicle, path: Path) -> None:
     ):
         for key, quantity in quantities.items():
             span = SPANS.get(key if table == "vehicle" else f"{table}.{key}")
-            if span is not None and not span[0] <= quantity.value <= span[1]:
+            # of what a simple simulator may leave out, none at all is no mistaken unit
+            none = quantity.value == 0.0 and key in ZERO_OR_MORE
+            if span is not None and not none and not span[0] <= quantity.value <= span[1]:
                 text = f"found {quantity.value:g}, expected {span[0]:g} to {span[1]:g}"
                 raise VehicleError(
                     text, path=path, place=f"[{table}] {key}", hint=f"this key is in {span[2]}"

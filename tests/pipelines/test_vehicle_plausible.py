@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from parsers.errors import VehicleError
-from pipelines.vehicles.keys import LOAD_KEYS, SENSOR_KEYS, SHARES, VEHICLE_KEYS
+from pipelines.vehicles.keys import LOAD_KEYS, SENSOR_KEYS, SHARES, VEHICLE_KEYS, ZERO_OR_MORE
 from pipelines.vehicles.plausible import SPANS
 from pipelines.vehicles.vehicle_file import parse_vehicle
 
@@ -71,3 +71,12 @@ def test_every_key_has_a_span() -> None:
     keys = (VEHICLE_KEYS - SHARES) | {f"load.{k}" for k in LOAD_KEYS} | {f"sensors.{k}" for k in SENSOR_KEYS}
     assert set(SPANS) == keys
     assert all(low < high for low, high, _ in SPANS.values())
+
+
+@pytest.mark.parametrize("key", sorted(ZERO_OR_MORE))
+def test_none_at_all_is_no_mistaken_unit(key: str) -> None:
+    stated = parse_vehicle(f"[vehicle]\n{key} = 0", FILE).get(key)
+    assert stated is not None
+    assert (stated.value, stated.std) == (0.0, 0.0)
+    with pytest.raises(VehicleError, match="expected 0 or more"):
+        parse_vehicle(f"[vehicle]\n{key} = -1", FILE)
