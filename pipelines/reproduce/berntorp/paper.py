@@ -9,7 +9,7 @@ from pipelines.reproduce.berntorp.claims import claims
 from pipelines.reproduce.berntorp.figures import densities, traces_of
 from pipelines.reproduce.berntorp.filters import CLOUDS, KERNEL_PARTICLES
 from pipelines.reproduce.berntorp.plant import HIGH_SUV, drive, effective
-from pipelines.reproduce.berntorp.setup import MATCHED, STEP_S, as_modelled
+from pipelines.reproduce.berntorp.setup import MATCHED, STEP_S, RollBody, as_modelled
 from pipelines.reproduce.berntorp.study import prepare, rows_of, run_all
 from pipelines.reproduce.berntorp.tables import averages_table, model_error_table, truths, warm_table
 
@@ -55,25 +55,7 @@ class Berntorp:
                 "K. Berntorp, A. Chakrabarty, S. Di Cairano: Vehicle center-of-gravity height and dynamics estimation with "
                 "uncertainty quantification by marginalized particle filter"
             ),
-            setup=(
-                f"Sine with dwell (FMVSS 126) at 80 km/h, 2 A, 2 s at {1 / STEP_S:g} Hz, {runs} runs, fresh noise each: roll 0.1 deg, "
-                "roll rate 0.3 deg/s, lateral acceleration 0.1 m/s² (not printed, ours).",
-                f"Richer plant: the full plant's SUV made higher and softer ({truth.mass:.0f} kg, I_x {truth.inertia:.0f} kg·m²): unsprung "
-                "masses, tyres in series, stiffening springs with stops, dampers with a knee, dry friction, a roll axis above ground, "
-                "tyres that saturate. The paper's own vehicle is in a reference that it does not print.",
-                f"Its truth, as no such vehicle has one K, D and h: {truths(truth)}. h: CG height of the whole vehicle; K: m g h over the "
-                "steady roll per g sensed, small angles, tyres included; D: what dampers (mean slope before the knee) and tyres take a "
-                "unit of roll rate in the shape of a steady turn.",
-                f"Plant as modelled: {truths(MATCHED)}, {MATCHED.mass:g} kg, I_x {MATCHED.inertia:g} kg·m², the same lateral acceleration. "
-                "Mass and inertia are told to every method: they are not identifiable.",
-                "Algorithm 2: 8 000 particles at first from the warm start, N* 1 000, at most 8 000; random walk 200 N·m/rad, 30 N·m·s/rad, "
-                f"0.002 m a sample. {KERNEL_PARTICLES} particles in the kernel variant (resampling below N/2, Liu-West 0.4, no parameter "
-                "noise, sensor offsets as states, from the whole box).",
-                f"{CLOUDS} clouds joined, as `cogest analyze` joins them: {matched_drives} drives with noise of their own ({rich_drives} of the "
-                f"richer plant), {CLOUDS} clouds on each with random numbers of their own. Estimate: the mean of their means; variance: the "
-                "mean of theirs and 1 + 1/r times what parts their means (once for the particles that resampling lost, 1/r for where chance "
-                "moved the mean). The truth is not used.",
-            ),
+            setup=_setup(truth, runs, matched_drives, rich_drives),
             tables=(warm_table((rich, matched)), averages_table(first), averages_table(second), model_error),
             claims=claims(first, second),
             study=(*rows_of(first, matched=False), *rows_of(second, matched=True)),
@@ -87,3 +69,26 @@ class Berntorp:
                 "interval of the filter holds.",
             ),
         )
+
+
+def _setup(truth: RollBody, runs: int, matched_drives: int, rich_drives: int) -> tuple[str, ...]:
+    """The study in words."""
+    return (
+        f"Sine with dwell (FMVSS 126) at 80 km/h, 2 A, 2 s at {1 / STEP_S:g} Hz, {runs} runs, fresh noise each: roll 0.1 deg, "
+        "roll rate 0.3 deg/s, lateral acceleration 0.1 m/s² (not printed, ours).",
+        f"Richer plant: the full plant's SUV made higher and softer ({truth.mass:.0f} kg, I_x {truth.inertia:.0f} kg·m²): unsprung "
+        "masses, tyres in series, stiffening springs with stops, dampers with a knee, dry friction, a roll axis above ground, "
+        "tyres that saturate. The paper's own vehicle is in a reference that it does not print.",
+        f"Its truth, as no such vehicle has one K, D and h: {truths(truth)}. h: CG height of the whole vehicle; K: m g h over the "
+        "steady roll per g sensed, small angles, tyres included; D: what dampers (mean slope before the knee) and tyres take a "
+        "unit of roll rate in the shape of a steady turn.",
+        f"Plant as modelled: {truths(MATCHED)}, {MATCHED.mass:g} kg, I_x {MATCHED.inertia:g} kg·m², the same lateral acceleration. "
+        "Mass and inertia are told to every method: they are not identifiable.",
+        "Algorithm 2: 8 000 particles at first from the warm start, N* 1 000, at most 8 000; random walk 200 N·m/rad, 30 N·m·s/rad, "
+        f"0.002 m a sample. {KERNEL_PARTICLES} particles in the kernel variant (resampling below N/2, Liu-West 0.4, no parameter "
+        "noise, sensor offsets as states, from the whole box).",
+        f"{CLOUDS} clouds joined, as `cogest analyze` joins them: {matched_drives} drives with noise of their own ({rich_drives} of the "
+        f"richer plant), {CLOUDS} clouds on each with random numbers of their own. Estimate: the mean of their means; variance: the "
+        "mean of theirs and 1 + 1/r times what parts their means (once for the particles that resampling lost, 1/r for where chance "
+        "moved the mean). The truth is not used.",
+    )
