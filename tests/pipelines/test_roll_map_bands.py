@@ -15,7 +15,7 @@ def fit(*values: float, widened: float = 1.0, converged: bool = True) -> RollFit
     return RollFit(
         known=(), values={}, covariance=widened**2 * white, white_covariance=white, edges=np.zeros(0, dtype=np.int64),
         information=np.zeros((0, 3, 3)), gradient=np.zeros((0, 3)), cost=0.0, normalised=np.zeros((0, 1)), explained=0.9,
-        quickness=2.0, doubt=0.0, names=("a", "b", "c"), handed=np.array(values), jacobian=np.eye(3), steps=5,
+        quickness=2.0, names=("a", "b", "c"), handed=np.array(values), jacobian=np.eye(3), steps=5,
         converged=converged,
     )  # fmt: skip
 

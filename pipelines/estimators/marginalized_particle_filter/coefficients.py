@@ -77,9 +77,10 @@ def honest(
     """a, b, c for the second stage: the clouds' covariance, plus what the model and the channels do not know."""
     table, left = (DISCREPANCY_AXLES, LEFT_OVER_AXLES) if data.against_axles else (DISCREPANCY, LEFT_OVER)
     own = np.array([table.get(name, 0.0) for name in NAMES]) * mean
-    own = np.hypot(own, left * mean[0] / max(data.quickness, 0.1) ** np.arange(3))
+    # in phase with the angle, friction is in either: the larger of both
+    parts = np.array([max(left, FRICTION_MPS2 / max(float(np.std(data.accel)), 1e-6)), left, left])
+    own = np.hypot(own, parts * mean[0] / max(data.quickness, 0.1) ** np.arange(3))
     usual = {k.name: k for k in known_parameters(data, None, 0.2, inputs.delay_std_s, None)}
-    own[0] = np.hypot(own[0], FRICTION_MPS2 / max(float(np.std(data.accel)), 1e-6) * mean[0])
     # springs that stiffen: K φ (1 + s φ²) looks like K (1 + 3/4 s φ²) at an amplitude φ
     lean = float(np.quantile(np.abs(data.accel - np.median(data.accel)), 0.95)) / max(float(mean[0]), 1.0)
     own[0] = np.hypot(own[0], 0.75 * usual["stiffening"].std * lean**2 * mean[0])

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipelines.estimators.roll_map.fit import RollFit
 from pipelines.estimators.roll_map.model import WEAK_PRIOR
-from pipelines.estimators.roll_map.open_slope import BY_NOISE, why_open
+from pipelines.estimators.roll_map.open_slope import BY_NOISE, FRICTION, why_open
 from pipelines.estimators.roll_map.posterior import (
     RollLikelihood,
     moments,
@@ -83,8 +83,11 @@ def coefficients_of(
     table = DISCREPANCY_AXLES if against_axles else DISCREPANCY
     own = np.array([table.get(name, 0.0) for name in names]) * x
     share = LEFT_OVER_AXLES if against_axles else LEFT_OVER
-    own[:3] = np.hypot(own[:3], share * x[0] / max(fit.quickness, 0.1) ** np.arange(3))
-    own[0] = np.hypot(own[0], fit.doubt * x[0])
+    left = share * x[0] / max(fit.quickness, 0.1) ** np.arange(3)
+    # in phase with the angle, friction is in either: the larger of both, and what roads add to it
+    doubts = dict(fit.doubts)
+    left[0] = math.hypot(max(share, doubts.pop(FRICTION, 0.0)), *doubts.values()) * x[0]
+    own[:3] = np.hypot(own[:3], left)
     scaled = np.where(np.array(names) == "rate_gain", -x, x) * scale_std
     prior_mean, prior_std = np.array([WEAK_PRIOR[name] for name in names]).T
     levels = {name: math.exp(fit.values.get(f"log_{name}", -math.inf)) for name in ("bank", "roll_noise")}

@@ -75,8 +75,8 @@ class RollFit:
 
     normalised: (n, m) innovations in standard deviations.
     explained: share of the roll signal's variance that the simulation gives (negative where it does worse than none).
-    quickness: rad/s, of the input (RMS of its rate over its RMS). doubt: of a, relative: what friction and banked bends leave
-    open, together and each (`_doubts`). whole_band: see `fit_best`. mixed: of this and other models, None where it stands alone.
+    quickness: rad/s, of the input (RMS of its rate over its RMS). doubts: of a, relative: what friction and banked bends
+    leave open (`_doubts`). whole_band: see `fit_best`. mixed: of this and other models, None where it stands alone.
     verdict: what spoke for the models' parts. names, handed (k,), jacobian (k, p): the coefficients
     that the second stage takes, and their slopes in the parameters. edges: (k,) rows up to which information (k, p, p) and gradient (k, p) are summed, for the running estimate.
     """
@@ -92,7 +92,6 @@ class RollFit:
     normalised: FloatArray
     explained: float
     quickness: float
-    doubt: float
     names: tuple[str, ...]
     handed: FloatArray
     jacobian: FloatArray
@@ -365,7 +364,6 @@ def fit_roll(
         normalised=slopes.normalised,
         explained=explained,
         quickness=data.quickness,
-        doubt=math.hypot(*doubts.values()),
         doubts=doubts,
         names=names,
         handed=handed,
