@@ -38,6 +38,7 @@ from pipelines.joint.profile import departure
 from pipelines.joint.reached import Modes, Reached, reach
 from pipelines.joint.sampling.sample import Drawn, no_narrower, sample
 from pipelines.joint.vehicle.outputs import outputs_of
+from pipelines.joint.vehicle.plain_names import plain_name
 from pipelines.joint.ways.spring_scale import springs_off
 from pipelines.results import FloatArray, JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
@@ -99,7 +100,7 @@ def _draws(
 def _far(joint: Joint) -> tuple[str, ...]:
     """Unknowns that ended far from what was known of them."""
     found = zip(joint.known.names, joint.u.tolist(), strict=True)
-    return tuple(f"{n.replace('_', ' ')} ({x:+.1f} standard deviations)" for n, x in found if abs(x) > FAR)
+    return tuple(f"{plain_name(n)} ({x:+.1f} standard deviations)" for n, x in found if abs(x) > FAR)
 
 
 def _doubtful(

@@ -21,7 +21,7 @@ LIGHT_HEAVY_KG = 5000.0
 """Empty mass up to which a heavy vehicle stands on a van's wheels, and is not much larger than one."""
 
 UNSPRUNG: dict[Kind, tuple[Spread, Spread]] = {
-    "car": ((0.047, 0.012), (0.047, 0.012)),
+    "car": ((0.052, 0.013), (0.052, 0.013)),
     "carrier": ((0.052, 0.013), (0.07, 0.022)),
     "heavy": ((0.07, 0.02), (0.115, 0.03)),
 }

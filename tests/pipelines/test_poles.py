@@ -45,6 +45,22 @@ def test_a_rig_tells_the_arms_by_hubs_and_feet() -> None:
     assert told == pytest.approx(braked * ahead / 2.0 + (1 - braked) * behind / 0.45, rel=0.15)
 
 
+def test_links_of_a_rigid_axle_move_the_pole_where_it_is_far_off() -> None:
+    """A pickup's axle on links of 0.45 and 0.62 m, its pole 3.4 m ahead: its way turns by 1 a m (0.3 by that pole alone)."""
+    ahead, behind, braked, length = 1.4, 1.9, 0.65, 3.4
+    figures = {
+        "mass_kg": 2000.0, "wheelbase_m": ahead + behind, "cg_to_front_axle_m": ahead, "wheel_radius_m": 0.36,
+        "unsprung_mass_front_kg": 120.0, "unsprung_mass_rear_kg": 190.0, "pitch_center_height_m": 0.076,
+        "wheel_recession_front": 0.08, "wheel_recession_rear": 0.0,
+    }  # fmt: skip
+    for body, held in (("Pickup", True), ("Sedan", False)):
+        known = before_the_log(file_of(figures, body=body))
+        row = known.index("poles_sink")
+        turned = (1 - braked) * behind * 1.0
+        assert turned > 2 * (1 - braked) * behind / length
+        assert (abs(known.mean[row] - turned) < 2 * known.std[row]) == held
+
+
 def test_silent_files_leave_it_open_and_say_so() -> None:
     known = before_the_log(file_of({"mass_kg": 1500.0}))
     row = known.index("poles_sink")

@@ -17,6 +17,7 @@ from pipelines.joint.vehicle.body import BRAKED_FRONT, TYRE_SHARE, Body, Values
 from pipelines.joint.vehicle.book import AXLES, Book
 from pipelines.joint.vehicle.laden import pressed
 from pipelines.joint.vehicle.suspension import levels
+from pipelines.vehicles.spring_base import rigid_axle
 
 POLES = (
     "poles_sink", "poles_rear", "poles_stay_front", "poles_stay_rear", "free_front", "free_rear", "stop_front", "stop_rear",
@@ -29,6 +30,9 @@ OF_REAR, OF_REAR_STD = 0.75, 0.2
 """Share of it that is the rear axle's, whose arms are the shorter ones."""
 ROUND = 0.2
 """How far arms' poles move as the arms turn, beside a fixed pole's: share of `poles_sink`."""
+MOVING = {False: (0.0, 0.12), True: (0.25, 0.25)}
+"""What links that turn add to `poles_sink` beside fixed poles, by whether the rear axle is rigid: links or leaves of half a metre
+turn as the axle rises, and change the way of a wheel whose pole is far off or nowhere; arms and struts do so by little."""
 
 
 def poles(book: Book) -> None:
@@ -39,7 +43,9 @@ def poles(book: Book) -> None:
     """
     if all(book.vehicle.get(f"wheel_recession_{axle}") is not None for axle in AXLES):
         mean, std = book.rows["hubs_past"]
-        book.put("poles_sink", mean, float(np.hypot(std, ROUND * mean)))
+        turning, unsure = MOVING[rigid_axle(book.vehicle, "rear")]
+        spread = float(np.hypot(np.hypot(std, ROUND * mean), unsure))
+        book.put("poles_sink", mean + turning, spread)
     else:
         said = "how far the pitch centre comes down for a metre that the body does"
         book.put("poles_sink", *USUAL_SINK, said)
