@@ -39,6 +39,7 @@ from pipelines.joint.reached import Modes, Reached, reach
 from pipelines.joint.sampling.sample import Drawn, no_narrower, sample
 from pipelines.joint.vehicle.outputs import outputs_of
 from pipelines.joint.vehicle.plain_names import plain_name
+from pipelines.joint.ways.rigid_tyres import tyres_open
 from pipelines.joint.ways.spring_scale import springs_off
 from pipelines.results import FloatArray, JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
@@ -62,6 +63,7 @@ class Inference:
     doubtful: estimators whose relation contradicted the rest, tyres that give and a right scale taken for granted, and by what factor.
     shared: estimators whose relation was not counted, since that of one that is `doubtful` shows the same.
     springs_off: share by which spring rates, or the deflections' scale, are otherwise than stated (`springs_off`).
+    tyres_open: share by which roll by deflections is open, as the tyres may give or not (`tyres_open`).
     """
 
     parameters: Mapping[str, ParameterEstimate]
@@ -70,6 +72,7 @@ class Inference:
     doubtful: Mapping[str, float] = field(default_factory=dict)
     shared: Mapping[str, str] = field(default_factory=dict)
     springs_off: float = 0.0
+    tyres_open: float = 0.0
 
 
 def _inflation(joint: Joint) -> float:
@@ -162,7 +165,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     kept = kept_of(joint, reached.checks, factor, drawn is None, left, empty)
     doubtful, shared = _doubtful(reached.before, evidence, reached.kept)
     off = springs_off(joint, doubts, reached.vehicle, reached.others)
-    return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off)
+    tyres = tyres_open(reached.joint, reached.others)
+    return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off, tyres)
 
 
 def _left_to_say(doubts: Sequence[Weighed], reached: Reached) -> tuple[str, ...]:

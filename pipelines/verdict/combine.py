@@ -204,12 +204,13 @@ def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, factor: floa
     return widened(entry, factor * entry.std, words, fair=ALONE)
 
 
-def _as_sure_as_the_springs(
+def _by_deflections(
     verdict: Mapping[str, ParameterEstimate], told: Sequence[Estimate], lead: str, found: Inference, than: str
 ) -> dict[str, ParameterEstimate]:
-    """A roll gradient by deflections, where the log has the springs otherwise: the rates may be right and the deflections' scale wrong.
+    """A roll gradient by deflections, as sure as the posterior is of what they lack or may be off by.
 
-    lead: the estimator that it is of. than: what the springs are otherwise than, in a word.
+    Where the log has the springs otherwise, the rates may be right and the deflections' scale wrong; and where its tyres may give or not,
+    so much of the roll is open. lead: the estimator that it is of. than: what the springs are otherwise than, in a word.
     """
     entry = verdict.get(BY_DEFLECTIONS)
     if entry is None or entry.value is None or entry.std is None or entry.status == "not_identifiable":
@@ -221,18 +222,22 @@ def _as_sure_as_the_springs(
         for e in estimate.evidence
         if e.kind == "roll"
     }
-    if (
-        found.springs_off == 0
-        or BY_DEFLECTIONS in found.parameters
-        or not any("spring defl" in c for c in carriers)
-    ):
+    if BY_DEFLECTIONS in found.parameters or not any("spring defl" in c for c in carriers):
         return {}
-    std = math.hypot(entry.std, found.springs_off * entry.value)
-    reason = (
-        f"the log has spring rates, or the scale of the deflections, {found.springs_off:.0%} otherwise than {than}, and what is "
-        "seen by deflections is no surer"
-    )
-    return {BY_DEFLECTIONS: widened(entry, std, reason, fair=ALONE)}
+    reasons = []
+    if found.springs_off > 0:
+        reasons.append(
+            f"the log has spring rates, or the scale of the deflections, {found.springs_off:.0%} otherwise than {than}, and what is "
+            "seen by deflections is no surer"
+        )
+    if found.tyres_open > 0:
+        reasons.append(
+            "tyres that do not give, or roads that lean into the bends, explain the drive as well, and deflections lack the tyres' part"
+        )
+    if not reasons:
+        return {}
+    std = math.hypot(entry.std, math.hypot(found.springs_off, found.tyres_open) * entry.value)
+    return {BY_DEFLECTIONS: widened(entry, std, "; ".join(reasons), fair=ALONE)}
 
 
 def _widened(name: str, answers: Sequence[_Given], found: Inference) -> float:
@@ -299,7 +304,7 @@ def verdict_of(
         if BY_DEFLECTIONS in given:
             lead = given[BY_DEFLECTIONS][0].estimator
             than = "stated" if vehicle.get("spring_rate_front_npm") is not None else "usual"
-            verdict |= _as_sure_as_the_springs(verdict, told, lead, found, than)
+            verdict |= _by_deflections(verdict, told, lead, found, than)
     held = set() if found is None else set(found.parameters)
     verdict |= {
         name: told_with_tails(entry)

@@ -30,7 +30,7 @@ OF_REAR, OF_REAR_STD = 0.75, 0.2
 """Share of it that is the rear axle's, whose arms are the shorter ones."""
 ROUND = 0.2
 """How far arms' poles move as the arms turn, beside a fixed pole's: share of `poles_sink`."""
-MOVING = {False: (0.0, 0.12), True: (0.25, 0.25)}
+MOVING = {False: (0.0, 0.08), True: (0.45, 0.4)}
 """What links that turn add to `poles_sink` beside fixed poles, by whether the rear axle is rigid: links or leaves of half a metre
 turn as the axle rises, and change the way of a wheel whose pole is far off or nowhere; arms and struts do so by little."""
 

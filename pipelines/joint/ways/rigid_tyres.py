@@ -65,3 +65,23 @@ def rigid_odds(soft: Joint, evidence: Sequence[Evidence], known: Known) -> tuple
     row = known.index(TYRES)
     chance = STATED_CHANCE if known.std[row] < STATED * known.mean[row] else CHANCE
     return log_odds(soft, stiff) + math.log(chance / (1 - chance)), stiff
+
+
+TYRES_PART = 0.18
+"""Of the roll against the road, where tyres give: what an angle against the axles lacks."""
+
+OPEN = (0.05, 0.95)
+"""Chances of tyres that do not give between which neither kind is left out."""
+
+
+def tyres_open(joint: Joint, others: Sequence[tuple[float, Joint]]) -> float:
+    """Share by which a roll gradient by deflections may be off (standard deviation), the tyres' part of it being there or not.
+
+    others: the other posteriors that were heard, with their chances. Nought where one kind is as good as left out.
+    """
+    every = ((1 - sum(chance for chance, _ in others), joint), *others)
+    rates = [float(j.known.mean[j.known.index(TYRES)]) for _, j in every]
+    hard = sum(
+        chance for (chance, _), rate in zip(every, rates, strict=True) if rate > 0.5 * STIFFER * min(rates)
+    )
+    return TYRES_PART * math.sqrt(hard * (1 - hard)) if OPEN[0] < hard < OPEN[1] else 0.0
