@@ -98,7 +98,7 @@ def test_no_scheduler_there(monkeypatch: pytest.MonkeyPatch) -> None:
     began = time.monotonic()
     with pytest.raises(EngineError, match=f"no Dask scheduler answers at {address} .*dask scheduler"):
         list(engine_named("dask", None, address).map(FUNCTION, [task("echo")], NO_LIMITS))
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 30
 
 
 def test_an_address_that_is_none() -> None:
@@ -198,7 +198,7 @@ def test_a_scheduler_that_dies_ends_the_batch_in_words(stack: ExitStack) -> None
     began = time.monotonic()
     with pytest.raises(EngineError, match=f"the connection to the Dask scheduler at {address} was lost"):
         next(ended)
-    assert time.monotonic() - began < 20
+    assert time.monotonic() - began < 50
 
 
 def test_a_cluster_of_its_own(stack: ExitStack) -> None:

