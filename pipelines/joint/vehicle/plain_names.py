@@ -14,7 +14,7 @@ _SEEN: Mapping[str, str] = {
     "axle": "axle loads",
     "attitude": "the pitch angle",
 }
-_BALANCES: Mapping[str, str] = {"pitch": "pitch", "roll": "roll", "vertical": "vertical"}
+_BALANCES = ("pitch", "roll", "vertical")
 _WORDS: Mapping[str, str] = {
     "wheelbase": "wheelbase",
     "track": "track",
@@ -134,5 +134,5 @@ def plain_name(name: str) -> str:
     balance, _, seen = rest.partition("_")
     if what in ("late", "gain") and balance in _BALANCES and seen in _SEEN:
         said = "delay in" if what == "late" else "model error of"
-        return f"{said} the {_BALANCES[balance]} balance by {_SEEN[seen]}"
+        return f"{said} the {balance} balance by {_SEEN[seen]}"
     return name.replace("_", " ")
