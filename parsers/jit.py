@@ -12,13 +12,16 @@ import os
 import sys
 import threading
 from collections.abc import Callable
-from typing import Any, ParamSpec, TypeVar, cast
+from typing import Any, Literal, ParamSpec, TypeVar, cast
 
 from parsers.channels import ByteArray
 from parsers.jit_shape import Shape, shape_of
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+Manner = Literal["whole", "lean", "vector"]
+"""Of `kernel`, `lean_kernel`, `vector_kernel`."""
 
 Call = Callable[[tuple[Any, ...]], Any]
 """Calls a kernel with these arguments."""
@@ -43,11 +46,11 @@ class Primitive:
 
 
 class Kernel:
-    """A function for numba: see `kernel`. py_func: the function in plain Python."""
+    """A function for numba: see `kernel`. py_func: the function in plain Python. manner: how it is compiled."""
 
-    def __init__(self, function: Callable[..., Any], *, lean: bool = False) -> None:
+    def __init__(self, function: Callable[..., Any], *, manner: Manner = "whole") -> None:
         functools.update_wrapper(self, function)
-        self.py_func, self.lean = function, lean
+        self.py_func, self.manner = function, manner
         self._calls: dict[tuple[Shape, ...], Call] = {}
         self._by_numba = False
 
@@ -81,14 +84,14 @@ class Kernel:
         """numba's own, with its cache on disk."""
         from parsers.jit_compile import dispatcher
 
-        return dispatcher(self.py_func, cache=True, lean=self.lean)
+        return dispatcher(self.py_func, cache=True, manner=self.manner)
 
     @functools.cached_property
     def helper(self) -> Any:
         """numba's own for kernels that call this one: compiled with them, so that no cache can hold an old one."""
         from parsers.jit_compile import dispatcher
 
-        return dispatcher(self.py_func, cache=False, lean=self.lean)
+        return dispatcher(self.py_func, cache=False, manner=self.manner)
 
     @property
     def _numba_type_(self) -> Any:
@@ -118,7 +121,18 @@ def lean_kernel(function: Callable[P, R]) -> Callable[P, R]:
     """
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return function
-    return cast("Callable[P, R]", Kernel(function, lean=True))
+    return cast("Callable[P, R]", Kernel(function, manner="lean"))
+
+
+def vector_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """As `lean_kernel`, for loops that are to become vector instructions: what is divided by zero is infinite or no number.
+
+    The check before each division, after which a `kernel` raises ZeroDivisionError, is a jump, and a loop with a jump in it
+    stays as it is.
+    """
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return function
+    return cast("Callable[P, R]", Kernel(function, manner="vector"))
 
 
 def _loader(bits: int, *, signed: bool) -> Callable[[ByteArray, int], int]:

@@ -39,7 +39,7 @@ def native_call(kernel: Kernel, shapes: tuple[Shape, ...], args: tuple[Any, ...]
         from parsers.jit_compile import NotAloneError, compile_alone
 
         try:
-            found = compile_alone(kernel.py_func, kernel.lean, args, leaves, name)
+            found = compile_alone(kernel.py_func, kernel.manner, args, leaves, name)
         except NotAloneError:
             found = b"", ""
         write_code(kernel, key, *found)

@@ -35,10 +35,17 @@ from llvmlite import ir  # noqa: E402
 from numba.core import types  # noqa: E402
 from numba.core.runtime import nrtdynmod  # noqa: E402
 
+from parsers.jit import Manner  # noqa: E402
 from parsers.jit_entry import entry_module  # noqa: E402
 from parsers.jit_shape import Leaf  # noqa: E402
 
 _LEAN: dict[str, Any] = {"_nrt": False, "forceinline": True}
+
+_OPTIONS: dict[Manner, dict[str, Any]] = {
+    "whole": {},
+    "lean": _LEAN,
+    "vector": {**_LEAN, "error_model": "numpy", "fastmath": {"contract"}},
+}
 
 _ALONE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 """Without the functions that bring Python's objects in and out."""
@@ -167,9 +174,9 @@ def _njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return cast("Callable[[Callable[..., Any]], Any]", numba.njit(nogil=True, **options))
 
 
-def dispatcher(function: Callable[..., Any], *, cache: bool, lean: bool) -> Any:
+def dispatcher(function: Callable[..., Any], *, cache: bool, manner: Manner) -> Any:
     """numba's own object for a function."""
-    return _njit(cache=cache, **(_LEAN if lean else {}))(function)
+    return _njit(cache=cache, **_OPTIONS[manner])(function)
 
 
 class NotAloneError(Exception):
@@ -272,7 +279,7 @@ def _alone(module: Any, entry: Any, name: str) -> Any:
 
 
 def compile_alone(
-    function: Callable[..., Any], lean: bool, args: Sequence[Any], leaves: Sequence[Leaf], name: str
+    function: Callable[..., Any], manner: Manner, args: Sequence[Any], leaves: Sequence[Leaf], name: str
 ) -> tuple[bytes, str]:
     """Machine code of a kernel for arguments like these, as an object file with the function `name`; and what it gives back.
 
@@ -280,7 +287,7 @@ def compile_alone(
     """
     if not _tried():
         raise NotAloneError(f"numba {numba.__version__}")
-    made = _njit(**_ALONE, **(_LEAN if lean else {}))(function)
+    made = _njit(**_ALONE, **_OPTIONS[manner])(function)
     signature = tuple(map(_typeof, args))
     made.compile(signature)
     compiled = made.overloads[signature]

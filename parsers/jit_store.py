@@ -24,13 +24,13 @@ import numpy as np
 from parsers.jit import Kernel, Primitive
 
 SUFFIX = ".kernel"
-_MARK = b"cogest kernel 4\n"
+_MARK = b"cogest kernel 5\n"
 _FOREIGN = ("numpy", "math", "numba", "builtins")
 
 
 def key_of(kernel: Kernel, *more: object) -> str:
     """A hash of a kernel's code, its helpers', their constants, the machine and `more`."""
-    text = "\n".join((*_code(kernel.py_func, set()), environment(), *map(repr, more), repr(kernel.lean)))
+    text = "\n".join((*_code(kernel.py_func, set()), environment(), *map(repr, more), kernel.manner))
     return hashlib.sha256(text.encode("utf-8", "surrogatepass")).hexdigest()[:32]
 
 
@@ -69,7 +69,7 @@ def _names(code: CodeType) -> set[str]:
 def _value(value: Any, code: CodeType, seen: set[int]) -> Iterator[str]:
     """What a name stands for."""
     if isinstance(value, Kernel):
-        yield f"kernel {value.lean}"
+        yield f"kernel {value.manner}"
         yield from _code(value.py_func, seen)
     elif isinstance(value, Primitive):
         yield value.name

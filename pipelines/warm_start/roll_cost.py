@@ -6,6 +6,7 @@ import numpy as np
 
 from parsers.channels import IntArray
 from parsers.jit import kernel
+from pipelines.filters.lanes import LANES
 from pipelines.filters.marginalized_particle.discretise import discretise
 from pipelines.filters.marginalized_particle.layout import (
     A00,
@@ -14,9 +15,9 @@ from pipelines.filters.marginalized_particle.layout import (
     A11,
     AFTER0,
     AFTER1,
-    COV2,
     LEVEL0,
     LEVEL1,
+    LOG,
 )
 from pipelines.results import FloatArray
 from pipelines.warm_start.weighting import independent_residuals
@@ -33,8 +34,9 @@ def _respond(
     out: FloatArray,
 ) -> bool:
     """Roll and roll rate (n, 2) from rest under the first input; False where the roll is unstable."""
-    row = np.zeros(COV2)
-    row[:6] = theta
+    row = np.zeros(LOG)
+    for j in range(6):
+        row[j * LANES : (j + 1) * LANES] = theta[j]
     lever = theta[3] * theta[2]
     stiffness = theta[0] - lever * gravity
     if stiffness <= 0.0 or theta[4] + lever * (theta[2] - theta[5]) <= 0.0:

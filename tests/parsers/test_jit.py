@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from parsers.jit import Kernel, kernel, lean_kernel
+from parsers.jit import Kernel, kernel, lean_kernel, vector_kernel
 from parsers.jit_shape import leaves_of, shape_of
 from parsers.jit_store import _MARK, _folder, key_of, read_code, write_code
 
@@ -158,6 +158,21 @@ def test_errors_are_numbas_own():
         total("text")
 
 
+def test_a_vector_kernel_divides_by_zero():
+    @vector_kernel
+    def over(a, b):
+        return a / b
+
+    @kernel
+    def quotients(a, b, out):
+        for i in range(len(a)):
+            out[i] = over(a[i], b[i])
+
+    out = np.zeros(3)
+    quotients(np.array([1.0, -1.0, 0.0]), np.array([0.0, 0.0, 2.0]), out)
+    assert out.tolist() == [np.inf, -np.inf, 0.0]
+
+
 def test_shapes_tell_apart_what_machine_code_depends_on():
     array = np.zeros((2, 3))
     locked = array.copy()
@@ -182,9 +197,9 @@ def test_the_key_changes_with_all_that_is_compiled_in():
     inner = "def f(a):\n return a + D\n"
     table = np.arange(3)
 
-    def key(text=text, inner=inner, c=1, d=1, t=table, lean=False):
+    def key(text=text, inner=inner, c=1, d=1, t=table, manner="whole"):
         helper = made(inner, D=d)
-        helper.lean = lean
+        helper.manner = manner
         return key_of(made(text, g=helper, C=c, T=t), (int,))
 
     first = key()
@@ -198,9 +213,10 @@ def test_the_key_changes_with_all_that_is_compiled_in():
         key(d=2),
         key(t=np.arange(1, 4)),
         key(t=(0, 1)),
-        key(lean=True),
+        key(manner="lean"),
+        key(manner="vector"),
     ]
-    assert len({first, *others}) == 10
+    assert len({first, *others}) == 11
 
 
 def test_the_key_sees_closures_and_endless_circles():

@@ -9,9 +9,41 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import expm
 
+from pipelines.filters.lanes import LANES
 from pipelines.filters.marginalized_particle.records import Cloud, Noise, Offsets, ParticleSettings
 
 FloatArray = NDArray[np.float64]
+
+
+class PlainLanes:
+    """The random numbers of `pipelines.filters.lanes`, all lanes at once in numpy, with numpy's own functions."""
+
+    def __init__(self, rng: np.random.Generator):
+        self.state = list(rng.integers(0, 2**64, 4 * LANES, dtype=np.uint64).reshape(4, LANES))
+
+    def bits(self, lanes: int) -> NDArray[np.uint64]:
+        """(lanes,) of the first by xoshiro256+, as its authors write it down."""
+        s0, s1, s2, s3 = (part[:lanes] for part in self.state)
+        with np.errstate(over="ignore"):
+            found = s0 + s3
+        s2, s3 = s2 ^ s0, s3 ^ s1
+        new = (
+            s0 ^ s3,
+            s1 ^ s2,
+            s2 ^ (s1 << np.uint64(17)),
+            (s3 << np.uint64(45)) | (s3 >> np.uint64(19)),
+        )
+        for part, values in zip(self.state, new, strict=True):
+            part[:lanes] = values
+        return found
+
+    def two_normals(self, lanes: int = LANES) -> FloatArray:
+        """(2, lanes)"""
+        bits = self.bits(lanes)
+        share = (bits >> np.uint64(32)) / 2.0**32
+        turn = 2 * np.pi * ((bits & np.uint64(0xFFFFFFFF)) / 2.0**32 - 0.5)
+        radius = np.sqrt(-2 * np.log1p(-share))
+        return np.array([radius * np.sin(turn), radius * np.cos(turn)])
 
 
 @dataclass
@@ -48,6 +80,7 @@ class PlainFilter:
         self, prior: Cloud, noise: Noise, settings: ParticleSettings, step: float, rng: np.random.Generator
     ):
         self.settings, self.step, self.rng, self.noise = settings, step, rng, noise
+        self.lanes = PlainLanes(rng)
         spreads = [settings.start_roll_rad, settings.start_rate_radps]
         if settings.offsets is not None or settings.sensed_input:
             offsets = settings.offsets or Offsets(0.0, 0.0, 0.0)
@@ -123,8 +156,12 @@ class PlainFilter:
     def forward(self, now: float, after: float) -> None:
         """(3) and (9)."""
         if any(self.settings.walk):
-            for particle in self.cloud:
-                particle.theta[:3] += np.array(self.settings.walk) * self.rng.standard_normal(3)
+            for first in range(0, len(self.cloud), LANES):
+                both = self.lanes.two_normals()
+                heights = self.lanes.two_normals(LANES // 2).ravel()
+                draws = np.column_stack((*both, heights))
+                for particle, draw in zip(self.cloud[first : first + LANES], draws, strict=False):
+                    particle.theta[:3] += np.array(self.settings.walk) * draw
             self._model()
         for particle in self.cloud:
             a, level, _ = particle.model

@@ -7,9 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from parsers.jit import kernel
+from pipelines.filters.lanes import LANES, random_state
 from pipelines.filters.marginalized_particle.clouds import cloud_of, mirror_height
 from pipelines.filters.marginalized_particle.filter import run_particles
-from pipelines.filters.marginalized_particle.layout import WIDTH5
+from pipelines.filters.marginalized_particle.layout import STATE, WEIGHT, WIDTH5, columns_of, tiled
 from pipelines.filters.marginalized_particle.monte_carlo import run_many
 from pipelines.filters.marginalized_particle.moves import (
     cloud_root,
@@ -20,34 +22,61 @@ from pipelines.filters.marginalized_particle.moves import (
 from pipelines.filters.marginalized_particle.records import BETTER, PUBLISHED, Cloud
 from tests.pipelines.test_marginalized_particle import NOISE, STEP, THETA, drive, prior
 
+STATES = 5
+
+
+@kernel
+def _coordinates(table: np.ndarray, out: np.ndarray) -> None:
+    for tile in range(table.shape[0]):
+        to_coordinates(table[tile], STATES, out[tile])
+
+
+@kernel
+def _back(values: np.ndarray, table: np.ndarray) -> None:
+    for tile in range(table.shape[0]):
+        from_coordinates(values[tile], STATES, table[tile])
+
+
+@kernel
+def _smooth(state: np.ndarray, table: np.ndarray, mean: np.ndarray, root: np.ndarray, unfolded: bool) -> None:
+    work = (np.zeros((6 + STATES) * LANES), np.zeros(6 * LANES))
+    for tile in range(table.shape[0]):
+        smooth(state, table[tile], (mean, root, unfolded), 0.4, 1, work)
+
 
 def coordinates(table: np.ndarray) -> np.ndarray:
-    """(N, 11) of each row."""
-    out = np.zeros((len(table), 11))
-    for row, values in zip(table, out, strict=True):
-        to_coordinates.py_func(row, values)  # type: ignore[attr-defined]
-    return out
+    """(N, 11) of each particle of a table whose tiles are full."""
+    out = np.zeros((len(table), (6 + STATES) * LANES))
+    _coordinates(table, out)
+    return columns_of(out, len(table) * LANES, 6 + STATES)
+
+
+def moved(table: np.ndarray, rng: np.random.Generator) -> bool:
+    """The smoothed move of all particles, in place, all alike in weight; whether the cloud was unfolded."""
+    count = len(table) * LANES
+    table[:, WEIGHT : WEIGHT + LANES] = 4 / count
+    mean, root, unfolded = cloud_root(table, count, 0.25, 0, STATES, 1)
+    _smooth(random_state(rng), table, mean, root, unfolded)
+    return unfolded
 
 
 def cloud_table(height: float, spread: float, rng: np.random.Generator) -> np.ndarray:
-    """(20000, WIDTH5): rows whose parameters and states hang together."""
-    z = rng.standard_normal((20_000, 11))
-    table = np.zeros((20_000, WIDTH5))
+    """(19968, 21): particles whose parameters and states hang together."""
+    z = rng.standard_normal((312 * LANES, 11))
+    table = np.zeros((312 * LANES, 21))
     table[:, 2] = height * np.exp(spread * z[:, 2])
     table[:, 0] = 9e4 * table[:, 2] * np.exp(0.01 * z[:, 0])
     table[:, 1] = 7e3 * table[:, 2] * np.exp(0.02 * z[:, 1] + 0.01 * z[:, 0])
     table[:, 3], table[:, 4], table[:, 5] = 1800 * np.exp(0.05 * z[:, 3]), 500.0, 0.0
-    table[:, 14:19] = 0.01 * z[:, 6:] + 0.02 * z[:, [2]]
+    table[:, STATE // LANES :] = 0.01 * z[:, 6:] + 0.02 * z[:, [2]]
     return table
 
 
 def test_the_smoothed_move_keeps_mean_and_covariance_also_of_the_states() -> None:
     rng = np.random.default_rng(0)
-    table = cloud_table(0.8, 0.05, rng)
+    table = tiled(cloud_table(0.8, 0.05, rng), 312, WIDTH5)
     before = coordinates(table)
-    cloud = cloud_root(table, np.full(len(table), 1 / len(table)), len(table), 5, 1)
-    assert not cloud[2]
-    smooth(rng, table, len(table), cloud, 0.4, 1)
+    assert not moved(table, rng)
     after = coordinates(table)
     assert np.abs(after - before)[:, :4].min(axis=1).max() > 0.0
     spread = before.std(axis=0) + 1e-12
@@ -69,22 +98,27 @@ def test_a_cloud_on_the_mirror_line_stays_there() -> None:
     line = float(mirror_height(np.array(1800.0), np.array(500.0)))
     distance = np.abs(0.1 * rng.standard_normal(len(table)))
     table[:, :3] *= (line * np.exp(distance))[:, None]
+    tiles = tiled(table, 312, WIDTH5)
     for _ in range(50):
-        cloud = cloud_root(table, np.full(len(table), 1 / len(table)), len(table), 5, 1)
-        assert cloud[2]
-        smooth(rng, table, len(table), cloud, 0.4, 1)
-    left = np.log(table[:, 2] / line)
+        assert moved(tiles, rng)
+    left = np.log(columns_of(tiles, len(table), 3)[:, 2] / line)
     assert left.min() >= 0
     assert left.mean() == pytest.approx(distance.mean(), rel=0.06)
     assert left.std() == pytest.approx(distance.std(), rel=0.06)
 
 
-def test_coordinates_come_back() -> None:
-    row, out, back = np.arange(1.0, WIDTH5 + 1), np.zeros(11), np.zeros(WIDTH5)
-    to_coordinates.py_func(row, out)  # type: ignore[attr-defined]
-    from_coordinates.py_func(out, back)  # type: ignore[attr-defined]
-    np.testing.assert_allclose(back[:6], row[:6])
-    np.testing.assert_array_equal(back[14:19], row[14:19])
+def test_coordinates_are_what_they_say_and_come_back() -> None:
+    columns = cloud_table(0.8, 0.3, np.random.default_rng(2))
+    table, back = tiled(columns, 312, WIDTH5), np.zeros((312, WIDTH5))
+    values = np.zeros((312, (6 + STATES) * LANES))
+    _coordinates(table, values)
+    k, d, h, m, i_x, z = columns[:, :6].T
+    expected = [np.log(k / h), np.log(d / h), np.log(h / np.sqrt(i_x / m)), np.log(m), np.log(i_x), z]
+    np.testing.assert_allclose(columns_of(values, len(columns), 6).T, expected, rtol=1e-13, atol=1e-15)
+    _back(values, back)
+    found = columns_of(back, len(columns), 21)
+    np.testing.assert_allclose(found[:, :6], columns[:, :6], rtol=1e-13)
+    np.testing.assert_array_equal(found[:, STATE // LANES :], columns[:, STATE // LANES :])
 
 
 def test_mirror_image_has_the_same_evidence() -> None:

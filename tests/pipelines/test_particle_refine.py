@@ -61,11 +61,11 @@ def test_a_first_run_that_was_wrong_does_no_harm() -> None:
 
 
 def test_intervals_hold_the_truth() -> None:
-    """60 drives of random vehicles, also close to the mirror line: 95 % intervals hold 53 to 60."""
+    """100 drives of random vehicles, also close to the mirror line: 95 % intervals hold 88 or more (three deviations of a count)."""
     held = []
     offsets = Offsets(0.006, 0.006, 0.15)
-    for seed in range(60):
-        rng = np.random.default_rng([7, seed])
+    for seed in range(100):
+        rng = np.random.default_rng([9, seed])
         theta = THETA.copy()
         theta[:3] = [rng.uniform(*RANGES[name]) for name in ("K", "D", "h")]
         y, accel = drive(100, rng, theta, offsets=(0.006 * rng.standard_normal(), 0.006 * rng.standard_normal(), 0.15 * rng.standard_normal()))  # fmt: skip
@@ -76,7 +76,7 @@ def test_intervals_hold_the_truth() -> None:
         ).run
         low, _, high = run.quantiles[-1].T
         held.append((low <= theta[:3]) & (theta[:3] <= high))
-    assert (np.sum(held, axis=0) >= 53).all()
+    assert (np.sum(held, axis=0) >= 88).all()
 
 
 def test_proposal_is_a_density() -> None:

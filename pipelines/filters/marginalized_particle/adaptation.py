@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 
-from parsers.channels import FloatArray
-from parsers.jit import lean_kernel
+from parsers.channels import FloatArray, IntArray
+from parsers.jit import lean_kernel, vector_kernel
+from pipelines.filters.lanes import LANES
+
+Places = NDArray[np.uint64]
 
 
 @lean_kernel
@@ -20,25 +24,39 @@ def wanted_size(wanted: int, particles: int, squares: float, most: int) -> int:
 
 
 @lean_kernel
-def resample(
-    table: FloatArray, weights: FloatArray, particles: int, into: FloatArray, size: int, start: float
-) -> int:
-    """Systematic resampling: fill the first `size` rows of `into`; returns how many different particles went on.
+def resample(weights: FloatArray, particles: int, size: int, start: float, chosen: IntArray) -> int:
+    """Systematic resampling: which particles the first `size` copies are of, into chosen; returns how many different ones went on.
 
-    table: rows of the first `particles` are read. weights: sum one. start: uniform on [0, 1). The expected number of copies
-    of particle i is size * weights[i], and its number is that rounded down or up.
+    weights: of the first `particles`, sum one. start: uniform on [0, 1). The expected number of copies of particle i is
+    size * weights[i], and its number is that rounded down or up. Copies of one particle are neighbours.
     """
     taken, total, different = 0, 0.0, 0
-    width = table.shape[1]
     for i in range(particles):
         total += weights[i]
         if i == particles - 1:
             total = 2.0
         first = taken
         while taken < size and (taken + start) < total * size:
-            for j in range(width):
-                into[taken, j] = table[i, j]
+            chosen[taken] = i
             taken += 1
         if taken > first:
             different += 1
     return different
+
+
+@lean_kernel
+def places_of(tile: int, chosen: IntArray, size: int, width: int, places: Places) -> None:
+    """Where the chosen particles of a tile stand in the table, all its numbers in one line; lanes behind the last: where it stands."""
+    for i in range(LANES):
+        source = chosen[min(tile * LANES + i, size - 1)]
+        places[i] = np.uint64(source // LANES * width + source % LANES)
+
+
+@vector_kernel
+def copy_columns(numbers: FloatArray, places: Places, row: FloatArray, first: int, last: int) -> None:
+    """A tile's columns from `first` to before `last`. numbers: all of a table, in one line. places: of `places_of`."""
+    for column in range(first, last, LANES):
+        # unsigned together, or a place might count from the end
+        at = np.uint64(column)
+        for i in range(LANES):
+            row[column + i] = numbers[places[i] + at]

@@ -7,9 +7,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from parsers.channels import IntArray
+from pipelines.filters.lanes import LANES, random_state
 from pipelines.filters.marginalized_particle.clouds import Given, cloud_of, uniform_cloud
 from pipelines.filters.marginalized_particle.kernels import run
 from pipelines.filters.marginalized_particle.layout import (
+    LOG,
+    THETA,
+    WEIGHT,
     WIDTH2,
     WIDTH5,
     WIDTH_SENSED,
@@ -17,6 +21,9 @@ from pipelines.filters.marginalized_particle.layout import (
     Rules,
     Signals,
     Start,
+    columns_of,
+    tiled,
+    tiles_of,
 )
 from pipelines.filters.marginalized_particle.records import (
     PARAMETERS,
@@ -70,7 +77,7 @@ def check_settings(settings: ParticleSettings) -> None:
         raise ValueError("the first state has a positive spread")
 
 
-def _rules(settings: ParticleSettings, noise: Noise, step_s: float, most: int) -> Rules:
+def _rules(settings: ParticleSettings, noise: Noise, step_s: float, most: int, own: bool) -> Rules:
     return Rules(
         step=float(step_s),
         gravity=float(settings.gravity_mps2),
@@ -88,6 +95,7 @@ def _rules(settings: ParticleSettings, noise: Noise, step_s: float, most: int) -
         wanted=int(settings.wanted),
         most=most,
         every=int(settings.quantiles_every),
+        own=int(own),
     )
 
 
@@ -138,16 +146,19 @@ def run_particles(
     _check(y, accel, step_s, segments, settings, snapshots)
     count = len(prior.weights)
     most = max(settings.most, count, 0 if settings.fixed is None else settings.fixed)
-    rules = _rules(settings, noise, step_s, settings.most)
+    given = prior.theta[:, len(PARAMETERS) :]
+    rules = _rules(settings, noise, step_s, settings.most, bool((given != given[0]).any()))
     rows = np.unique(np.array(list(snapshots), dtype=np.int64))
     record = _record(len(accel), len(rows), most)
     if settings.offsets is None:
         record.state[:, 2:], record.state_std[:, 2:] = 0.0, 0.0
     width = WIDTH_SENSED if settings.sensed_input else WIDTH2 if settings.offsets is None else WIDTH5
-    tables = tuple(np.zeros((most, width)) for _ in range(2))
-    tables[0][:count, :6] = prior.theta
-    weights = np.zeros(most)
-    weights[:count] = prior.weights / prior.weights.sum()
+    tables = tuple(tiled(prior.theta, tiles_of(most), width) for _ in range(2))
+    weights = prior.weights / prior.weights.sum()
+    where = np.arange(count)
+    with np.errstate(divide="ignore"):
+        tables[0][where // LANES, LOG + where % LANES] = np.log(weights)
+    tables[0][where // LANES, WEIGHT + where % LANES] = weights
     signals = Signals(
         y,
         accel,
@@ -157,17 +168,11 @@ def run_particles(
         rows,
     )
     left, lost, holds = run(
-        rng,
-        signals,
-        _start(settings),
-        rules,
-        (tables[0], tables[1]),
-        weights,
-        count,
-        record,
+        rng, random_state(rng), signals, _start(settings), rules, (tables[0], tables[1]), count, record
     )
-    final = Cloud(tables[holds][:left, :6].copy(), weights[:left].copy())
-    return _result(record, lost, final, rows, np.isfinite(y))
+    final = columns_of(tables[holds], left, WEIGHT // LANES + 1)
+    cloud = Cloud(np.ascontiguousarray(final[:, :THETA]), np.ascontiguousarray(final[:, WEIGHT // LANES]))
+    return _result(record, lost, cloud, rows, np.isfinite(y))
 
 
 def _start(settings: ParticleSettings) -> Start:

@@ -6,237 +6,279 @@ same arithmetic. Weights are kept as logarithms whose exponentials sum to one.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from parsers.channels import FloatArray, IntArray
 from parsers.jit import kernel, lean_kernel
-from pipelines.filters.marginalized_particle.adaptation import resample, wanted_size
-from pipelines.filters.marginalized_particle.discretise import discretise
-from pipelines.filters.marginalized_particle.kalman_step import (
-    forward_five,
-    forward_two,
-    measure_five,
-    measure_two,
-    restart,
+from pipelines.filters.lanes import LANES, RandomState
+from pipelines.filters.marginalized_particle.adaptation import (
+    Places,
+    resample,
+    wanted_size,
 )
-from pipelines.filters.marginalized_particle.layout import STATE, Record, Rules, Signals, Start
+from pipelines.filters.marginalized_particle.discretise import discretise
+from pipelines.filters.marginalized_particle.layout import (
+    LOG,
+    WEIGHT,
+    Record,
+    Rules,
+    Signals,
+    Start,
+)
 from pipelines.filters.marginalized_particle.moves import cloud_root, smooth, walk
-from pipelines.filters.marginalized_particle.sensed_step import forward_sensed, measure_sensed
-from pipelines.filters.marginalized_particle.statistics import quantiles, weigh
+from pipelines.filters.marginalized_particle.statistics import (
+    BINS,
+    origin_of,
+    quantiles,
+    sum_of,
+    weigh,
+    weigh_states,
+)
+from pipelines.filters.marginalized_particle.tile_step import (
+    advance,
+    begin,
+    forget,
+    level,
+    measure,
+    renew,
+    share_out,
+)
 
-LOG_TWO_PI = 1.8378770664093453
 LEVELS = (0.025, 0.5, 0.975)
 
 
 @lean_kernel
-def measure(
-    table: FloatArray,
-    logs: FloatArray,
-    weights: FloatArray,
-    particles: int,
-    y: FloatArray,
-    rules: Rules,
-    sums: FloatArray,
-) -> int:
-    """(7) and (8) for every particle; returns the heaviest, -1 where none has a weight any more.
-
-    By (7) the input's noise moves the body. A sensor's does not: what the body felt was another input, and of all that it may have been the
-    likeliest leaves e²/s alone. With ln(s) besides, whatever answers less to the input looks likelier, sample by sample: heights
-    of a minute came out 3 to 17 bounds too high. (`rules.sensed`, whose step is that of `sensed_step`)
-
-    sums: (4,) innovations and their variances, weighed as before the sample. weights: before the sample, sum one.
-    """
-    m0 = 1.0 if np.isfinite(y[0]) else 0.0
-    m1 = 1.0 if np.isfinite(y[1]) else 0.0
-    y0, y1 = (y[0] if m0 > 0.0 else 0.0), (y[1] if m1 > 0.0 else 0.0)
-    for j in range(4):
-        sums[j] = 0.0
-    best, heaviest = -np.inf, -1
-    constant = -0.5 * (m0 + m1) * LOG_TWO_PI
-    r0, r1 = rules.r0, rules.r1
-    for i in range(particles):
-        if logs[i] == -np.inf:
-            continue
-        if rules.sensed:
-            e0, s0, e1, s1 = measure_sensed(table[i], (y0, y1), (m0, m1), (r0, r1), rules.hold, rules.q)
-        elif rules.offsets:
-            e0, s0, e1, s1 = measure_five(table[i], y0, y1, m0, m1, r0, r1)
-        else:
-            e0, s0, e1, s1 = measure_two(table[i], y0, y1, m0, m1, r0, r1)
-        square = m0 * e0 * e0 / s0 + m1 * e1 * e1 / s1
-        spread = (m0 * s0 + 1.0 - m0) * (m1 * s1 + 1.0 - m1)
-        now = logs[i] + constant - 0.5 * (square if rules.sensed else square + np.log(spread))
-        if not np.isfinite(now):
-            logs[i] = -np.inf
-            continue
-        weight = weights[i]
-        sums[0] += weight * e0
-        sums[1] += weight * s0
-        sums[2] += weight * e1
-        sums[3] += weight * s1
-        logs[i] = now
-        if now > best:
-            best, heaviest = now, i
-    return heaviest
-
-
-@lean_kernel
-def advance(table: FloatArray, particles: int, now: float, after: float, rules: Rules) -> None:
-    """(9) for every particle. now, after: the input at this sample and at the next."""
-    change = after - now if rules.hold else 0.0
-    for i in range(particles):
-        if rules.sensed:
-            forward_sensed(table[i], now, after, rules.hold)
-        elif rules.offsets:
-            forward_five(table[i], now, change, rules.q)
-        else:
-            forward_two(table[i], now, change, rules.q)
-
-
-@lean_kernel
-def prepare(table: FloatArray, particles: int, rules: Rules) -> None:
-    """Every particle's coefficients from its θ."""
-    for i in range(particles):
-        discretise(table[i], rules.step, rules.gravity)
-
-
-@lean_kernel
-def begin(table: FloatArray, particles: int, start: Start, first: int, rules: Rules) -> None:
-    """Every particle's first state of a segment."""
-    for i in range(particles):
-        restart(table[i], start, first, rules.offsets)
+def heaviest_of(table: FloatArray, tiles: int, lanes: FloatArray) -> int:
+    """Which particle has the largest logarithm, -1 where none has a weight any more. lanes: of `measure`."""
+    best = -np.inf
+    for i in range(LANES):
+        best = max(best, lanes[4 * LANES + i])
+    if best > -np.inf:
+        for tile in range(tiles):
+            for i in range(LANES):
+                if table[tile, LOG + i] == best:
+                    return tile * LANES + i
+    return -1
 
 
 @lean_kernel
 def note(
     k: int,
-    table: FloatArray,
-    weights: FloatArray,
-    particles: int,
-    origin: int,
     totals: tuple[float, float],
-    sums: tuple[FloatArray, FloatArray, FloatArray],
+    particles: int,
+    origin: FloatArray,
+    lanes: tuple[FloatArray, FloatArray],
     record: Record,
 ) -> None:
-    """Weights to sum one, and row k of the record. totals: sum of weights and of their squares."""
+    """Row k of the record. totals: sum of weights and of their squares. lanes: of `weigh` and `weigh_states`, and of `measure`."""
     total, squares = totals
-    of, of_squares, innovation = sums
-    for i in range(particles):
-        weights[i] /= total
+    sums, innovations = lanes
     record.particles[k] = particles
     record.effective[k] = total * total / squares
-    for j in range(len(of)):
-        mean = of[j] / total
-        variance = max(of_squares[j] / total - mean * mean, 0.0)
+    for j in range(len(origin)):
+        mean = sum_of(sums, 2 + 2 * j) / total
+        variance = max(sum_of(sums, 3 + 2 * j) / total - mean * mean, 0.0)
         if j < 3:
-            record.mean[k, j] = table[origin, j] + mean
+            record.mean[k, j] = origin[j] + mean
             record.std[k, j] = np.sqrt(variance)
         else:
-            record.state[k, j - 3] = table[origin, STATE + j - 3] + mean
+            record.state[k, j - 3] = origin[j] + mean
             record.state_std[k, j - 3] = np.sqrt(variance)
     for j in range(2):
-        record.innovation[k, j] = innovation[2 * j]
-        record.innovation_std[k, j] = np.sqrt(innovation[2 * j + 1])
+        record.innovation[k, j] = sum_of(innovations, 2 * j)
+        record.innovation_std[k, j] = np.sqrt(sum_of(innovations, 2 * j + 1))
 
 
 @lean_kernel
-def keep(
-    at: int, table: FloatArray, weights: FloatArray, particles: int, kept: FloatArray, counts: IntArray
-) -> None:
-    """Keep the cloud as snapshot `at`."""
+def keep(at: int, table: FloatArray, particles: int, over: float, kept: FloatArray, counts: IntArray) -> None:
+    """Keep the cloud as snapshot `at`. over: what makes the table's weights have sum one."""
     counts[at] = particles
-    for i in range(particles):
+    for n in range(particles):
+        row, i = table[n // LANES], n % LANES
         for j in range(6):
-            kept[at, i, j] = table[i, j]
-        kept[at, i, 6] = weights[i]
+            kept[at, n, j] = row[j * LANES + i]
+        kept[at, n, 6] = over * row[WEIGHT + i]
 
 
 @kernel
 def weigh_sample(
     k: int,
     table: FloatArray,
-    logs: FloatArray,
-    weights: FloatArray,
     particles: int,
     start: Start,
-    y: FloatArray,
     rules: Rules,
-    work: tuple[FloatArray, FloatArray, FloatArray, FloatArray],
+    work: tuple[FloatArray, FloatArray, FloatArray, tuple[FloatArray, IntArray]],
     record: Record,
-) -> tuple[float, int]:
-    """Lines 2-6 and row k of the record. Returns the sum of squared weights (sum one), and 1 where all weight was lost."""
-    of, of_squares, innovation, bins = work
-    heaviest, lost = measure(table, logs, weights, particles, y, rules, innovation), 0
+) -> tuple[float, float, float, int, int]:
+    """Lines 4-6 and row k of the record; weights are left with the heaviest's at one.
+
+    Returns what makes their sum one, the logarithm of it that the logarithms are to lose, the sum of squared weights (of sum one),
+    the heaviest particle, and 1 where all weight was lost.
+    """
+    origin, innovations, lanes, bins = work
+    tiles, states = -(-particles // LANES), len(origin) - 3
+    heaviest, lost = heaviest_of(table, tiles, innovations), 0
     if heaviest < 0:
         lost, heaviest = 1, 0
-        begin(table, particles, start, 1, rules)
-        logs[:particles] = 0.0
-    states = len(of) - 3
-    total, squares = weigh(table, logs, particles, STATE, states, heaviest, weights, of, of_squares)
-    evidence = logs[heaviest] + np.log(total)
+        for tile in range(tiles):
+            begin(table[tile], start, 1, rules)
+            share_out(table[tile], tile, particles)
+    best = table[heaviest // LANES, LOG + heaviest % LANES]
+    origin_of(table, heaviest, states, origin)
+    for i in range(len(lanes)):
+        lanes[i] = 0.0
+    for tile in range(tiles):
+        weigh(table[tile], best, origin, lanes)
+        weigh_states(table[tile], states, origin, lanes)
+    total, squares = sum_of(lanes, 0), sum_of(lanes, 1)
+    evidence = best + np.log(total)
     record.log_likelihood[k] = -np.inf if lost else evidence
-    note(k, table, weights, particles, heaviest, (total, squares), (of, of_squares, innovation), record)
-    for i in range(particles):
-        logs[i] -= evidence
+    note(k, (total, squares), particles, origin, (lanes, innovations), record)
     if rules.every > 0 and k % rules.every == 0:
-        quantiles(table, weights, particles, record.mean[k], record.std[k], LEVELS, bins, record.quantiles[k])
-    return squares / (total * total), lost
+        quantiles(table, tiles, 1.0 / total, record.mean[k], record.std[k], LEVELS, bins, record.quantiles[k])
+    return 1.0 / total, evidence, squares / (total * total), heaviest, lost
+
+
+@lean_kernel
+def weights_of(table: FloatArray, particles: int, over: float, weights: FloatArray) -> None:
+    """The particles' weights in one line. over: what makes their sum one."""
+    for tile in range(-(-particles // LANES)):
+        for i in range(LANES):
+            weights[tile * LANES + i] = over * table[tile, WEIGHT + i]
+
+
+RENEWED, LEVELED, SMOOTHED, WALKED, DISCRETISED, BEGUN, AFRESH, ADVANCED, MEASURED = (
+    1 << n for n in range(9)
+)
+"""What a tile goes through between two samples, in this order.
+
+Chosen anew, or leveled (by over and evidence); moved; its coefficients made again; its state begun, and afresh where nothing was
+before it; advanced from the row before; measured.
+"""
+
+
+class Pass(NamedTuple):
+    """On the way to row `to`. does: of RENEWED to MEASURED. over, evidence: what LEVELED takes."""
+
+    to: int
+    does: int
+    over: float
+    evidence: float
+
+
+@kernel
+def pass_over(
+    this: Pass,
+    table: FloatArray,
+    numbers: FloatArray,
+    particles: int,
+    signals: Signals,
+    start: Start,
+    rules: Rules,
+    random: RandomState,
+    cloud: tuple[FloatArray, FloatArray, bool],
+    chosen: IntArray,
+    work: tuple[FloatArray, FloatArray, FloatArray, Places],
+) -> None:
+    """Each tile is gone through once between two samples: from the weighing of one to the measurement of the next.
+
+    numbers: all of the table that `chosen` are chosen from, in one line. cloud: of `cloud_root`. work: of `measure`, two of `smooth`,
+    one of `renew`.
+    """
+    innovations, at, step, places = work
+    does = this.does
+    forget(innovations)
+    steps = (signals.walk[0], signals.walk[1], signals.walk[2])
+    for tile in range(-(-particles // LANES)):
+        row = table[tile]
+        if does & RENEWED:
+            renew(numbers, row, tile, chosen, particles, does & DISCRETISED != 0, rules.own, places)
+        if does & LEVELED:
+            level(row, this.over, this.evidence)
+        if does & SMOOTHED:
+            smooth(random, row, cloud, rules.kernel, rules.mirror, (at, step))
+        if does & WALKED:
+            walk(random, row, steps, rules.mirror)
+        if does & DISCRETISED:
+            discretise(row, rules.step, rules.gravity)
+        if does & BEGUN:
+            begin(row, start, does & AFRESH, rules)
+        if does & ADVANCED:
+            advance(row, signals.accel[this.to - 1], signals.accel[this.to], rules)
+        if does & MEASURED:
+            measure(row, signals.y[this.to], rules, innovations)
 
 
 @kernel
 def run(
     rng: np.random.Generator,
+    random: RandomState,
     signals: Signals,
     start: Start,
     rules: Rules,
     tables: tuple[FloatArray, FloatArray],
-    weights: FloatArray,
     particles: int,
     record: Record,
 ) -> tuple[int, int, int]:
-    """Algorithm 2. tables: two of (most, width), θ of the prior in the first. weights: (most,), sum one over the prior.
+    """Algorithm 2. tables: two of (tiles, width), θ and weights (sum one) of the prior in the first. random: of the moves.
 
     Returns how many particles there are at the end, samples at which all weight was lost, and which table holds them.
     """
     table, spare = tables
     holds, lost, kept = 0, 0, 0
     states = 5 if rules.offsets else 2
-    logs = np.empty(table.shape[0])
-    for i in range(particles):
-        logs[i] = np.log(weights[i]) if weights[i] > 0.0 else -np.inf
-    work = (np.zeros(3 + states), np.zeros(3 + states), np.zeros(4), np.zeros((3, 400)))
-    prepare(table, particles, rules)
+    innovations = np.zeros(5 * LANES)
+    bins = (np.zeros(3 * BINS), np.zeros(3 * LANES, dtype=np.int64))
+    work = (np.zeros(3 + states), innovations, np.zeros((8 + 2 * states) * LANES), bins)
+    moved = (
+        innovations,
+        np.zeros((6 + states) * LANES),
+        np.zeros(6 * LANES),
+        np.zeros(LANES, dtype=np.uint64),
+    )
+    weights = np.zeros(table.shape[0] * LANES)
+    chosen = np.zeros(table.shape[0] * LANES, dtype=np.int64)
     walks = signals.walk[0] > 0.0 or signals.walk[1] > 0.0 or signals.walk[2] > 0.0
+    # not False as such: a constant has a type of its own, for which all would be compiled once more
+    cloud = (np.zeros(0), np.zeros((0, 0)), rules.kernel < 0.0)
     for segment in range(len(signals.starts)):
-        stop = signals.stops[segment]
-        begin(table, particles, start, 1 if segment == 0 else 0, rules)
-        for k in range(signals.starts[segment], stop):
-            squares, none = weigh_sample(
-                k, table, logs, weights, particles, start, signals.y[k], rules, work, record
+        first, stop = signals.starts[segment], signals.stops[segment]
+        does = BEGUN | MEASURED
+        if segment == 0:
+            does |= AFRESH | DISCRETISED
+        this = Pass(first, does, 1.0, 0.0)
+        pass_over(
+            this, table, spare.reshape(-1), particles, signals, start, rules, random, cloud, chosen, moved
+        )
+        for k in range(first, stop):
+            over, evidence, squares, heaviest, none = weigh_sample(
+                k, table, particles, start, rules, work, record
             )
             lost += none
             if kept < len(signals.keep) and signals.keep[kept] == k:
-                keep(kept, table, weights, particles, record.kept, record.kept_count)
+                keep(kept, table, particles, over, record.kept, record.kept_count)
                 kept += 1
             record.survivors[k] = 0
-            if rules.threshold >= 1.0 or squares * rules.threshold * particles > 1.0:
+            last = k + 1 == stop
+            again = rules.threshold >= 1.0 or squares * rules.threshold * particles > 1.0
+            walked, smoothed = walks and not last, again and rules.kernel > 0.0
+            if again:
                 size = rules.fixed if rules.fixed > 0 else particles
                 if rules.adaptive:
                     size = wanted_size(rules.wanted, particles, squares, rules.most)
-                cloud = (np.zeros(0), np.zeros((0, 0)), False)
-                if rules.kernel > 0.0:
-                    cloud = cloud_root(table, weights, particles, states, rules.mirror)
-                record.survivors[k] = resample(table, weights, particles, spare, size, rng.random())
+                if smoothed:
+                    cloud = cloud_root(table, particles, over, heaviest, states, rules.mirror)
+                weights_of(table, particles, over, weights)
+                record.survivors[k] = resample(weights, particles, size, rng.random(), chosen)
                 table, spare, holds, particles = spare, table, 1 - holds, size
-                weights[:size] = 1.0 / size
-                logs[:size] = -np.log(size)
-                if rules.kernel > 0.0:
-                    smooth(rng, table, particles, cloud, rules.kernel, rules.mirror)
-                    prepare(table, particles, rules)
-            if k + 1 == stop:
-                continue
-            if walks:
-                walk(rng, table, particles, signals.walk, rules.mirror)
-                prepare(table, particles, rules)
-            advance(table, particles, signals.accel[k], signals.accel[k + 1], rules)
+            does = RENEWED if again else LEVELED
+            does |= 0 if last else ADVANCED | MEASURED
+            does |= SMOOTHED | DISCRETISED if smoothed else 0
+            does |= WALKED | DISCRETISED if walked else 0
+            this = Pass(k + 1, does, over, evidence)
+            pass_over(
+                this, table, spare.reshape(-1), particles, signals, start, rules, random, cloud, chosen, moved
+            )
     return particles, lost, holds
