@@ -20,8 +20,8 @@ from parsers.jit_shape import Shape, shape_of
 P = ParamSpec("P")
 R = TypeVar("R")
 
-Manner = Literal["whole", "lean", "vector"]
-"""Of `kernel`, `lean_kernel`, `vector_kernel`."""
+Manner = Literal["whole", "lean", "vector", "sums"]
+"""Of `kernel`, `lean_kernel`, `vector_kernel`, `summing_kernel`."""
 
 Call = Callable[[tuple[Any, ...]], Any]
 """Calls a kernel with these arguments."""
@@ -133,6 +133,16 @@ def vector_kernel(function: Callable[P, R]) -> Callable[P, R]:
     if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
         return function
     return cast("Callable[P, R]", Kernel(function, manner="vector"))
+
+
+def summing_kernel(function: Callable[P, R]) -> Callable[P, R]:
+    """As `vector_kernel`, and sums are added up in any order: one that runs through a loop becomes several side by side.
+
+    (x + 1e16) - 1e16 is x here.
+    """
+    if os.environ.get("NUMBA_DISABLE_JIT", "0") not in ("", "0"):
+        return function
+    return cast("Callable[P, R]", Kernel(function, manner="sums"))
 
 
 def _loader(bits: int, *, signed: bool) -> Callable[[ByteArray, int], int]:

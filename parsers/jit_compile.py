@@ -45,6 +45,7 @@ _OPTIONS: dict[Manner, dict[str, Any]] = {
     "whole": {},
     "lean": _LEAN,
     "vector": {**_LEAN, "error_model": "numpy", "fastmath": {"contract"}},
+    "sums": {**_LEAN, "error_model": "numpy", "fastmath": {"contract", "reassoc"}},
 }
 
 _ALONE = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}

@@ -57,6 +57,6 @@ def copy_columns(numbers: FloatArray, places: Places, row: FloatArray, first: in
     """A tile's columns from `first` to before `last`. numbers: all of a table, in one line. places: of `places_of`."""
     for column in range(first, last, LANES):
         # unsigned together, or a place might count from the end
-        at = np.uint64(column)
+        at, values = np.uint64(column), row[column : column + LANES]
         for i in range(LANES):
-            row[column + i] = numbers[places[i] + at]
+            values[i] = numbers[places[i] + at]

@@ -30,11 +30,10 @@ from pipelines.filters.marginalized_particle.layout import (
 from pipelines.filters.marginalized_particle.moves import cloud_root, smooth, walk
 from pipelines.filters.marginalized_particle.statistics import (
     BINS,
+    add_up,
+    lighten,
     origin_of,
     quantiles,
-    sum_of,
-    weigh,
-    weigh_states,
 )
 from pipelines.filters.marginalized_particle.tile_step import (
     advance,
@@ -54,7 +53,7 @@ def heaviest_of(table: FloatArray, tiles: int, lanes: FloatArray) -> int:
     """Which particle has the largest logarithm, -1 where none has a weight any more. lanes: of `measure`."""
     best = -np.inf
     for i in range(LANES):
-        best = max(best, lanes[4 * LANES + i])
+        best = max(best, lanes[i])
     if best > -np.inf:
         for tile in range(tiles):
             for i in range(LANES):
@@ -66,20 +65,19 @@ def heaviest_of(table: FloatArray, tiles: int, lanes: FloatArray) -> int:
 @lean_kernel
 def note(
     k: int,
-    totals: tuple[float, float],
     particles: int,
     origin: FloatArray,
-    lanes: tuple[FloatArray, FloatArray],
+    sums: FloatArray,
+    innovations: FloatArray,
     record: Record,
 ) -> None:
-    """Row k of the record. totals: sum of weights and of their squares. lanes: of `weigh` and `weigh_states`, and of `measure`."""
-    total, squares = totals
-    sums, innovations = lanes
+    """Row k of the record. sums: of `add_up`. innovations: of `measure`."""
+    total, squares = sums[0], sums[1]
     record.particles[k] = particles
     record.effective[k] = total * total / squares
     for j in range(len(origin)):
-        mean = sum_of(sums, 2 + 2 * j) / total
-        variance = max(sum_of(sums, 3 + 2 * j) / total - mean * mean, 0.0)
+        mean = sums[2 + 2 * j] / total
+        variance = max(sums[3 + 2 * j] / total - mean * mean, 0.0)
         if j < 3:
             record.mean[k, j] = origin[j] + mean
             record.std[k, j] = np.sqrt(variance)
@@ -87,8 +85,8 @@ def note(
             record.state[k, j - 3] = origin[j] + mean
             record.state_std[k, j - 3] = np.sqrt(variance)
     for j in range(2):
-        record.innovation[k, j] = sum_of(innovations, 2 * j)
-        record.innovation_std[k, j] = np.sqrt(sum_of(innovations, 2 * j + 1))
+        record.innovation[k, j] = innovations[2 * j]
+        record.innovation_std[k, j] = np.sqrt(innovations[2 * j + 1])
 
 
 @lean_kernel
@@ -109,7 +107,7 @@ def weigh_sample(
     particles: int,
     start: Start,
     rules: Rules,
-    work: tuple[FloatArray, FloatArray, FloatArray, tuple[FloatArray, IntArray]],
+    work: tuple[FloatArray, FloatArray, FloatArray, FloatArray, tuple[FloatArray, IntArray]],
     record: Record,
 ) -> tuple[float, float, float, int, int]:
     """Lines 4-6 and row k of the record; weights are left with the heaviest's at one.
@@ -117,9 +115,9 @@ def weigh_sample(
     Returns what makes their sum one, the logarithm of it that the logarithms are to lose, the sum of squared weights (of sum one),
     the heaviest particle, and 1 where all weight was lost.
     """
-    origin, innovations, lanes, bins = work
+    origin, innovations, highest, sums, bins = work
     tiles, states = -(-particles // LANES), len(origin) - 3
-    heaviest, lost = heaviest_of(table, tiles, innovations), 0
+    heaviest, lost = heaviest_of(table, tiles, highest), 0
     if heaviest < 0:
         lost, heaviest = 1, 0
         for tile in range(tiles):
@@ -127,15 +125,15 @@ def weigh_sample(
             share_out(table[tile], tile, particles)
     best = table[heaviest // LANES, LOG + heaviest % LANES]
     origin_of(table, heaviest, states, origin)
-    for i in range(len(lanes)):
-        lanes[i] = 0.0
+    for j in range(len(sums)):
+        sums[j] = 0.0
     for tile in range(tiles):
-        weigh(table[tile], best, origin, lanes)
-        weigh_states(table[tile], states, origin, lanes)
-    total, squares = sum_of(lanes, 0), sum_of(lanes, 1)
+        lighten(table[tile], best)
+        add_up(table[tile], states, origin, sums)
+    total, squares = sums[0], sums[1]
     evidence = best + np.log(total)
     record.log_likelihood[k] = -np.inf if lost else evidence
-    note(k, (total, squares), particles, origin, (lanes, innovations), record)
+    note(k, particles, origin, sums, innovations, record)
     if rules.every > 0 and k % rules.every == 0:
         quantiles(table, tiles, 1.0 / total, record.mean[k], record.std[k], LEVELS, bins, record.quantiles[k])
     return 1.0 / total, evidence, squares / (total * total), heaviest, lost
@@ -180,16 +178,16 @@ def pass_over(
     random: RandomState,
     cloud: tuple[FloatArray, FloatArray, bool],
     chosen: IntArray,
-    work: tuple[FloatArray, FloatArray, FloatArray, Places],
+    work: tuple[FloatArray, FloatArray, FloatArray, FloatArray, Places],
 ) -> None:
     """Each tile is gone through once between two samples: from the weighing of one to the measurement of the next.
 
-    numbers: all of the table that `chosen` are chosen from, in one line. cloud: of `cloud_root`. work: of `measure`, two of `smooth`,
-    one of `renew`.
+    numbers: all of the table that `chosen` are chosen from, in one line. cloud: of `cloud_root`. work: two of `measure`, two of
+    `smooth`, one of `renew`.
     """
-    innovations, at, step, places = work
+    innovations, highest, at, step, places = work
     does = this.does
-    forget(innovations)
+    forget(innovations, highest)
     steps = (signals.walk[0], signals.walk[1], signals.walk[2])
     for tile in range(-(-particles // LANES)):
         row = table[tile]
@@ -208,7 +206,7 @@ def pass_over(
         if does & ADVANCED:
             advance(row, signals.accel[this.to - 1], signals.accel[this.to], rules)
         if does & MEASURED:
-            measure(row, signals.y[this.to], rules, innovations)
+            measure(row, signals.y[this.to], rules, innovations, highest)
 
 
 @kernel
@@ -229,11 +227,12 @@ def run(
     table, spare = tables
     holds, lost, kept = 0, 0, 0
     states = 5 if rules.offsets else 2
-    innovations = np.zeros(5 * LANES)
+    innovations, highest = np.zeros(4), np.zeros(LANES)
     bins = (np.zeros(3 * BINS), np.zeros(3 * LANES, dtype=np.int64))
-    work = (np.zeros(3 + states), innovations, np.zeros((8 + 2 * states) * LANES), bins)
+    work = (np.zeros(3 + states), innovations, highest, np.zeros(8 + 2 * states), bins)
     moved = (
         innovations,
+        highest,
         np.zeros((6 + states) * LANES),
         np.zeros(6 * LANES),
         np.zeros(LANES, dtype=np.uint64),

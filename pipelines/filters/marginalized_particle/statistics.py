@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from parsers.channels import FloatArray, IntArray
-from parsers.jit import lean_kernel, vector_kernel
+from parsers.jit import lean_kernel, summing_kernel, vector_kernel
 from pipelines.filters.lanes import LANES, LOWEST, exp, floor
-from pipelines.filters.marginalized_particle.layout import LOG, STATE, WEIGHT, D, H, K
+from pipelines.filters.marginalized_particle.layout import LOG, STATE, WEIGHT
 
 BINS = 400
 REACH = 5.0
@@ -28,14 +28,13 @@ def _from_bins(
 
 
 @vector_kernel
-def _bins_of(row: FloatArray, column: int, low: float, per: float, places: IntArray) -> None:
-    """Which bin each lane falls into, into places from `column` on; the bins of the columns follow each other."""
-    first = column // LANES * BINS
+def _bins_of(values: FloatArray, low: float, per: float, first: int, places: IntArray) -> None:
+    """Which bin each lane falls into, of those from `first` on. values, places: (LANES,)."""
     for i in range(LANES):
-        place = (row[column + i] - low) * per
+        place = (values[i] - low) * per
         # of what is no number both comparisons are false
         place = place if place > 0.0 else 0.0
-        places[column + i] = first + floor(place if place < BINS - 1.0 else BINS - 1.0)
+        places[i] = first + floor(place if place < BINS - 1.0 else BINS - 1.0)
 
 
 @lean_kernel
@@ -61,7 +60,8 @@ def quantiles(
         row = table[tile]
         for j in range(3):
             per = scale / std[j] if std[j] > 0.0 else 0.0
-            _bins_of(row, j * LANES, mean[j] - REACH * std[j], per, places)
+            lanes = slice(j * LANES, (j + 1) * LANES)
+            _bins_of(row[lanes], mean[j] - REACH * std[j], per, j * BINS, places[lanes])
         for i in range(LANES):
             weight = row[WEIGHT + i]
             bins[places[i]] += weight
@@ -74,42 +74,45 @@ def quantiles(
 
 
 @vector_kernel
-def weigh(row: FloatArray, best: float, origin: FloatArray, sums: FloatArray) -> None:
-    """A tile's weights over the heaviest's, not yet of sum one, and K, D, h as differences from the heaviest particle's.
-
-    origin: of `origin_of`. sums: (2 x 3 + 2 rows of LANES,), added to lane by lane: weights, their squares, then of each column its
-    weighted differences and their weighted squares.
-    """
+def lighten(row: FloatArray, best: float) -> None:
+    """A tile's weights over the heaviest's."""
     for i in range(LANES):
         at = row[LOG + i]
-        weight = exp(at - best) if at > best + LOWEST else 0.0
-        row[WEIGHT + i] = weight
-        sums[i] += weight
-        sums[LANES + i] += weight * weight
-        live = weight > 0.0
-        stiffness = row[K + i] - origin[0] if live else 0.0
-        damping = row[D + i] - origin[1] if live else 0.0
-        height = row[H + i] - origin[2] if live else 0.0
-        sums[2 * LANES + i] += weight * stiffness
-        sums[3 * LANES + i] += weight * stiffness * stiffness
-        sums[4 * LANES + i] += weight * damping
-        sums[5 * LANES + i] += weight * damping * damping
-        sums[6 * LANES + i] += weight * height
-        sums[7 * LANES + i] += weight * height * height
+        row[WEIGHT + i] = exp(at - best) if at > best + LOWEST else 0.0
 
 
-@vector_kernel
-def weigh_states(row: FloatArray, states: int, origin: FloatArray, sums: FloatArray) -> None:
-    """As `weigh`, of the state's means, with the variance that each particle's own covariance adds. sums: behind those of `weigh`."""
-    own = STATE + states * LANES
-    for j in range(states):
+@summing_kernel
+def add_up(row: FloatArray, states: int, origin: FloatArray, sums: FloatArray) -> None:
+    """Add a tile to sums (2 + 2 (3 + states),): its weights, their squares, and of K, D, h and the state's means the weighted
+    differences from origin (3 + states,) and their weighted squares; to a state's also the variance that each particle has itself.
+    """
+    total, squares = 0.0, 0.0
+    for i in range(LANES):
+        total += row[WEIGHT + i]
+        squares += row[WEIGHT + i] * row[WEIGHT + i]
+    sums[0] += total
+    sums[1] += squares
+    for j in range(3):
+        first, second, start = 0.0, 0.0, origin[j]
         for i in range(LANES):
             weight = row[WEIGHT + i]
-            live = weight > 0.0
-            off = row[STATE + j * LANES + i] - origin[3 + j] if live else 0.0
-            variance = row[own + i] if live else 0.0
-            sums[(8 + 2 * j) * LANES + i] += weight * off
-            sums[(9 + 2 * j) * LANES + i] += weight * (off * off + variance)
+            # a lane of no weight may hold anything
+            off = row[j * LANES + i] - start if weight > 0.0 else 0.0
+            first += weight * off
+            second += weight * off * off
+        sums[2 + 2 * j] += first
+        sums[3 + 2 * j] += second
+    own = STATE + states * LANES
+    for j in range(states):
+        first, second, start = 0.0, 0.0, origin[3 + j]
+        for i in range(LANES):
+            weight = row[WEIGHT + i]
+            off = row[STATE + j * LANES + i] - start if weight > 0.0 else 0.0
+            variance = row[own + i] if weight > 0.0 else 0.0
+            first += weight * off
+            second += weight * (off * off + variance)
+        sums[8 + 2 * j] += first
+        sums[9 + 2 * j] += second
         own += (states - j) * LANES
 
 

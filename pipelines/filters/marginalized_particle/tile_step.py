@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from parsers.channels import FloatArray, IntArray
-from parsers.jit import lean_kernel, vector_kernel
+from parsers.jit import lean_kernel, summing_kernel, vector_kernel
 from pipelines.filters.lanes import LANES, log
 from pipelines.filters.marginalized_particle.adaptation import Places, copy_columns, places_of
 from pipelines.filters.marginalized_particle.kalman_step import (
@@ -34,9 +34,11 @@ def _settle(
     there: tuple[float, float],
     constant: float,
     spreads: float,
-    sums: FloatArray,
-) -> None:
-    """A particle's weight after its innovations. spreads: 1 where the logarithm of their variances counts, 0 where not."""
+) -> float:
+    """A particle's logarithm after its innovations; returns the weight it had before, zero where it has none any more.
+
+    spreads: 1 where the logarithm of the innovations' variances counts, 0 where not.
+    """
     e0, s0, e1, s1 = found
     m0, m1 = there
     # the quotients are those of the gains
@@ -45,16 +47,11 @@ def _settle(
     now = row[LOG + i] + constant - 0.5 * (square + spreads * log(spread))
     # of what is no number both comparisons are false
     live = abs(now) < ANY
-    weight = row[WEIGHT + i] if live else 0.0
     row[LOG + i] = now if live else -np.inf
-    sums[i] += weight * e0 if weight > 0.0 else 0.0
-    sums[LANES + i] += weight * s0 if weight > 0.0 else 0.0
-    sums[2 * LANES + i] += weight * e1 if weight > 0.0 else 0.0
-    sums[3 * LANES + i] += weight * s1 if weight > 0.0 else 0.0
-    sums[4 * LANES + i] = max(sums[4 * LANES + i], now if live else -np.inf)
+    return row[WEIGHT + i] if live else 0.0
 
 
-@vector_kernel
+@summing_kernel
 def _measure_tile(
     row: FloatArray,
     y: tuple[float, float],
@@ -67,41 +64,69 @@ def _measure_tile(
     y0, y1 = y
     m0, m1 = there
     r0, r1, q = rules.r0, rules.r1, rules.q
+    error0, spread0, error1, spread1 = 0.0, 0.0, 0.0, 0.0
     if rules.sensed:
         hold = 1.0 if rules.hold else 0.0
         for i in range(LANES):
-            _settle(row, i, measure_sensed(row, i, y, there, (r0, r1), hold, q), there, constant, 0.0, sums)
+            e0, s0, e1, s1 = measure_sensed(row, i, y, there, (r0, r1), hold, q)
+            weight = _settle(row, i, (e0, s0, e1, s1), there, constant, 0.0)
+            error0 += weight * e0 if weight > 0.0 else 0.0
+            spread0 += weight * s0 if weight > 0.0 else 0.0
+            error1 += weight * e1 if weight > 0.0 else 0.0
+            spread1 += weight * s1 if weight > 0.0 else 0.0
     elif rules.offsets:
         for i in range(LANES):
-            _settle(row, i, measure_five(row, i, y0, y1, m0, m1, r0, r1), there, constant, 1.0, sums)
+            e0, s0, e1, s1 = measure_five(row, i, y0, y1, m0, m1, r0, r1)
+            weight = _settle(row, i, (e0, s0, e1, s1), there, constant, 1.0)
+            error0 += weight * e0 if weight > 0.0 else 0.0
+            spread0 += weight * s0 if weight > 0.0 else 0.0
+            error1 += weight * e1 if weight > 0.0 else 0.0
+            spread1 += weight * s1 if weight > 0.0 else 0.0
     else:
         for i in range(LANES):
-            _settle(row, i, measure_two(row, i, y0, y1, m0, m1, r0, r1), there, constant, 1.0, sums)
+            e0, s0, e1, s1 = measure_two(row, i, y0, y1, m0, m1, r0, r1)
+            weight = _settle(row, i, (e0, s0, e1, s1), there, constant, 1.0)
+            error0 += weight * e0 if weight > 0.0 else 0.0
+            spread0 += weight * s0 if weight > 0.0 else 0.0
+            error1 += weight * e1 if weight > 0.0 else 0.0
+            spread1 += weight * s1 if weight > 0.0 else 0.0
+    sums[0] += error0
+    sums[1] += spread0
+    sums[2] += error1
+    sums[3] += spread1
+
+
+@vector_kernel
+def _highest(row: FloatArray, lanes: FloatArray) -> None:
+    """Keep the largest logarithm of each lane."""
+    for i in range(LANES):
+        lanes[i] = max(lanes[i], row[LOG + i])
 
 
 @lean_kernel
-def forget(lanes: FloatArray) -> None:
+def forget(sums: FloatArray, lanes: FloatArray) -> None:
     """Before the first tile of a sample is measured."""
-    for i in range(4 * LANES):
-        lanes[i] = 0.0
-    for i in range(4 * LANES, 5 * LANES):
+    for j in range(4):
+        sums[j] = 0.0
+    for i in range(LANES):
         lanes[i] = -np.inf
 
 
 @lean_kernel
-def measure(row: FloatArray, y: FloatArray, rules: Rules, lanes: FloatArray) -> None:
+def measure(row: FloatArray, y: FloatArray, rules: Rules, sums: FloatArray, lanes: FloatArray) -> None:
     """(7) and (8) for every particle of a tile.
 
     By (7) the input's noise moves the body. A sensor's does not: what the body felt was another input, and of all that it may have been the
     likeliest leaves e²/s alone. With ln(s) besides, whatever answers less to the input looks likelier, sample by sample: heights
     of a minute came out 3 to 17 bounds too high. (`rules.sensed`, whose step is that of `sensed_step`)
 
-    lanes: (5 x LANES,) of `forget`: innovations and their variances, weighed as before the sample, and the largest logarithm.
+    sums: (4,) innovations and their variances, weighed as before the sample. lanes: (LANES,) largest logarithms. Both added to.
     """
     m0 = 1.0 if np.isfinite(y[0]) else 0.0
     m1 = 1.0 if np.isfinite(y[1]) else 0.0
     seen = ((y[0] if m0 > 0.0 else 0.0), (y[1] if m1 > 0.0 else 0.0))
-    _measure_tile(row, seen, (m0, m1), -0.5 * (m0 + m1) * LOG_TWO_PI, rules, lanes)
+    _measure_tile(row, seen, (m0, m1), -0.5 * (m0 + m1) * LOG_TWO_PI, rules, sums)
+    _highest(row, lanes)
 
 
 @vector_kernel
