@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from parsers.checks.grid import Grid
-from parsers.checks.wheel_signs import Marks, bends_sign, marks_of
+from parsers.checks.wheel_signs import Marks, bends_sign, marks_of, odd_in_braking
 from parsers.drive import Decision
 from parsers.quantiles import median
 from parsers.signals import WHEELS
@@ -38,9 +38,7 @@ def exchanged_forces(grid: Grid, known: Collection[str] = ()) -> list[Decision]:
 
 def _exchanged(grid: Grid, names: Mapping[str, str], marks: Marks) -> list[Decision]:
     """What is decided of one kind of forces."""
-    pitching = frozenset(wheel for wheel, sign in marks.braking.items() if sign < 0)
-    if pitching in _AXLES.values():
-        pitching = frozenset()  # links may hold an axle against braking, and lift it
+    pitching = frozenset(odd_in_braking(marks))
     turned = _turned(grid, marks)
     if turned is None:
         text = "moves otherwise than those of other wheels in bends, and nothing tells which are right"

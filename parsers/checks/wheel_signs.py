@@ -29,6 +29,7 @@ _APART = 0.8
 _MIN_CHANGE = 0.7
 _YAW_ALONE = {"yaw_rate"}
 _PAIRS = {"front": {"fl", "fr"}, "rear": {"rl", "rr"}, "left": {"fl", "rl"}, "right": {"fr", "rr"}}
+_AXLES = (_PAIRS["front"], _PAIRS["rear"])
 
 
 @dataclass(frozen=True)
@@ -64,14 +65,14 @@ def odd_wheels(grid: Grid) -> OddWheels:
                 "moves in bends as on the other side, unlike the other three: its sign, or its wheel, is wrong",
                 marks,
             )
-    return _by_bends(grid, marks, dict.fromkeys(WHEELS, 1))
+    return _by_bends(grid, marks)
 
 
 def _by_both(grid: Grid, marks: Marks) -> OddWheels:
     """Where braking tells as well: its signs are known, those of bends up to the sign of the lateral signals."""
     coherent = len({marks.bends[wheel] * marks.braking[wheel] for wheel in WHEELS}) == 1
     if not coherent:
-        return _by_bends(grid, marks, marks.braking)
+        return _by_bends(grid, marks)
     wrong = {wheel for wheel in WHEELS if marks.braking[wheel] < 0}
     if not wrong or len(wrong) == len(WHEELS):
         return OddWheels()
@@ -85,24 +86,39 @@ def _by_both(grid: Grid, marks: Marks) -> OddWheels:
     return OddWheels(frozenset(names), (), (decision,))
 
 
-def _by_bends(grid: Grid, marks: Marks, braking: Mapping[str, int]) -> OddWheels:
+def _by_bends(grid: Grid, marks: Marks) -> OddWheels:
     """Wheels that contradict the lateral signals or braking alone; all four where nothing else tells which of them are right."""
-    pitching = {wheel for wheel in WHEELS if braking[wheel] < 0}
-    if pitching in (_PAIRS["front"], _PAIRS["rear"], set(WHEELS)):
-        pitching = set()  # how an axle's links hold it in braking may be anything
-    sign = bends_sign(grid)
-    if len(set(marks.bends.values())) == 1:
+    sign = lateral = bends_sign(grid)
+    alike = len(set(marks.bends.values())) == 1
+    if alike:
         sign = next(iter(marks.bends.values()))
     if sign is None:
         text = "moves otherwise than those of other wheels in bends, and nothing tells which are right"
         return _out(set(WHEELS), text, marks)
+    pitching = odd_in_braking(marks)
+    if pitching == set(WHEELS) or (alike and sign != lateral and not odd_in_braking(marks, -1)):
+        pitching = set()  # all four have the other sign, which the axles together tell
     turned = {wheel for wheel in WHEELS if marks.bends[wheel] * sign < 0}
     odd = turned | pitching
-    if turned in (_PAIRS["front"], _PAIRS["rear"]) and not pitching:
+    if not odd:
+        return OddWheels()
+    if turned in _AXLES and not pitching:
         return _out(
             odd, "moves in bends as on the other side: left and right of this axle look exchanged", marks
         )
     return _out(odd, "moves as at another wheel: channels look exchanged, or have the other sign", marks)
+
+
+def odd_in_braking(marks: Marks, sign: int = 1) -> set[str]:
+    """Wheels that move in braking as on the other axle because they are another's. sign: -1 if all four have the other sign.
+
+    Not an axle: how its links hold it in braking may be anything. Nor one wheel alone of four that agree in bends: the propeller shaft's
+    torque rolls the body over a driven live axle while the links lift both sides of it, so that one side goes the other way. No wrong channel
+    does that: another sign or side shows in bends as well, and front and rear exchanged on one side make two wheels odd.
+    """
+    odd = {wheel for wheel, sense in marks.braking.items() if sense * sign < 0}
+    alone = len(odd) == 1 and len(set(marks.bends.values())) == 1
+    return set() if alone or odd in _AXLES else odd
 
 
 def bends_sign(grid: Grid) -> int | None:
