@@ -43,7 +43,7 @@ LEAST_ROWS = 200
 def stops_touched(prepared: Prepared, rows: NDArray[np.int64], vehicle: Vehicle) -> float:
     """Share of the rows (n,) in which a wheel is on the bump stop that the vehicle file places, or that forces show beside deflections.
 
-    Expected over where the stop may begin: a bare figure is good to 10 %, and what comes within its spread of the stop is not on it.
+    Expected over where the stop may begin: a bare figure is good to 5 %, and what comes within its spread of the stop is not on it.
     """
     stated = stop_places(vehicle)
     places: dict[str, Spread] = {}
