@@ -67,6 +67,14 @@ def free_travel(vehicle: Vehicle) -> dict[str, float] | None:
     return found if len(found) == len(AXLES) else None
 
 
+def stop_places(vehicle: Vehicle) -> dict[str, Spread] | None:
+    """axle -> m of a wheel's deflection at which its bump stop begins, mean and spread; None as in `free_travel`."""
+    if free_travel(vehicle) is None:
+        return None
+    told = {axle: vehicle.get(f"bump_stop_clearance_{axle}_m") for axle in AXLES}
+    return {axle: (q.value, q.std) for axle, q in told.items() if q is not None}
+
+
 def check_kinematics(quantities: Mapping[str, Quantity], path: Path) -> None:
     """Raise VehicleError where only a part of what belongs together is stated, or rates have a stop in them."""
     for axle in AXLES:

@@ -65,10 +65,29 @@ def test_the_curve_is_surer_than_usual_and_the_rate_under_load_follows_it() -> N
         assert row(told, name)[1] < 0.4 * row(silent, name)[1]
     assert row(told, "square_front") == row(silent, "square_front")
     # a load that presses the rear springs by as much as the rig did
-    load = 2 * 27000.0 * TRAVEL_M / 9.80665
-    p = at_mean(before_the_log(told)) | {"load": load, "load_x": 2.7}
+    p = at_mean(before_the_log(told)) | {"load_x": 2.7}
+    load = 2 * (27000.0 + (p["square_rear"] + p["cube_rear"] * TRAVEL_M) * TRAVEL_M) * TRAVEL_M / 9.80665
+    p = p | {"load": load}
     assert float(pressed(p, "rear")) == pytest.approx(TRAVEL_M)
     assert float(rate_under_load(p, "rear")) == pytest.approx(33000.0, rel=0.01)
+
+
+def test_rear_leaves_of_carriers_may_double_their_rate() -> None:
+    """Of two stages; cars' rear springs, and front ones, do not."""
+    pickup, car = (parsed(f'body = "{body}"\n') for body in ("Pickup", "Sedan"))
+    rises = [
+        2 * row(v, "square_rear")[0] * TRAVEL_M + 3 * row(v, "cube_rear")[0] * TRAVEL_M**2
+        for v in (pickup, car)
+    ]
+    rates = [at_mean(before_the_log(v))["spring_rear"] for v in (pickup, car)]
+    spreads = [
+        np.hypot(2 * row(v, "square_rear")[1] * TRAVEL_M, 3 * row(v, "cube_rear")[1] * TRAVEL_M**2)
+        for v in (pickup, car)
+    ]
+    assert rises[0] / rates[0] == pytest.approx(0.25)
+    assert spreads[0] / rates[0] == pytest.approx(0.28, abs=0.01)
+    assert rises[1] / rates[1] == pytest.approx(0.08)
+    assert spreads[1] / rates[1] == pytest.approx(0.126, abs=0.01)
 
 
 def test_a_guess_is_worth_no_more_than_what_is_usual() -> None:
@@ -193,6 +212,28 @@ def test_a_roll_gradient_on_stops_is_one_of_the_drive_s_bends() -> None:
     assert with_stops(told, 0.0) is told
     wide = with_stops(told, 0.05)
     assert (wide.value, wide.status) == (5.0, "weak")
-    assert wide.std == pytest.approx(np.hypot(0.1, 0.5))
-    assert "5% of the bends" in wide.reason
+    assert wide.std == pytest.approx(np.hypot(0.1, 0.25))
+    assert "5.0% of the bends" in wide.reason
     assert wide.refused in wide.reason
+    assert with_stops(told, 0.3).std == pytest.approx(np.hypot(0.1, 0.5))
+    little = with_stops(told, 0.01)
+    assert (little.status, little.std) == ("identified", pytest.approx(np.hypot(0.1, 0.05)))
+
+
+def test_what_comes_near_a_stop_is_not_on_it() -> None:
+    """A bare figure is good to 10 %: 66 mm of travel before a stop at 80 ± 8 mm is on it with a chance of 6 %, not in all rows."""
+    text = "bump_stop_clearance_front_m = 0.08\nbump_stop_clearance_rear_m = 0.08\n"
+    n = 1000
+    travel = {f"suspension_deflection_{w}": np.zeros(n) for w in ("fl", "fr", "rl", "rr")}
+    travel["suspension_deflection_fl"][:400] = 0.066
+    prepared = Prepared(
+        100.0,
+        8.0,
+        np.arange(n) / 100,
+        travel,
+        (Segment(0, n),),
+        {},
+        frozenset(travel),
+        np.zeros(n, dtype=bool),
+    )
+    assert stops_touched(prepared, np.arange(n), parsed(text)) == pytest.approx(0.06 * 0.4)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from benchmarks.vehicle_data import upright
 from pipelines.joint.vehicle.body import SOFTEST, body_of
@@ -66,10 +67,14 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
 def test_known_answers() -> None:
     p = {
         "empty_mass": 1500.0, "load": 400.0, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": 25e3, "spring_front": 25e3, "square_rear": 0.0,
-        "cube_rear": 25e3 * 8, "free_front": 10.0, "free_rear": 10.0, "stop_front": 0.0, "stop_rear": 0.0, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
+        "cube_rear": 25e3 * 8, "square_front": 0.0, "cube_front": 0.0, "free_front": 10.0, "free_rear": 10.0, "stop_front": 0.0, "stop_rear": 0.0, "track_rear": 1.5, "track_front": 1.5, "roll_center_rear": 0.2, "roll_center_front": 0.1,
         "track_grows": 1.0, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0, "bar_front": 0.0, "bar_rear": 0.0,
     }  # fmt: skip
-    d = 200 * GRAVITY / 25e3
+    # a cubic's real root by Cardano: d + 8 d³ = straight
+    straight = 200 * GRAVITY / 25e3
+    root = np.sqrt(straight**2 / 256 + 1 / 24**3)
+    d = np.cbrt(straight / 16 + root) + np.cbrt(straight / 16 - root)
+    assert pressed(p | {"cube_rear": 0.0}, "rear") == pytest.approx(straight)
     assert pressed(p, "rear") == pytest.approx(d)
     assert pressed(p, "front") == 0
     assert rate_under_load(p, "rear") == pytest.approx(25e3 * (1 + 24 * d**2))
@@ -82,6 +87,32 @@ def test_known_answers() -> None:
     assert axis_lever(sunk, 0.5) == pytest.approx(0.05 + 0.5 * (0.2 - 1.5 * d) * widened(p, "rear"))
 
 
+def test_a_load_stands_where_the_spring_s_curve_and_its_stop_hold_it() -> None:
+    """Springs that soften and that treble, stops at hand and far, loads that press and lift: against a search for the equilibrium."""
+    rng = np.random.default_rng(0)
+    for _ in range(300):
+        rate, free = rng.uniform(15e3, 60e3), rng.choice([10.0, rng.uniform(0.0, 0.09)])
+        square, cube = rate * rng.uniform(-0.3, 3.0), rate * rng.uniform(-7.0, 80.0)
+        stop, force = rate * rng.uniform(0.0, 60.0), rate * rng.uniform(-0.05, 0.14)
+
+        def left(
+            d: float,
+            r: float = rate,
+            q: float = square,
+            c: float = cube,
+            f: float = free,
+            s: float = stop,
+            n: float = force,
+        ) -> float:
+            return r * d + q * d**2 + c * d**3 + s * max(d - f, 0.0) ** 1.5 - n
+
+        p = {
+            "empty_mass": 1500.0, "load": 2 * force / GRAVITY, "load_x": 2.6, "wheelbase": 2.6, "spring_rear": rate,
+            "square_rear": square, "cube_rear": cube, "free_rear": free, "stop_rear": stop,
+        }  # fmt: skip
+        assert float(pressed(p, "rear")) == pytest.approx(brentq(left, -0.1, 0.25, xtol=1e-12), abs=1e-5)
+
+
 def test_springs_of_next_to_no_rate_sink_no_further_than_they_can() -> None:
     p = {
         "empty_mass": 1500.0,
@@ -89,6 +120,8 @@ def test_springs_of_next_to_no_rate_sink_no_further_than_they_can() -> None:
         "load_x": 2.0,
         "wheelbase": 2.6,
         "spring_rear": np.array([1e-9, -50.0, 1e9]),
+        "square_rear": 0.0,
+        "cube_rear": 0.0,
         "free_rear": 10.0,
         "stop_rear": 0.0,
     }

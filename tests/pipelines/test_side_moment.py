@@ -49,6 +49,7 @@ def test_the_roll_stiffness_of_discs_is_that_of_springs_weight_and_feet(
     found = (least(step) - 2 * least(0.0) + least(-step)) / step**2
     p = {
         "empty_mass": SPRUNG, "lean_path": 0.0, "wheelbase": 2.7, "side_path": 1.0, "wheel_plane": 1.0, "camber": upright, "radius": RADIUS, "axis_sinks": 0.0, "sinks_front": 0.0, "sinks_rear": 0.0, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0, "load": 0.0, "free_front": 10.0, "free_rear": 10.0, "stop_front": 0.0, "stop_rear": 0.0,
+        "square_front": 0.0, "square_rear": 0.0, "cube_front": 0.0, "cube_rear": 0.0,
         "load_x": 1.3, "spring_front": RATE, "spring_rear": RATE, "roll_center_front": centre, "roll_center_rear": centre,
     }  # fmt: skip
     body = SimpleNamespace(x=1.3, sprung=SPRUNG)

@@ -17,15 +17,18 @@ from numpy.typing import NDArray
 from parsers.signals import WHEELS
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray, ParameterEstimate
-from pipelines.vehicles.kinematics import AXLES, free_travel
+from pipelines.vehicles.kinematics import AXLES, Spread, stop_places
 from pipelines.vehicles.vehicle import Vehicle
 
-OFTEN = 0.01
-"""Share of the rows that were fitted, with a wheel on its stop, from which the gradient is no longer the springs' alone."""
+SEEN, OFTEN = 0.002, 0.03
+"""Shares of the rows that were fitted, with a wheel on its stop, from which the gradient is less sure, and no longer the springs' alone."""
 
-STOPS_STD = 0.1
-"""Of the gradient: what stops make of it, about as much as was found on simulated vehicles that rest near them."""
+STOPS_STD, WHOLE = 0.1, 0.1
+"""Of the gradient: what stops make of it where WHOLE of the rows have a wheel on one, about as much as was found on simulated vehicles that
+rest near them; in proportion where fewer have."""
 
+SPREADS = ((-2.0, 0.06), (-1.0, 0.24), (0.0, 0.4), (1.0, 0.24), (2.0, 0.06))
+"""Where a stop may begin beside its stated place, in spreads of that, and how likely."""
 
 TRIED = (0.6, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99)
 """Shares of the rows, by travel, below the places where a stop is looked for."""
@@ -38,18 +41,29 @@ LEAST_ROWS = 200
 
 
 def stops_touched(prepared: Prepared, rows: NDArray[np.int64], vehicle: Vehicle) -> float:
-    """Share of the rows (n,) in which a wheel is beyond the free travel that the vehicle file states, or that forces show beside deflections."""
-    free = free_travel(vehicle)
-    beyond = np.zeros(len(rows), dtype=np.bool_)
+    """Share of the rows (n,) in which a wheel is on the bump stop that the vehicle file places, or that forces show beside deflections.
+
+    Expected over where the stop may begin: a bare figure is good to 10 %, and what comes within its spread of the stop is not on it.
+    """
+    stated = stop_places(vehicle)
+    places: dict[str, Spread] = {}
     for wheel in WHEELS:
-        deflection = prepared.columns.get(f"suspension_deflection_{wheel}")
-        if deflection is None:
+        if f"suspension_deflection_{wheel}" not in prepared.columns:
             continue
-        if free is not None:
-            beyond |= deflection[rows] > free[next(axle for axle in AXLES if axle[0] == wheel[0])]
+        if stated is not None:
+            places[wheel] = stated[next(axle for axle in AXLES if axle[0] == wheel[0])]
         elif (stop := stop_by_force(prepared, rows, wheel)) is not None:
-            beyond |= deflection[rows] > stop
-    return float(np.mean(beyond)) if len(rows) else 0.0
+            places[wheel] = (stop, 0.0)
+    if not places or not len(rows):
+        return 0.0
+    share = 0.0
+    for off, chance in SPREADS:
+        beyond = [
+            prepared.columns[f"suspension_deflection_{w}"][rows] > at + off * std
+            for w, (at, std) in places.items()
+        ]
+        share += chance * float(np.mean(np.any(beyond, axis=0)))
+    return share
 
 
 def stop_by_force(prepared: Prepared, rows: NDArray[np.int64], wheel: str) -> float | None:
@@ -91,16 +105,15 @@ def _fit(table: FloatArray, force: FloatArray) -> tuple[float, FloatArray]:
 
 
 def with_stops(gradient: ParameterEstimate, touched: float) -> ParameterEstimate:
-    """The roll gradient as sure as it is at rest, where stops were touched in more than OFTEN of the rows: no more than weak."""
-    if touched < OFTEN or gradient.value is None or gradient.std is None:
+    """The roll gradient as sure as it is at rest, where stops were touched in a share of the rows: weak where that is OFTEN or more."""
+    if touched < SEEN or gradient.value is None or gradient.std is None:
         return gradient
-    std = math.hypot(gradient.std, STOPS_STD * gradient.value)
+    std = math.hypot(gradient.std, STOPS_STD * min(touched / WHOLE, 1.0) * gradient.value)
     half = 1.96 * std
-    words = (
-        f"bump stops were touched in {touched:.0%} of the bends, and held the body: at rest it rolls further"
-    )
+    words = f"bump stops may have been touched in {touched:.1%} of the bends, and held the body: at rest it rolls further"
+    held = touched >= OFTEN
     return replace(
         gradient, std=std, low=gradient.value - half, high=gradient.value + half, inner=(),
-        status="weak" if gradient.status == "identified" else gradient.status, reason=f"{words}; {gradient.reason}",
-        refused=f"{words}; ",
+        status="weak" if held and gradient.status == "identified" else gradient.status, reason=f"{words}; {gradient.reason}",
+        refused=f"{words}; " if held else gradient.refused,
     )  # fmt: skip

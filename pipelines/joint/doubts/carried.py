@@ -28,8 +28,9 @@ def channel_doubts(joint: Place, _: Vehicle) -> list[Doubt]:
 
 
 def levelling(joint: Place, vehicle: Vehicle) -> list[Doubt]:
-    """Deflections that have nothing to do with the load."""
-    if vehicle.self_levelling is not None or vehicle.deflection_zero == "loaded":
+    """Deflections that have nothing to do with the load; nothing where no relation has any."""
+    told = any(f"zero_{wheel}" in e.unknowns for e in joint.evidence for wheel in CORNERS)
+    if vehicle.self_levelling is not None or vehicle.deflection_zero == "loaded" or not told:
         return []
     known = joint.known
     kilos = float(known.mean[known.index("empty_mass")])

@@ -24,6 +24,10 @@ TRAVEL_M = (-0.1, 0.25)
 
 STEPS = 8
 """Of Newton's, until a stop's share of a load is known to the micrometre."""
+CURVE_STEPS = 4
+"""Likewise, for a spring whose rate doubles within the travel."""
+SOFTENS, STIFFENS = 0.3, 5.0
+"""Least and largest rate of a pressed spring over that at the empty vehicle's height."""
 TOUCH_M = 0.002
 """By how much a wheel that rests just before its stop is in it in the mean, as drives move it by 8 mm rms."""
 
@@ -34,22 +38,43 @@ def _on_wheel(p: Values, axle: str) -> Number:
     return 0.5 * GRAVITY * p["load"] * (1 - behind if axle == "front" else behind)
 
 
+def _along_the_curve(rate: Number, square: Number, cube: Number, force: Number) -> Number:
+    """Travel at which a spring of force rate d + square d² + cube d³ holds `force`, by Newton's steps from the straight line.
+
+    Within a suspension's travel, and no spring gives way by more than SOFTENS: of rates at three places a parabola may turn down
+    behind the last of them, where no spring does.
+    """
+    d = np.clip(force / rate, *TRAVEL_M)
+    for _ in range(CURVE_STEPS):
+        slope = np.maximum(rate + (2 * square + 3 * cube * d) * d, SOFTENS * rate)
+        d = np.clip(d - ((rate + (square + cube * d) * d) * d - force) / slope, *TRAVEL_M)
+    return d
+
+
 @once
 def pressed(p: Values, axle: str) -> Number:
     """How much shorter the load makes a spring, at the wheel, m: no more than a suspension has travel.
 
-    Beyond `free_*` a bump stop holds along, with `stop_*` times the travel into it to the power STOP_POWER.
+    The spring's force is `spring_*` d + `square_*` d² + `cube_*` d³. Beyond `free_*` a bump stop holds along, with `stop_*` times the
+    travel into it to the power STOP_POWER.
     """
     rate, free, stop = carrying(p, axle), p[f"free_{axle}"], np.maximum(p[f"stop_{axle}"], 0.0)
-    alone = _on_wheel(p, axle) / rate
-    left = np.maximum(alone - free, 0.0) * rate
-    if not np.any(left > 0):
-        return np.clip(alone, *TRAVEL_M)
-    # y² of travel into the stop: stop y³ + rate y² = left, which rises and bends upwards, from above
-    y = np.sqrt(left / rate)
+    square, cube, force = p[f"square_{axle}"], p[f"cube_{axle}"], _on_wheel(p, axle)
+    alone = _along_the_curve(rate, square, cube, force)
+    if not np.any(alone > free):
+        return alone
+    # y² of travel into the stop: stop y³ + rate y² + ... = what the spring leaves, which rises and bends upwards, from above
+    left = np.where(alone > free, force - (rate + (square + cube * free) * free) * free, 0.0)
+    here = np.maximum(rate + (2 * square + 3 * cube * free) * free, SOFTENS * rate)
+    bend = square + 3 * cube * free
+    y = np.sqrt(np.maximum(alone - free, 0.0))
     for _ in range(STEPS):
-        square = y * y
-        y = y - ((stop * y + rate) * square - left) / np.maximum(3 * stop * square + 2 * rate * y, 1e-12)
+        into = y * y
+        holds = (stop * y + here + (bend + cube * into) * into) * into
+        slope = (
+            3 * stop * y + 2 * np.maximum(here + (2 * bend + 3 * cube * into) * into, SOFTENS * rate)
+        ) * y
+        y = y - (holds - left) / np.maximum(slope, 1e-12)
     return np.clip(np.where(left > 0, free + y**2, alone), *TRAVEL_M)
 
 
@@ -59,7 +84,9 @@ def rate_under_load(p: Values, axle: str) -> Number:
     d = pressed(p, axle)
     into = TOUCH_M * np.logaddexp(0.0, (d - p[f"free_{axle}"]) / TOUCH_M)
     stop = STOP_POWER * np.maximum(p[f"stop_{axle}"], 0.0) * into ** (STOP_POWER - 1)
-    return p[f"spring_{axle}"] + 2 * p[f"square_{axle}"] * d + 3 * p[f"cube_{axle}"] * d**2 + stop
+    rate = carrying(p, axle)
+    more = (2 * p[f"square_{axle}"] + 3 * p[f"cube_{axle}"] * d) * d
+    return p[f"spring_{axle}"] + np.clip(more, (SOFTENS - 1) * rate, (STIFFENS - 1) * rate) + stop
 
 
 @once

@@ -21,6 +21,7 @@ from pipelines.vehicles.spring_base import rigid_axle
 
 POLES = (
     "poles_sink", "poles_rear", "poles_stay_front", "poles_stay_rear", "free_front", "free_rear", "stop_front", "stop_rear",
+    "square_front", "square_rear", "cube_front", "cube_rear",
 )  # fmt: skip
 """Unknowns that `pole_drop` hangs on, beside the load, the springs and the wheelbase."""
 

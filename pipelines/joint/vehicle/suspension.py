@@ -8,7 +8,7 @@ from pipelines.joint.vehicle.book import AXLES, Book
 from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption
 from pipelines.vehicles.anti_roll import silent_bar
-from pipelines.vehicles.kinds import usual_load
+from pipelines.vehicles.kinds import kind_of, usual_load
 from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
 from pipelines.vehicles.spring_base import narrowing, rigid_axle, usual_narrowing
 from pipelines.vehicles.vehicle import Vehicle
@@ -50,6 +50,16 @@ FAR_M = 10.0
 USUAL_CURVE = ((0.01, 0.02), (0.02, 0.04))
 """Square and cube of a spring's force over its linear part at TRAVEL_M, mean and spread: wheel rates rise with travel rather than fall,
 at rear axles by a third where a load reaches their stops."""
+
+
+LEAF_CURVE = ((0.05, 0.07), (0.05, 0.08))
+"""The same of a rigid rear axle that carries loads: leaf springs of two stages rise by a half to all of their rate, others by little."""
+
+
+def usual_curve(vehicle: Vehicle, axle: str) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Square and cube of an axle's spring force where no rig measured them."""
+    leaves = axle == "rear" and kind_of(vehicle) != "car" and rigid_axle(vehicle, axle)
+    return LEAF_CURVE if leaves else USUAL_CURVE
 
 
 def _bars(book: Book) -> None:
@@ -129,18 +139,24 @@ def _curve_words(vehicle: Vehicle) -> tuple[str, str]:
     told = [spring_curve(vehicle.quantities, axle) is not None for axle in AXLES]
     if all(told):
         return "from the rates 50 mm above and below ride height", "vehicle file"
-    usual = "{:.0f} ± {:.0f} % (square), {:.0f} ± {:.0f} % (cube) at 50 mm".format(
-        *(100 * x for pair in USUAL_CURVE for x in pair)
-    )
-    if any(told):
-        usual = f"{AXLES[told.index(False)]}: {usual}; {AXLES[told.index(True)]}: as stated"
-    return usual, "usual; unknowns of the fit"
+    usual = [
+        "{:.0f} ± {:.0f} % (square), {:.0f} ± {:.0f} % (cube) at 50 mm".format(
+            *(100 * x for pair in usual_curve(vehicle, axle) for x in pair)
+        )
+        for axle in AXLES
+    ]
+    words = ["as stated" if known else text for known, text in zip(told, usual, strict=True)]
+    if words[0] == words[1]:
+        return words[0], "usual; unknowns of the fit"
+    return "; ".join(f"{a}: {w}" for a, w in zip(AXLES, words, strict=True)), "usual; unknowns of the fit"
 
 
 def _curve(book: Book, axle: str, rate: float) -> None:
     """How an axle's wheel rate changes with travel: what is usual, and what a rig found, each by its weight."""
     found = spring_curve(book.vehicle.quantities, axle)
-    for power, (name, (mean, std)) in enumerate(zip(("square", "cube"), USUAL_CURVE, strict=True), start=1):
+    for power, (name, (mean, std)) in enumerate(
+        zip(("square", "cube"), usual_curve(book.vehicle, axle), strict=True), start=1
+    ):
         usual, spread = rate * mean / TRAVEL_M**power, rate * std / TRAVEL_M**power
         if found is not None:
             told, unsure = found[power - 1][0], max(found[power - 1][1], 1e-3 * spread)
