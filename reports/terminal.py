@@ -25,6 +25,9 @@ WIDTH = 100
 MOST_REASONS = 2
 MOST_LEADING = 400
 """Characters of the reason of the parameter that a reader looks for first: whole clauses of it."""
+LEFT_OPEN = ("delay", "unit", "scale")
+"""Faults of channels that are only reported: what a conflict that follows from one would blame on the file else."""
+
 _STYLES = {"identified": "\x1b[32m", "weak": "\x1b[33m", "not_identifiable": "\x1b[2m"}
 _RESET = "\x1b[0m"
 
@@ -102,6 +105,11 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
         f"{sentence(clean(d.found, 200)).rstrip('.')}: is the file this vehicle's?"
         for d in results.record.decisions
         if d.kind == "vehicle"
+    ]
+    told += [
+        f"{sentence(clean(d.found, 200)).rstrip('.')}: {clean(d.action, 200)}."
+        for d in results.record.decisions
+        if d.kind in LEFT_OPEN and not d.applied
     ]
     told += [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
     if results.joint is not None:

@@ -13,6 +13,7 @@ from parsers.checks.force_scales import unlike_gains
 from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
+from parsers.checks.late import late
 from parsers.checks.mounting import judge_signs
 from parsers.checks.net_torque import net_torque
 from parsers.checks.offsets import offsets, stuck, weightless
@@ -217,6 +218,7 @@ def decide(
         *idle,
     ]
     left_out = frozenset(wild) | signs.exchanged | {each.signal for each in idle if each.applied}
+    rest += late(grid, left_out)
     rest += offsets(grid.without(left_out))
     unsure = (
         *signs.unchecked,

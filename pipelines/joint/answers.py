@@ -84,17 +84,6 @@ one of its figures is doubted."""
 
 OF_NO_VEHICLE = "what this drive shows against the vehicle file is of no vehicle"
 
-RESTS = "the empty vehicle's part is the file's {}, which this drive hardly checks"
-CHECKED = 0.8
-"""Share of a stated figure's error that is left in an answer, from which on the drive is said to check it hardly."""
-
-PART: Mapping[str, tuple[str, str]] = {
-    "cg_to_front_axle_m": ("empty_x", "cg_to_front_axle_m"), "cg_height_m": ("empty_h", "cg_height_m"),
-    "sprung_cg_height_m": ("empty_h", "cg_height_m"), "mass_kg": ("empty_mass", "mass_kg"), "sprung_mass_kg": ("empty_mass", "mass_kg"),
-}  # fmt: skip
-"""Parameter -> the unknown that holds the empty vehicle's part of it, and the key that states that."""
-KEYS = tuple(dict.fromkeys(key for _, key in PART.values()))
-
 GRID = 121
 NAMED = 3
 """Relations named in a reason; the report's table has all of them."""
@@ -200,21 +189,6 @@ def listed(names: Sequence[str]) -> str:
     return ", ".join(names[:NAMED]) + (f" and {more} more" if more > 0 else "")
 
 
-def unchecked(name: str, gradient: FloatArray, joint: Joint, stated: Collection[str]) -> str:
-    """The key of the stated figure that goes into a parameter nearly as the file has it; empty where the drive checks it, or none is stated.
-
-    gradient: (k,) by the unknowns. What a wrong prior mean leaves in the answer is (S g)ᵢ of gᵢ, S the posterior's covariance.
-    """
-    unknown, key = PART.get(name, ("", ""))
-    if key not in stated:
-        return ""
-    row = joint.known.index(unknown)
-    if gradient[row] == 0:
-        return ""
-    left = float(joint.covariance[row] @ gradient / gradient[row])
-    return key if left > CHECKED else ""
-
-
 def lacks_of(name: str, seen: bool, following: Sequence[NextMeasurement]) -> str:
     """What is missing. seen: the drive has relations that see the parameter; following: what would narrow it, the best first."""
     if not seen:
@@ -284,10 +258,10 @@ def estimate_of(
     reference: float | None,
     evidence: Sequence[Evidence],
     following: Sequence[NextMeasurement] = (),
-    unchecked: str = "",
+    rests: str = "",
 ) -> ParameterEstimate:
-    """The verdict's entry. evidence: the drive's relations that were counted; following: what would narrow it, the best first; unchecked:
-    the vehicle file's figure on which it rests, if any, and which the drive hardly checks."""
+    """The verdict's entry. evidence: the drive's relations that were counted; following: what would narrow it, the best first; rests:
+    in words, the vehicle file's figures on which it rests and which the drive hardly checks (`pipelines.joint.rests`)."""
     blind = NOT_LEVEL if name == "cg_lateral_offset_m" else ()
     kinds = {e.kind for e in evidence if e.carrier not in blind}
     left = None if prior is None else left_of(name, prior, answer.std, answer.low, answer.high)
@@ -318,8 +292,8 @@ def estimate_of(
             name, prior.mean, prior.whole_std, low, high, status, f"{reason}; the figures are what was known before",
             prior_record(prior, whole=True), reference, ("prior",),
         )  # fmt: skip
-    if unchecked:
-        reason = f"{reason}; {RESTS.format(unchecked)}"
+    if rests:
+        reason = f"{reason}; {rests}"
     record = None if prior is None else prior_record(prior)
     who = tuple(dict.fromkeys(e.source for e in evidence))
     return ParameterEstimate(

@@ -11,7 +11,6 @@ import numpy as np
 
 from pipelines.evidence import Evidence
 from pipelines.joint.answers import (
-    KEYS,
     SAMPLED,
     Told,
     estimate_of,
@@ -19,7 +18,6 @@ from pipelines.joint.answers import (
     learned_of,
     listed,
     told,
-    unchecked,
 )
 from pipelines.joint.bends import bent
 from pipelines.joint.channels import CHANNELS
@@ -36,6 +34,7 @@ from pipelines.joint.next_measurement import next_measurements
 from pipelines.joint.posterior import Joint, log_density, values_at
 from pipelines.joint.profile import departure
 from pipelines.joint.reached import Modes, Reached, reach
+from pipelines.joint.rests import rests_on
 from pipelines.joint.sampling.sample import Drawn, no_narrower, sample
 from pipelines.joint.vehicle.outputs import outputs_of
 from pipelines.joint.vehicle.plain_names import plain_name
@@ -185,7 +184,7 @@ def _entries(
 ) -> tuple[dict[str, ParameterEstimate], dict[str, Learned]]:
     """Each parameter's entry in the verdict, and what was learned of it, by which relation."""
     joint, reference = reached.joint, reached.vehicle.reference
-    stated = [] if reached.opened[0] else [key for key in KEYS if reached.vehicle.get(key) is not None]
+    stated = {} if reached.opened[0] else joint.known.keys
     wider = {name: answers[name].std / _laplace(joint, g) for name, g in gradients.items()}
     brought = shares(joint, gradients, wider)
     following = {
@@ -201,7 +200,7 @@ def _entries(
             reference.get(name),
             reached.kept,
             following[name],
-            unchecked(name, gradients[name], joint, stated),
+            rests_on(name, gradients[name], answer.std, joint, stated),
         )
         for name, answer in answers.items()
     }

@@ -11,10 +11,11 @@ import pytest
 from scipy.stats import norm
 
 from pipelines.evidence import Evidence
-from pipelines.joint.answers import Told, estimate_of, learned_of, unchecked
+from pipelines.joint.answers import Told, estimate_of, learned_of
 from pipelines.joint.inference import _inflation
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, prior_spreads, slopes
 from pipelines.joint.posterior import find_mode
+from pipelines.joint.rests import OF_PART, OF_RATE, part_on_file, rate_on_file, rests_on
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.parameters import spread_text
 from pipelines.results import ParameterEstimate, Share
@@ -201,14 +202,37 @@ def test_the_files_figure_that_no_drive_checks_is_named_with_the_answer() -> Non
     """Weights at rest against the empty vehicle tell the load; a weighing of the axles tells the empty vehicle as well."""
     load = linear({"load": 1.0}, 150.0, 5.0)
     weighed = linear({"empty_x": 1.0}, 1.31, 0.002)
-    stated = ("cg_to_front_axle_m", "mass_kg")
+    stated = {"empty_x": "cg_to_front_axle_m", "empty_mass": "mass_kg"}
     for evidence, said in (([load], "cg_to_front_axle_m"), ([load, weighed], "")):
         joint = find_mode(evidence, KNOWN)
         gradient = slopes(joint)[1]["cg_to_front_axle_m"]
-        assert unchecked("cg_to_front_axle_m", gradient, joint, stated) == said
-        assert unchecked("cg_to_front_axle_m", gradient, joint, ("mass_kg",)) == ""
+        assert part_on_file("cg_to_front_axle_m", gradient, joint, stated) == said
+        assert part_on_file("cg_to_front_axle_m", gradient, joint, {"empty_mass": "mass_kg"}) == ""
     told = Told(1.31, 0.01, 1.29, 1.33, None)
     prior = Spread(1.3, 0.1, 1.3 + 0.1 * np.random.default_rng(0).standard_normal(4000))
-    found = estimate_of("cg_to_front_axle_m", told, prior, (), None, pitch(), (), "cg_to_front_axle_m")
+    said = OF_PART.format("cg_to_front_axle_m")
+    found = estimate_of("cg_to_front_axle_m", told, prior, (), None, pitch(), (), said)
     assert found.status == "identified"
     assert found.reason.endswith("the file's cg_to_front_axle_m, which this drive hardly checks")
+
+
+def test_a_rate_off_the_sheet_that_no_drive_checks_is_named_with_what_it_would_move() -> None:
+    """A load by how far it presses springs: 10 % off in their rate is 10 % of the load; a log that shows the rate clears it."""
+    row = KNOWN.index("spring_rear")
+    rate, std = float(KNOWN.mean[row]), float(KNOWN.std[row])
+    stated = {"spring_rear": "spring_rate_rear_npm"}
+    # 300 kg press the springs: a rate that is a share too high tells that share more
+    weighs = linear({"load": 1.0, "spring_rear": -300.0 / rate}, 0.0, 2.0)
+    shown = linear({"spring_rear": 1.0}, rate, 0.1 * std)
+    for evidence, said in (([weighs], "spring_rate_rear_npm"), ([weighs, shown], "")):
+        joint = find_mode(evidence, KNOWN)
+        gradient = slopes(joint)[1]["mass_kg"]
+        spread = float(np.sqrt(gradient @ joint.covariance @ gradient))
+        key, moved = rate_on_file(gradient, 0.2 * spread, joint, stated)
+        assert key == said
+        if said:
+            assert moved == pytest.approx(30.0, rel=0.02)
+            words = rests_on("mass_kg", gradient, 0.2 * spread, joint, stated)
+            assert words == OF_RATE.format("spring_rate_rear_npm", "30")
+        # what moves it by less than it is open is left unsaid
+        assert rate_on_file(gradient, 25.0, joint, stated) == ("", 0.0)

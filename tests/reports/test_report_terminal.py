@@ -203,3 +203,16 @@ def test_columns_that_nobody_knows_stand_in_the_last_line() -> None:
     assert "\x1b" not in text
     assert " ".join(text.split()).endswith("begins a mapping file for them).")
     assert "Not recognised: Zug [Nm]" in text
+
+
+@pytest.mark.parametrize("kind", ["delay", "unit", "scale"])
+def test_a_channel_s_fault_that_is_left_as_it_is_stands_before_the_conflicts(kind: str) -> None:
+    sample = rich()
+    fault = Decision("roll", kind, "roll comes 150 ms after roll_rate", "left as it is", "", applied=False)  # type: ignore[arg-type]
+    for applied, count in ((False, 1), (True, 0)):
+        record = replace(sample.record, decisions=(*sample.record.decisions, replace(fault, applied=applied)))
+        text = verdict_table(replace(sample, record=record))
+        assert text.count("Roll comes 150 ms after roll_rate: left as it is.") == count
+    told = replace(sample, record=replace(sample.record, decisions=(fault,)))
+    text = verdict_table(told)
+    assert text.index("150 ms") < text.index("conflict: ")

@@ -18,6 +18,8 @@ class Book:
     vehicle: Vehicle
     rows: dict[str, tuple[float, float]] = field(default_factory=dict)
     assumptions: list[Assumption] = field(default_factory=list)
+    keys: dict[str, str] = field(default_factory=dict)
+    """Unknown -> the vehicle file's key that states it."""
 
     def put(self, name: str, mean: float, std: float, said: str = "", source: str = SILENT) -> None:
         """One unknown; said: its name in the report, empty for what needs no line there."""
@@ -32,4 +34,5 @@ class Book:
             self.put(name, mean, std, said or key)
         else:
             self.put(name, known.value, known.std, key, known.source)
+            self.keys[name] = key
         return known

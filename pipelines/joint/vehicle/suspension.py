@@ -82,7 +82,8 @@ def _bars(book: Book) -> None:
         known, name, title = stated[axle], f"bar_{axle}", f"anti-roll bar, {axle}, N·m/rad"
         if known is not None:
             std = max(float(np.hypot(known.std, unsure[axle])), SURELY * springs[axle])
-            book.put(name, known.value - lacks[axle], std, f"anti_roll_stiffness_{axle}_nmprad", known.source)
+            book.keys[name] = f"anti_roll_stiffness_{axle}_nmprad"
+            book.put(name, known.value - lacks[axle], std, book.keys[name], known.source)
         elif total is not None and left is not None:
             part = left if len(silent) == 1 else _shared(left, share, axle)
             # wide: the stated sum binds them (`stated`), and is not to count twice

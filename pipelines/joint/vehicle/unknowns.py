@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -69,7 +70,8 @@ one, with the half wheelbase or half track as its lever, where load transfer has
 
 @dataclass(frozen=True)
 class Known:
-    """The unknowns before the log. names, mean, std: (k,), SI; assumptions for the report; springs: rates known; places: of the load."""
+    """The unknowns before the log. names, mean, std: (k,), SI; assumptions for the report; springs: rates known; places: of the
+    load; keys: unknown -> the vehicle file's key that states it."""
 
     names: tuple[str, ...]
     mean: FloatArray
@@ -78,6 +80,7 @@ class Known:
     springs: bool
     mass: bool
     places: tuple[LoadPlace, ...] = ()
+    keys: Mapping[str, str] = field(default_factory=dict)
 
     def at(self, u: FloatArray) -> Remembered[float]:
         """Values for (k,) deviations in standard deviations."""
@@ -137,6 +140,7 @@ def _empty(book: Book) -> float:
     prior = measured_cg_height(vehicle.body, None if mass is None else mass.value, vehicle.powertrain)
     if stated is not None:
         book.put("empty_h", stated.value, stated.std, "cg_height_m (empty)", stated.source)
+        book.keys["empty_h"] = "cg_height_m"
     elif prior is not None:
         book.put("empty_h", prior.value, prior.std, "cg_height_m (empty)", prior.source)
     else:
@@ -281,4 +285,5 @@ def before_the_log(vehicle: Vehicle) -> Known:
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,
         vehicle.get("mass_kg") is not None, places(vehicle, {name: mean for name, (mean, _) in book.rows.items()}),
+        book.keys,
     )  # fmt: skip

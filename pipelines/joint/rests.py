@@ -1,0 +1,82 @@
+"""On which of the vehicle file's figures an answer rests that the drive hardly checks: such a figure, if wrong, makes it wrong unseen.
+
+The posterior's mean moves by (S g)ᵢ where the prior mean of unknown i moves by one of its standard deviations; S is the posterior's
+covariance of the unknowns in standard deviations of what was known before, g the answer's gradient by them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+import numpy as np
+
+from pipelines.joint.posterior import Joint
+from pipelines.parameters import spread_text
+from pipelines.results import FloatArray
+
+CHECKED = 0.8
+"""Share of a stated figure's error that is left of it, or in an answer, from which on the drive is said to check it hardly."""
+
+OFF = 0.1
+"""How far off a stated figure is taken to be, as a share of it: as a rate of another spring, or read off another line of the sheet."""
+
+MOVES = 1.5
+"""Standard deviations by which so wrong a figure has to move an answer for it to be named."""
+
+PART: Mapping[str, str] = {
+    "cg_to_front_axle_m": "empty_x", "cg_height_m": "empty_h", "sprung_cg_height_m": "empty_h", "mass_kg": "empty_mass",
+    "sprung_mass_kg": "empty_mass",
+}  # fmt: skip
+"""Parameter -> the unknown that holds the empty vehicle's part of it."""
+
+OF_PART = "the empty vehicle's part is the file's {}, which this drive hardly checks"
+OF_RATE = "{} in the file, which this drive hardly checks, would move it by {} if 10 % off"
+RATES = ("spring_", "bar_")
+"""Unknowns that figures of springs and bars state: what is read off a sheet, and carries what a log shows."""
+
+
+def part_on_file(name: str, gradient: FloatArray, joint: Joint, stated: Mapping[str, str]) -> str:
+    """The key of the stated figure that goes into a parameter nearly as the file has it; empty where the drive checks it, or none is stated.
+
+    gradient: (k,) by the unknowns. stated: unknown -> the file's key.
+    """
+    unknown = PART.get(name, "")
+    if unknown not in stated:
+        return ""
+    row = joint.known.index(unknown)
+    if gradient[row] == 0:
+        return ""
+    left = float(joint.covariance[row] @ gradient / gradient[row])
+    return stated[unknown] if left > CHECKED else ""
+
+
+def rate_on_file(
+    gradient: FloatArray, std: float, joint: Joint, stated: Mapping[str, str]
+) -> tuple[str, float]:
+    """The key of the stated rate that moves an answer most if it is `OFF`, and by how much (0 where none does by `MOVES`).
+
+    std: the answer's. Only rates that are after the drive about as open as before it: others the drive would contradict.
+    """
+    known, pulled = joint.known, joint.covariance @ gradient
+    best, most = "", 0.0
+    for unknown, key in stated.items():
+        if not unknown.startswith(RATES):
+            continue
+        row = known.index(unknown)
+        if math.sqrt(float(joint.covariance[row, row])) < CHECKED:
+            continue
+        moved = abs(float(pulled[row]) * OFF * float(known.mean[row] / known.std[row]))
+        if moved > max(most, MOVES * std):
+            best, most = key, moved
+    return best, most
+
+
+def rests_on(name: str, gradient: FloatArray, std: float, joint: Joint, stated: Mapping[str, str]) -> str:
+    """In words for an answer's reason; empty where the drive checks what the file states, or the file states nothing."""
+    part = part_on_file(name, gradient, joint, stated)
+    rate, moved = rate_on_file(gradient, std, joint, stated)
+    said = [OF_PART.format(part)] if part else []
+    if rate and np.isfinite(moved):
+        said.append(OF_RATE.format(rate, spread_text(moved)))
+    return "; ".join(said)
