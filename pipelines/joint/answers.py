@@ -221,6 +221,11 @@ def prior_record(prior: Spread, *, whole: bool = False) -> Prior:
     return Prior(prior.mean, prior.whole_std if whole else prior.std, SOURCE)
 
 
+def _by_tails(answer: Told, prior: Spread) -> bool:
+    """Whether an answer is narrower than what was known before by its tails alone: then all of that is what it is held against."""
+    return prior.std < answer.std < prior.whole_std
+
+
 def _positive(name: str) -> bool:
     return is_positive(name) or name.endswith(NEVER_NEGATIVE)
 
@@ -294,7 +299,7 @@ def estimate_of(
         )  # fmt: skip
     if rests:
         reason = f"{reason}; {rests}"
-    record = None if prior is None else prior_record(prior)
+    record = None if prior is None else prior_record(prior, whole=_by_tails(answer, prior))
     who = tuple(dict.fromkeys(e.source for e in evidence))
     return ParameterEstimate(
         name, answer.value, answer.std, answer.low, answer.high, status, reason, record, reference, who,
@@ -340,7 +345,8 @@ def learned_of(
 
     whole: whether the answer was not told, so that its prior is shown with its tails (`prior_record`).
     """
-    gained = bits(prior.std, answer.std)
+    tails = not whole and _by_tails(answer, prior)
+    gained = bits(prior.whole_std if tails else prior.std, answer.std)
     shares = shares if gained > 0 else ()
     following = helping(following, answer, prior)
     few = prior.draws[:1500]
@@ -352,4 +358,4 @@ def learned_of(
         after = density((grid - answer.value) / max(answer.std, 1e-12)) / max(answer.std, 1e-12)
     else:
         after = _smooth(answer.draws, grid)
-    return Learned(name, prior_record(prior, whole=whole), gained, shares, following, grid, _smooth(few, grid), after)  # fmt: skip
+    return Learned(name, prior_record(prior, whole=whole or tails), gained, shares, following, grid, _smooth(few, grid), after)  # fmt: skip

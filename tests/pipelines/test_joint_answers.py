@@ -236,3 +236,20 @@ def test_a_rate_off_the_sheet_that_no_drive_checks_is_named_with_what_it_would_m
             assert words == OF_RATE.format("spring_rate_rear_npm", "30")
         # what moves it by less than it is open is left unsaid
         assert rate_on_file(gradient, 25.0, joint, stated) == ("", 0.0)
+
+
+def test_an_answer_that_takes_the_tails_away_alone_is_held_against_all_that_was_known() -> None:
+    """The load's long tails go, its middle is as open as before: weak, with 1.296 ± 0.102 before 1.390 ± 0.109 and no bit gained it was."""
+    draws = 1.3 + 0.1 * np.random.default_rng(6).standard_t(1.5, 100_000)
+    prior = Spread(1.3, 0.1, draws[np.abs(draws - 1.3) < 2.0])
+    std = 0.11
+    assert prior.std < std < 0.6 * prior.whole_std
+    told = Told(1.35, std, 1.35 - 1.96 * std, 1.35 + 1.96 * std, None)
+    entry = estimate_of("cg_to_front_axle_m", told, prior, (), None, pitch())
+    share = Share("Pitch balance", 0.4, 0.2, 0.15)
+    learned = learned_of("cg_to_front_axle_m", told, prior, (share,), ())
+    assert entry.status == "weak"
+    assert entry.prior is not None
+    assert entry.prior.std == learned.prior.std == prior.whole_std
+    assert learned.bits == pytest.approx(np.log2(prior.whole_std / std))
+    assert learned.shares == (share,)
