@@ -23,7 +23,7 @@ def test_draws_of_a_slalom_with_a_navigation_unit_are_those_of_long_chains() -> 
     assert drawn.effective > 500
     starts = np.random.default_rng(2).multivariate_normal(joint.u, 0.5 * joint.covariance, 2000)
     starts = starts[np.isfinite(density(starts))][:64]
-    ran = run_chains(density, starts, joint.covariance, rng, 6000, thin=10)
+    ran = run_chains(density, starts, joint.covariance, rng, 12000, thin=20)
     long = outputs_of(values_at(joint.known, ran.flat()), joint.given)
     short = outputs_of(values_at(joint.known, drawn.draws), joint.given)
     for name in SHOWN:
