@@ -107,7 +107,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
         if d.kind == "vehicle"
     ]
     told += [
-        f"{sentence(clean(d.found, 200)).rstrip('.')}: {clean(d.action, 200)}."
+        f"{sentence(clean(d.found, 200)).rstrip('.')}; {clean(d.action, 200)}."
         for d in results.record.decisions
         if d.kind in LEFT_OPEN and not d.applied
     ]

@@ -212,7 +212,7 @@ def test_a_channel_s_fault_that_is_left_as_it_is_stands_before_the_conflicts(kin
     for applied, count in ((False, 1), (True, 0)):
         record = replace(sample.record, decisions=(*sample.record.decisions, replace(fault, applied=applied)))
         text = verdict_table(replace(sample, record=record))
-        assert text.count("Roll comes 150 ms after roll_rate: left as it is.") == count
+        assert text.count("Roll comes 150 ms after roll_rate; left as it is.") == count
     told = replace(sample, record=replace(sample.record, decisions=(fault,)))
     text = verdict_table(told)
     assert text.index("150 ms") < text.index("conflict: ")
