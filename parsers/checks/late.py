@@ -153,7 +153,9 @@ def late(grid: Grid, left_out: Collection[str]) -> list[Decision]:
         told.add(each.first)
         order = "after" if each.seconds > 0 else "before"
         text = f"{each.first} comes {1000 * abs(each.seconds):.0f} ms {order} {each.said}"
-        action = "left as it is (fits of roll and pitch allow for a delay); put it right where the log is made"
+        action = (
+            "left as it is (fits of roll and pitch allow for a delay); put it right where the log is made"
+        )
         evidence = f"correlation {each.correlation:.2f} there"
         found.append(Decision(each.first, "delay", text, action, evidence, applied=False))
     return found
