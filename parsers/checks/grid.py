@@ -186,7 +186,7 @@ def compare(
             continue
         if last is None or not np.array_equal(both, last):
             last, clipped = both, clip(a[both])
-        found = _go_together(clipped, clip(b[both]), centred)
+        found = go_together(clipped, clip(b[both]), centred)
         if found is not None:
             ends = [min(ends[0], found.correlation), max(ends[1], found.correlation)]
         if found is not None and (best is None or abs(found.correlation) > abs(best.correlation) + 0.01):
@@ -197,7 +197,8 @@ def compare(
     return best
 
 
-def _go_together(a: FloatArray, b: FloatArray, centred: bool) -> Together | None:
+def go_together(a: FloatArray, b: FloatArray, centred: bool) -> Together | None:
+    """How two columns without gaps go together as they stand; None where one stands still. centred: as in `compare`."""
     # a damaged log may hold numbers whose squares no float can hold: nothing can be said of those
     with np.errstate(over="ignore", invalid="ignore"):
         if centred:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from parsers.channels import FloatArray
-from parsers.checks.grid import CELL_S, MIN_CELLS, Grid, clip
+from parsers.checks.grid import CELL_S, MIN_CELLS, Grid, clip, go_together
 from parsers.checks.motion import smooth
 from parsers.checks.springs import springs_tilt
 from parsers.drive import Decision
@@ -41,14 +41,13 @@ MOVING_MPS = 10.0
 
 @dataclass(frozen=True)
 class Late:
-    """first comes seconds after what second says of the same motion. least_s: below which that is usual."""
+    """first comes seconds after what second says of the same motion; said: what that is, in words."""
 
     first: str
     second: str
     said: str
     seconds: float
     correlation: float
-    least_s: float
 
 
 def _pairs(grid: Grid) -> Iterator[tuple[str, str, str, FloatArray, FloatArray, float]]:
@@ -79,19 +78,10 @@ def _at_lags(first: FloatArray, second: FloatArray) -> FloatArray | None:
     both = np.isfinite(first[inner]) & np.logical_and.reduce([np.isfinite(column) for column in columns])
     if int(np.count_nonzero(both)) < MIN_CELLS:
         return None
-    found = np.zeros(len(columns))
-    # a damaged log may hold numbers whose squares no float can hold: nothing can be said of those
-    with np.errstate(over="ignore", invalid="ignore"):
-        a = first[inner][both]
-        a = a - a.mean()
-        for i, column in enumerate(columns):
-            b = column[both]
-            b = b - b.mean()
-            size = float(np.sqrt(np.mean(a * a) * np.mean(b * b)))
-            if not 0 < size < np.inf:
-                return None
-            found[i] = float(np.mean(a * b)) / size
-    return found
+    a = first[inner][both]
+    found = [go_together(a, column[both], True) for column in columns]
+    together = [each.correlation for each in found if each is not None]
+    return np.array(together) if len(together) == len(columns) else None
 
 
 def _clipped(values: FloatArray) -> FloatArray | None:
@@ -139,7 +129,7 @@ def delays(grid: Grid, left_out: Collection[str]) -> list[Late]:
             continue
         delay = _delay(a, b)
         if delay is not None and abs(delay[0]) > least:
-            found.append(Late(first, second, said, *delay, least))
+            found.append(Late(first, second, said, *delay))
     return found
 
 

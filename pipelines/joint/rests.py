@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-import numpy as np
-
 from pipelines.joint.posterior import Joint
 from pipelines.parameters import spread_text
 from pipelines.results import FloatArray
@@ -77,6 +75,6 @@ def rests_on(name: str, gradient: FloatArray, std: float, joint: Joint, stated: 
     part = part_on_file(name, gradient, joint, stated)
     rate, moved = rate_on_file(gradient, std, joint, stated)
     said = [OF_PART.format(part)] if part else []
-    if rate and np.isfinite(moved):
+    if rate:
         said.append(OF_RATE.format(rate, spread_text(moved)))
     return "; ".join(said)
