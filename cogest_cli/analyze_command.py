@@ -90,9 +90,16 @@ def _tell(results: DriveResults, paths: Sequence[Path]) -> None:
     from reports.terminal import verdict_table
 
     show(verdict_table(results))
-    show_line(f"vehicle file: {results.inputs.vehicle or 'none (measured vehicles are the prior)'}")
-    if results.inputs.settings:
-        show_line(f"settings file: {results.inputs.settings}")
+    used = results.inputs
+    show_line(f"vehicle file: {used.vehicle or 'none (a height needs at least mass_kg and body in one)'}")
+    if used.suspension_map:
+        show_line(f"suspension map: {used.suspension_map}")
+    if used.map:
+        show_line(f"mapping file: {used.map}")
+    for database in used.dbc:
+        show_line(f"database: {database}")
+    if used.settings:
+        show_line(f"settings file: {used.settings}")
     for estimate in results.estimates:
         if table := tire_force_errors(estimate.diagnostics):
             show(f"\n{table}")

@@ -216,7 +216,9 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         rollover=assess_rollover(verdict, vehicle, drive, results),
         standing=_placed(verdict, vehicle),
         assumptions=_assumptions(results),
-        limits=what_limits(drive.record, results, verdict, vehicle, whole.joint),
+        limits=what_limits(
+            drive.record, results, verdict, vehicle, whole.joint, file_given=request.vehicle is not None
+        ),
         signals=signal_traces(drive),
         joint=taught_with_both_loads(whole.joint, step, verdict),
     )

@@ -140,8 +140,10 @@ def what_limits(
     verdict: Mapping[str, ParameterEstimate],
     vehicle: Vehicle,
     joint: JointVerdict | None = None,
+    *,
+    file_given: bool = False,
 ) -> tuple[str, ...]:
-    """Sentences: what the estimators lacked, what the vehicle file left open, what the data lost."""
+    """Sentences: what the estimators lacked, what the vehicle file left open, what the data lost. file_given: whether there is a vehicle file at all."""
     skipped = _not_run(estimates, record)
     # the weightiest first: that nothing ran, or, where something did, at the end what else could have
     nothing_ran = not any(e.status == "ran" for e in estimates)
@@ -160,7 +162,11 @@ def what_limits(
     if height is not None and height.status != "identified":
         limits.append(f"CG height {height.status.replace('_', ' ')}: {height.reason}")
     if not vehicle.quantities:
-        limits.append("No vehicle file: mass, track and springs are unknown; give one with --vehicle.")
+        limits.append(
+            "The vehicle file states no mass, track or springs."
+            if file_given
+            else "No vehicle file: mass, track and springs are unknown; give one with --vehicle."
+        )
     elif vehicle.body is not None and known_body(vehicle.body) is None and vehicle.get("cg_height_m") is None:
         limits.append(
             f"No measured vehicle is called {vehicle.body!r}: its CG height before the drive is wide open."

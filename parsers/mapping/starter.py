@@ -10,12 +10,14 @@ from parsers.mapping.axle_means import axle_of
 from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.propose import candidates
+from parsers.mapping.reasons import unmapped_reason
 from parsers.mapping.wheel_radius import turn_rate
 from parsers.mapping.words import load_names, words_of
 from parsers.signals import SIGNALS, WHEELS, SignalSpec
 from parsers.units import SI_TEXT, find_unit, quantities_of
 
 _MOST_SUGGESTIONS = 6
+_MOST_LEFT = 1000
 _OF_LENGTH = frozenset({"length", "laenge", "federlaenge", "federbeinlaenge"})
 
 
@@ -49,7 +51,22 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
             lines += ["", *_length(spec, lengths[signal])]
         else:
             lines += ["", *_open(spec, free)]
+    lines += _left(channels, used)
     return "\n".join(lines) + "\n"
+
+
+def _left(channels: Sequence[ChannelInfo], used: set[str]) -> list[str]:
+    """Each channel of numbers that no signal takes, as it has to be written, its unit, and why."""
+    left = [channel for channel in channels if channel.kind == "number" and channel.name not in used]
+    if not left:
+        return []
+    lines = ["", "# Channels of numbers that no signal takes, as they are written here, and why:"]
+    for channel in left[:_MOST_LEFT]:
+        unit = f" [{_comment(channel.unit)}]" if channel.unit else ""
+        lines += [f"# {_comment(quote(channel.name))}{unit}: {_comment(unmapped_reason(channel))}"]
+    if len(left) > _MOST_LEFT:
+        lines += [f"# and {len(left) - _MOST_LEFT} more, which `cogest inspect` lists"]
+    return lines
 
 
 def _wheels(proposals: Mapping[str, tuple[Binding, ...]]) -> list[str]:

@@ -83,46 +83,58 @@ def _segment(
     error: FloatArray,
     variance: FloatArray,
 ) -> None:
-    """One segment from state x and covariance p; model: phi, q, c, r."""
+    """One segment of all columns from states x (k, s) and covariance p; model: phi, q, c, r. Gains are made once for all columns.
+
+    An output is there where the first column has it. push, feed: of all columns; without rows where there are none.
+    """
     phi, q, c, r = model
     outputs, states = c.shape
+    pushed, fed = push.shape[0] > 0, feed.shape[0] > 0
     following, column, spread = np.zeros(states), np.zeros(states), np.zeros(outputs)
-    predicted, half, gain = (
-        np.zeros((states, states)),
-        np.zeros((states, states)),
-        np.zeros((outputs, states)),
-    )
+    before, half, gain = np.zeros(states), np.zeros((states, states)), np.zeros((outputs, states))
     settled = False
     for k in range(rows[0], rows[1]):
         whole = True
         for output in range(outputs):
-            if not np.isfinite(y[k, output]):
+            if not np.isfinite(y[0, k, output]):
                 whole = False
         settled = settled and whole
         if not settled:
-            predicted[:, :] = p
+            for i in range(states):
+                before[i] = p[i, i]
         for output in range(outputs):
-            if not np.isfinite(y[k, output]):
-                error[k, output] = np.nan
+            if not np.isfinite(y[0, k, output]):
+                for one in range(y.shape[0]):
+                    error[one, k, output] = np.nan
                 variance[k, output] = np.nan
                 continue
             if not settled:
                 spread[output] = _take(p, c[output], r[output], gain[output], column)
-            value = y[k, output] - feed[k, output]
-            error[k, output] = _correct(x, c[output], value, spread[output], clip, gain[output])
             variance[k, output] = spread[output]
-        for i in range(states):
-            following[i] = push[k, i]
-            for j in range(states):
-                following[i] += phi[i, j] * x[j]
-        x[:] = following
+            for one in range(y.shape[0]):
+                value = y[one, k, output]
+                if fed:
+                    value -= feed[k, output]
+                if np.isfinite(value):
+                    error[one, k, output] = _correct(
+                        x[one], c[output], value, spread[output], clip, gain[output]
+                    )
+                else:
+                    error[one, k, output] = np.nan
+        for one in range(y.shape[0]):
+            for i in range(states):
+                following[i] = push[k, i] if pushed else 0.0
+                for j in range(states):
+                    following[i] += phi[i, j] * x[one, j]
+            for i in range(states):
+                x[one, i] = following[i]
         if settled:
             continue
         _forward(p, phi, q, half)
         if whole:
             settled = True
             for i in range(states):
-                if abs(p[i, i] - predicted[i, i]) > SETTLED * predicted[i, i]:
+                if abs(p[i, i] - before[i]) > SETTLED * before[i]:
                     settled = False
 
 
@@ -140,16 +152,22 @@ def _innovations(
     error: FloatArray,
     variance: FloatArray,
 ) -> None:
-    """Fill `error` and `variance` (both (n, m)); see `innovations`."""
+    """Fill `error` (k, n, m) and `variance` (n, m); see `innovations`. x0: (segments, s), of every column."""
+    x, p = np.zeros((y.shape[0], x0.shape[1])), np.zeros(p0.shape)
     for segment in range(starts.shape[0]):
+        for i in range(x0.shape[1]):
+            for one in range(y.shape[0]):
+                x[one, i] = x0[segment, i]
+            for j in range(x0.shape[1]):
+                p[i, j] = p0[i, j]
         rows = (starts[segment], stops[segment])
-        _segment(y, push, feed, rows, model, x0[segment].copy(), p0.copy(), clip, error, variance)
+        _segment(y, push, feed, rows, model, x, p, clip, error, variance)
 
 
 def innovations(
     y: FloatArray,
-    push: FloatArray,
-    feed: FloatArray,
+    push: FloatArray | None,
+    feed: FloatArray | None,
     segments: tuple[IntArray, IntArray],
     *,
     phi: FloatArray,
@@ -160,19 +178,22 @@ def innovations(
     p0: FloatArray,
     clip: float = np.inf,
 ) -> tuple[FloatArray, FloatArray]:
-    """Innovations and their variances, both (n, m), NaN where there is no output.
+    """Innovations (n, m) and their variances (n, m), NaN where there is no output.
 
-    y, feed: (n, m). push: (n, s), what the input adds between row k and k+1. segments: first rows and rows past the
-    last; each starts anew from x0 (one row a segment, (segments, s)) and p0 (s, s). phi, q: (s, s). c: (m, s).
-    r: (m,). clip: an innovation moves the state by at most `clip` of its standard deviations (inf: no limit).
+    y: (n, m), or (k, n, m) for k columns side by side whose outputs are there together (as the first one's are): innovations (k, n, m)
+    then, and the variances (n, m) of them all. feed: (n, m). push: (n, s), what the input adds between row k and k+1; either None where
+    there is none. segments: first rows and rows past the last; each starts anew from x0 (one row a segment, (segments, s)) and p0
+    (s, s). phi, q: (s, s). c: (m, s). r: (m,). clip: an innovation moves the state by at most `clip` of its standard deviations
+    (inf: no limit).
     Raises ValueError where a segment leaves the arrays or a shape does not fit.
     """
-    n, outputs = y.shape
+    columns = y if y.ndim == 3 else y[None]
+    _, n, outputs = columns.shape
     states = phi.shape[0]
     starts, stops = segments
     shapes_fit = (
-        push.shape == (n, states)
-        and feed.shape == (n, outputs)
+        (push is None or push.shape == (n, states))
+        and (feed is None or feed.shape == (n, outputs))
         and q.shape == phi.shape == p0.shape == (states, states)
         and c.shape == (outputs, states)
         and r.shape == (outputs,)
@@ -183,7 +204,19 @@ def innovations(
         raise ValueError("the filter's arrays do not fit together")
     if len(starts) and (starts.min() < 0 or stops.max() > n):
         raise ValueError("a segment leaves the arrays")
-    error = np.full((n, outputs), np.nan)
+    error = np.full(columns.shape, np.nan)
     variance = np.full((n, outputs), np.nan)
-    _innovations(y, push, feed, starts, stops, (phi, q, c, r), x0, p0, float(clip), error, variance)
-    return error, variance
+    _innovations(
+        np.ascontiguousarray(columns),
+        np.zeros((0, states)) if push is None else push,
+        np.zeros((0, outputs)) if feed is None else feed,
+        starts,
+        stops,
+        (phi, q, c, r),
+        x0,
+        p0,
+        float(clip),
+        error,
+        variance,
+    )
+    return (error if y.ndim == 3 else error[0]), variance

@@ -25,6 +25,11 @@ MOST_BYTES = 256 << 20
 ASKED = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "roll_stiffness_nmprad")
 """What people look for first."""
 
+OF_MASS = ("cg_height_m", "mass_kg", "roll_stiffness_nmprad")
+FORCES = ("suspension_force_", "tire_normal_force_", "axle_load_")
+NO_MASS = "nothing says what the vehicle weighs: give mass_kg (and body) in a vehicle file"
+"""What hangs on the vehicle's mass, the signals that weigh it, and what stands where neither they nor a file do."""
+
 _SCANNED = frozenset(("blf", "asc", "trc", "candump"))
 
 
@@ -98,18 +103,31 @@ def _compared(signals: set[str], vehicle: Vehicle | None, chosen: Sequence[Estim
     lacking = [(estimator, _lack(ready)) for estimator, ready in found if not ready.ready]
     told = {name for estimator, ready in found if ready.ready for name in estimator.parameters}
     cannot = []
+    weighed = _weighed(signals, vehicle)
     for parameter in ASKED:
         ways = [(estimator, lack) for estimator, lack in lacking if parameter in estimator.parameters]
-        if parameter not in told and ways:
+        if parameter in told:
+            if parameter in OF_MASS and not weighed:
+                cannot.append((parameter, NO_MASS))
+        elif ways:
             nearest, lack = min(ways, key=lambda way: len(way[1]))
             cannot.append((parameter, f"{nearest.name} lacks {'; '.join(lack)}"))
-        elif parameter not in told:
+        else:
             cannot.append((parameter, "none of the chosen estimators tells it"))
     return Outlook(
         signals=tuple(sorted(signals)),
         ready=tuple(ready.estimator for _, ready in found if ready.ready),
         missing=tuple((estimator.name, "; ".join(lack)) for estimator, lack in lacking),
         cannot=tuple(cannot),
+    )
+
+
+def _weighed(signals: set[str], vehicle: Vehicle | None) -> bool:
+    """Whether a mass is stated, or follows from forces, or from springs that are."""
+    if any(name.startswith(FORCES) for name in signals):
+        return True
+    return vehicle is not None and any(
+        vehicle.get(name) is not None for name in ("mass_kg", "spring_rate_front_npm", "spring_rate_rear_npm")
     )
 
 

@@ -139,12 +139,12 @@ CANDIDATES: tuple[Candidate, ...] = (
         _known("axis_sinks", "square_front", "square_rear", "cube_front", "cube_rear"), (0.25, 0.35, 0.35, 0.12, 0.12),
     ),
     Candidate(
-        "figure", "what the wheels' loads take off the roll stiffness, from a kinematics rig (patch_path, 25 mm a rad)", _paths,
+        "figure", "what the wheels' loads take off the roll stiffness, from a kinematics rig (patch_path_front_mprad and _rear_, 25 mm a rad)", _paths,
         (0.025, 0.025), False,
     ),
     Candidate(
-        "figure", "how far patches and wheel centres go along in pitch and braking, from a kinematics and a tyre rig (patch_path_pitch, "
-        "wheel_recession, tire_longitudinal_rate)", _known("pitch_path", "hubs_past", "patch_lag"), (0.01, 0.03, 0.002), False,
+        "figure", "how far patches and wheel centres go along in pitch and braking, from a kinematics and a tyre rig (patch_path_pitch_mprad, "
+        "wheel_recession_front and _rear, tire_longitudinal_rate_npm)", _known("pitch_path", "hubs_past", "patch_lag"), (0.01, 0.03, 0.002), False,
     ),
     Candidate("figure", "the tyres' lateral rate (10 %)", _known("patch_side"), (1.2,)),
     Candidate("figure", "the empty vehicle weighed (5 kg, 5 mm)", _known("empty_mass", "empty_x"), (0.003, 0.002)),

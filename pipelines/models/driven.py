@@ -5,13 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from parsers.channels import FloatArray, IntArray
-from parsers.jit import kernel
+from parsers.jit import kernel, lean_kernel
 
 BEYOND = 1e300
 """Stands for what is beyond all numbers, so that a motion that ran away is not taken for one that was not measured."""
 
 STATES, INPUTS, OUTPUTS = 3, 2, 2
 """What the loop is written out for: loops over so few cost more than what is in them. Smaller models are filled up with nought."""
+
+
+@lean_kernel
+def _within(value: float) -> float:
+    """The value, BEYOND where it is not finite."""
+    return value if np.isfinite(value) else -BEYOND if value < 0 else BEYOND
 
 
 @kernel
@@ -49,8 +55,8 @@ def _driven(
                 y1 = (b10 * u + b11 * v + a10 * w + a11 * z) + (p10 * x0 + p11 * x1 + p12 * x2)
                 x2 = (b20 * u + b21 * v + a20 * w + a21 * z) + (p20 * x0 + p21 * x1 + p22 * x2)
                 x0, x1 = y0, y1
-            found[i, 0] = r00 * x0 + r01 * x1 + r02 * x2
-            found[i, 1] = r10 * x0 + r11 * x1 + r12 * x2
+            found[i, 0] = _within(r00 * x0 + r01 * x1 + r02 * x2)
+            found[i, 1] = _within(r10 * x0 + r11 * x1 + r12 * x2)
 
 
 def _filled(array: FloatArray, *shape: int) -> FloatArray:
@@ -102,4 +108,4 @@ def driven(
         _filled(first, len(first), STATES),
         found,
     )
-    return np.nan_to_num(found[:, :outputs], nan=BEYOND, posinf=BEYOND, neginf=-BEYOND)
+    return found[:, :outputs]

@@ -25,12 +25,20 @@ DEGREES = 180 / math.pi
 
 
 @kernel
-def exponential(matrix: FloatArray) -> FloatArray:
-    """e to a small square matrix: Taylor's series on a scaled matrix, squared back.
+def _times(left: FloatArray, right: FloatArray, over: float, product: FloatArray) -> None:
+    """Fill `product` with left right / over, all (n, n)."""
+    n = left.shape[0]
+    for i in range(n):
+        for j in range(n):
+            total = 0.0
+            for m in range(n):
+                total += left[i, m] * right[m, j]
+            product[i, j] = total / over
 
-    The library's routine costs milliseconds on a busy machine (its threads wait for each other), and a fit calls it
-    thousands of times. Good to 1e-14 of the largest entry for the well-scaled matrices here.
-    """
+
+@kernel
+def _exponential(matrix: FloatArray, result: FloatArray) -> None:
+    """Fill `result`; see `exponential`."""
     n = matrix.shape[0]
     norm = 0.0
     for i in range(n):
@@ -42,37 +50,41 @@ def exponential(matrix: FloatArray) -> FloatArray:
     while norm > 0.25 and halvings < 60:
         norm *= 0.5
         halvings += 1
-    scaled = matrix / 2.0**halvings
-    result = np.eye(n)
-    term = np.eye(n)
-    work = np.zeros((n, n))
+    scaled, term, work = np.zeros((n, n)), np.zeros((n, n)), np.zeros((n, n))
+    part = 2.0**halvings
+    for i in range(n):
+        for j in range(n):
+            scaled[i, j] = matrix[i, j] / part
+            term[i, j] = result[i, j] = 1.0 if i == j else 0.0
     for order in range(1, 14):
+        _times(term, scaled, float(order), work)
         for i in range(n):
             for j in range(n):
-                total = 0.0
-                for m in range(n):
-                    total += term[i, m] * scaled[m, j]
-                work[i, j] = total / order
-        term[:] = work
-        result += term
+                term[i, j] = work[i, j]
+                result[i, j] += work[i, j]
     for _ in range(halvings):
+        _times(result, result, 1.0, work)
         for i in range(n):
             for j in range(n):
-                total = 0.0
-                for m in range(n):
-                    total += result[i, m] * result[m, j]
-                work[i, j] = total
-        result[:] = work
+                result[i, j] = work[i, j]
+
+
+def exponential(matrix: FloatArray) -> FloatArray:
+    """e to a small square matrix: Taylor's series on a scaled matrix, squared back.
+
+    The library's routine costs milliseconds on a busy machine (its threads wait for each other), and a fit calls it
+    thousands of times. Good to 1e-14 of the largest entry for the well-scaled matrices here.
+    """
+    result = np.empty_like(matrix, order="C")
+    _exponential(np.ascontiguousarray(matrix), result)
     return result
 
 
 @kernel
-def dry_friction(angle: FloatArray, starts: IntArray, stops: IntArray, slip: float) -> FloatArray:
-    """(n,) Dahl's friction from -1 to 1: after a turn of the motion it changes over within `slip` rad.
-
-    Exact between samples. Follows the way, not the rate, so that slow and fast motion are held alike.
-    """
-    held = np.zeros(len(angle))
+def _dry_friction(
+    angle: FloatArray, starts: IntArray, stops: IntArray, slip: float, held: FloatArray
+) -> None:
+    """Fill `held`; see `dry_friction`."""
     for segment in range(len(starts)):
         state = 0.0
         for i in range(max(starts[segment], 0) + 1, min(stops[segment], len(angle))):
@@ -80,6 +92,15 @@ def dry_friction(angle: FloatArray, starts: IntArray, stops: IntArray, slip: flo
             side = 1.0 if way >= 0 else -1.0
             state = side + (state - side) * np.exp(-abs(way) / slip)
             held[i] = state
+
+
+def dry_friction(angle: FloatArray, starts: IntArray, stops: IntArray, slip: float) -> FloatArray:
+    """(n,) Dahl's friction from -1 to 1: after a turn of the motion it changes over within `slip` rad.
+
+    Exact between samples. Follows the way, not the rate, so that slow and fast motion are held alike.
+    """
+    held = np.zeros(len(angle))
+    _dry_friction(np.ascontiguousarray(angle, dtype=np.float64), starts, stops, float(slip), held)
     return held
 
 
@@ -134,26 +155,47 @@ def discretise(roll: RollCoefficients, step: float) -> tuple[FloatArray, FloatAr
     return phi, level - after, after
 
 
+@kernel
+def _process_noise(a: float, b: float, c: float, intensity: float, step: float, noise: FloatArray) -> None:
+    """Fill `noise`; see `process_noise`."""
+    largest = max(1.0, (abs(a) + abs(b)) / abs(c))
+    halvings = max(0, int(np.ceil(np.log2(max(largest * step, 1e-9)))))
+    part = step / 2.0**halvings
+    block, moved, work = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((2, 2))
+    phi, turned, first = np.zeros((2, 2)), np.zeros((2, 2)), np.zeros((2, 2))
+    block[0, 1], block[3, 2] = -part, part
+    block[1, 0], block[2, 3] = a / c * part, -a / c * part
+    block[1, 1], block[3, 3] = b / c * part, -b / c * part
+    block[1, 3] = intensity / (c * c) * part
+    _exponential(block, moved)
+    for i in range(2):
+        for j in range(2):
+            phi[i, j], turned[j, i], work[i, j] = moved[2 + j, 2 + i], moved[2 + j, 2 + i], moved[i, 2 + j]
+    _times(phi, work, 1.0, first)
+    for _ in range(halvings):
+        _times(phi, first, 1.0, work)
+        _times(work, turned, 1.0, noise)
+        for i in range(2):
+            for j in range(2):
+                first[i, j] += noise[i, j]
+        _times(phi, phi, 1.0, work)
+        for i in range(2):
+            for j in range(2):
+                phi[i, j], turned[j, i] = work[i, j], work[i, j]
+    for i in range(2):
+        for j in range(2):
+            noise[i, j] = 0.5 * (first[i, j] + first[j, i])
+
+
 def process_noise(roll: RollCoefficients, intensity: float, step: float) -> FloatArray:
     """Covariance (2, 2) that white noise on f gathers over a step; `intensity` in (m/s²)²/Hz.
 
     Van Loan's over a part of the step, doubled until it is the whole: his matrix holds the motion backwards in time, which
     grows without end where the damping is strong, and takes the covariance with it (it came out negative).
     """
-    a, b = state_matrix(roll)
-    halvings = max(0, math.ceil(math.log2(max(float(np.abs(a).sum(axis=1).max()) * step, 1e-9))))
-    part = step / 2**halvings
-    block = np.zeros((4, 4))
-    block[:2, :2] = -a
-    block[:2, 2:] = np.outer(b, b) * intensity
-    block[2:, 2:] = a.T
-    moved = exponential(block * part)
-    phi = moved[2:, 2:].T
-    noise = phi @ moved[:2, 2:]
-    for _ in range(halvings):
-        noise = noise + phi @ noise @ phi.T
-        phi = phi @ phi
-    return np.asarray(0.5 * (noise + noise.T))
+    noise = np.empty((2, 2))
+    _process_noise(float(roll.a), float(roll.b), float(roll.c), float(intensity), float(step), noise)
+    return noise
 
 
 def mirror_height(height: float, mass: float, inertia: float) -> float:

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from parsers.jit import kernel
 from pipelines.models.roll import GRAVITY, RollCoefficients, exponential
 from pipelines.results import FloatArray
 
@@ -29,6 +30,53 @@ LEAST_SHARE = 1e-4
 
 AXLES_MOMENT = 0.2
 """γ: roll centres 0.05-0.15 m and wheels 0.3 m above ground, over 0.55 m from the roll axis to the body's CG."""
+
+
+NOWHERE = 1e-12
+"""Determinant of a motion over the product of its rows' lengths, up to which it rests nowhere."""
+
+
+@kernel
+def _rest(matrix: FloatArray, feed: FloatArray, push: FloatArray, found: FloatArray) -> None:
+    """Fill `found` (k, s) with x of matrix x + feed push = 0 by Gauss's elimination with pivots; leave it where there is none.
+
+    The library's routines cost ten times as much for so few numbers, and a fit asks thousands of times.
+    """
+    states, inputs = feed.shape
+    left, right = np.zeros((states, states)), np.zeros((states, inputs))
+    size = determinant = 1.0
+    for i in range(states):
+        length = 0.0
+        for j in range(states):
+            left[i, j] = matrix[i, j]
+            length += matrix[i, j] * matrix[i, j]
+        for j in range(inputs):
+            right[i, j] = -feed[i, j]
+        size *= np.sqrt(length)
+    for k in range(states):
+        best = k
+        for i in range(k + 1, states):
+            if abs(left[i, k]) > abs(left[best, k]):
+                best = i
+        for j in range(states):
+            left[k, j], left[best, j] = left[best, j], left[k, j]
+        for j in range(inputs):
+            right[k, j], right[best, j] = right[best, j], right[k, j]
+        determinant *= left[k, k]
+        if not abs(determinant) > 0.0:
+            return
+        for i in range(states):
+            share = left[i, k] / left[k, k] if i != k else 0.0
+            for j in range(states):
+                left[i, j] -= share * left[k, j]
+            for j in range(inputs):
+                right[i, j] -= share * right[k, j]
+    if not abs(determinant) > NOWHERE * size:
+        return
+    for row in range(push.shape[0]):
+        for i in range(states):
+            for j in range(inputs):
+                found[row, i] += right[i, j] / left[i, i] * push[row, j]
 
 
 @dataclass(frozen=True)
@@ -45,10 +93,9 @@ class LinearRoll:
 
     def steady(self, push: FloatArray) -> FloatArray:
         """(k, s) where the motion rests under constant inputs (k, 2); upright where it rests nowhere (springs softer than gravity)."""
-        size = float(np.prod(np.linalg.norm(self.matrix, axis=1)))
-        if not abs(float(np.linalg.det(self.matrix))) > 1e-12 * size:
-            return np.zeros((len(push), len(self.matrix)))
-        return np.asarray(-push @ np.linalg.solve(self.matrix, self.feed).T)
+        found = np.zeros((len(push), len(self.matrix)))
+        _rest(self.matrix, self.feed, np.ascontiguousarray(push), found)
+        return found
 
     def ramp(self, step: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Exact motion over `step` s (may be negative) under inputs that run straight: phi (s, s), level and slope (s, 2)."""

@@ -19,10 +19,11 @@ class _Part:
 
 @dataclass(frozen=True)
 class _Way:
-    """One way to a parameter. words: all of it; parts: what of it signals are."""
+    """One way to a parameter. words: all of it; parts: what of it signals are. file: what it takes of the vehicle file besides."""
 
     words: str
     parts: tuple[_Part, ...] = ()
+    file: str = ""
 
 
 def _each(*names: str) -> tuple[str, ...]:
@@ -39,8 +40,8 @@ _BRAKED = _Part("brake torque", ("brake_torque", "brake_pressure", *_each("brake
 _ROLL = _Part("roll or roll rate", ("roll", "roll_rate", *_each("suspension_deflection")))
 
 
-def _alone(part: _Part, words: str = "") -> _Way:
-    return _Way(words or part.words, (part,))
+def _alone(part: _Part, words: str = "", file: str = "") -> _Way:
+    return _Way(words or part.words, (part,), file)
 
 
 _OF_ROLL = "lateral acceleration, roll, and the vehicle's mass"
@@ -54,8 +55,14 @@ WAYS: Mapping[str, tuple[_Way, ...]] = {
         _alone(_FORCES),
         _Way("longitudinal acceleration with drive and brake torques", (_ALONG, _DRIVEN, _BRAKED)),
     ),
-    "cg_to_front_axle_m": (_alone(_LOADS), _alone(_DEFLECTIONS, "suspension deflections of both axles")),
-    "cg_lateral_offset_m": (_alone(_DEFLECTIONS), _alone(_FORCES, "suspension forces of both sides")),
+    "cg_to_front_axle_m": (
+        _alone(_LOADS, file="wheelbase"),
+        _alone(_DEFLECTIONS, "suspension deflections of both axles", "wheelbase and spring rates"),
+    ),
+    "cg_lateral_offset_m": (
+        _alone(_DEFLECTIONS, file="tracks and spring rates"),
+        _alone(_FORCES, "suspension forces of both sides", "tracks"),
+    ),
     "roll_gradient_degpg": (
         _Way("lateral acceleration and roll (or roll rate) while cornering", (_LATERAL, _ROLL)),
     ),
@@ -100,6 +107,8 @@ def _beside(way: _Way, signals: Collection[str]) -> str:
     """What a way lacks beside what of it is there; "" where all of it is missing, or none."""
     there = [part.words for part in way.parts if set(part.any_of) & set(signals)]
     lacks = [part.words for part in way.parts if not set(part.any_of) & set(signals)]
+    if not lacks and way.file:
+        lacks = [f"the vehicle file's {way.file}"]
     if not there or not lacks:
         return ""
     return f"{' and '.join(lacks)} beside the {' and '.join(there)} that the log has"

@@ -81,21 +81,34 @@ def test_every_line_gives_what_typer_alone_gives(line):
     assert ours.stderr == theirs.stderr
 
 
-def test_a_conversion_loads_nothing_heavy(tmp_path):
-    log = ROOT / "sample_logs" / "can" / "drive.blf"
+def loaded_by(*words: str, **environment: str) -> list[str]:
+    """Which of HEAVY a run of the program has loaded at its end."""
     program = (
         "import sys\nfrom cogest_cli.main import run\n"
         "try:\n    run()\nexcept SystemExit as end:\n    assert not end.code\n"
-        f"print('loaded', [name for name in {HEAVY!r} if name in sys.modules])\n"
+        f"print(*[name for name in {HEAVY!r} if name in sys.modules])\n"
     )
-    command = [sys.executable, "-c", program, "convert", str(log), "--out", str(tmp_path / "out")]
-    environment = os.environ | {"PYTHONPATH": str(ROOT), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
-    told = [
-        subprocess.run(
-            command, env=environment, capture_output=True, text=True, check=True
-        ).stdout.splitlines()[-1]
-        for _ in range(2)
-    ]
+    done = subprocess.run(
+        [sys.executable, "-c", program, *words],
+        env=os.environ | {"PYTHONPATH": str(ROOT)} | environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    return done.stdout.split("\n")[-2].split()
+
+
+def test_a_conversion_loads_nothing_heavy(tmp_path):
+    log = ROOT / "sample_logs" / "can" / "drive.blf"
+    words = ["convert", str(log), "--out", str(tmp_path / "out")]
+    cache = str(tmp_path / "cache")
     # the first start compiles
-    assert "'numba'" in told[0]
-    assert told[1] == "loaded []"
+    assert "numba" in loaded_by(*words, NUMBA_CACHE_DIR=cache)
+    assert loaded_by(*words, NUMBA_CACHE_DIR=cache) == []
+
+
+def test_an_analysis_whose_kernels_are_made_loads_no_numba(tmp_path):
+    log = ROOT / "sample_logs" / "csv" / "drive.csv"
+    words = ["analyze", str(log), "--format", "json", "--out", str(tmp_path / "out")]
+    # whatever was not compiled yet is at the first start
+    assert "numba" not in loaded_by(*words) or "numba" not in loaded_by(*words)

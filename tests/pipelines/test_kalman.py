@@ -69,6 +69,26 @@ def test_equals_the_plain_filter_with_holes_and_segments(clip: float) -> None:
     assert np.isnan(error[170:180]).all()
 
 
+def test_columns_side_by_side_are_as_each_by_itself() -> None:
+    rng = np.random.default_rng(5)
+    s = system(rng)
+    y = np.stack([s["y"], 3.0 * s["y"], rng.standard_normal(s["y"].shape)])
+    y[:, 50:60, 0] = np.nan
+    y[2, 200:205] = np.inf
+    segments = (np.array([0, 180]), np.array([170, 400]))
+    keys = {k: s[k] for k in ("phi", "q", "c", "r", "x0", "p0")}
+    error, variance = innovations(y, None, None, segments, clip=2.0, **keys)
+    for column, found in zip(y[:2], error, strict=False):
+        alone, wanted = innovations(
+            column, np.zeros((400, 3)), np.zeros((400, 2)), segments, clip=2.0, **keys
+        )
+        np.testing.assert_array_equal(found, alone)
+        np.testing.assert_array_equal(variance, wanted)
+    # what one column lacks alone is no output of it, and the others' gains stand
+    assert np.isnan(error[2, 200:205]).all()
+    assert np.isfinite(error[2, 206:]).all()
+
+
 def test_likelihood_is_the_joint_density() -> None:
     """Innovations and variances give the density of all outputs together, built as one big matrix."""
     rng = np.random.default_rng(2)

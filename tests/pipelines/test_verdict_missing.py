@@ -21,6 +21,7 @@ TORQUES = ("speed", "road_grade", "drive_torque", "brake_torque")
         ("mass_kg", TORQUES, "it needs longitudinal acceleration beside the drive torque and brake torque that the log has, or axle loads, or suspension forces"),
         ("mass_kg", ("speed",), "it needs axle loads, or suspension forces, or longitudinal acceleration with drive and brake torques"),
         ("mass_kg", ("accel_x",), "it needs drive torque and brake torque beside the longitudinal acceleration that the log has, or"),
+        ("cg_to_front_axle_m", ("suspension_deflection_fl",), "it needs the vehicle file's wheelbase and spring rates beside the suspension deflections that the log has, or axle loads"),
         ("roll_gradient_degpg", ("roll",), "it needs lateral acceleration beside the roll or roll rate that the log has"),
         ("roll_gradient_degpg", ("roll", "accel_y"), "it needs lateral acceleration and roll (or roll rate) while cornering"),
         ("drag_area_m2", (), "the signals for it are not there"),

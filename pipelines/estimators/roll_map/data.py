@@ -124,7 +124,7 @@ class RollData:
         spread = float(np.sum((self.accel - self.accel.mean()) ** 2))
         return float(np.sqrt(change / max(spread, 1e-12)))
 
-    @property
+    @cached_property
     def holds_course(self) -> bool:
         """Whether gravity's part of the acceleration can be taken out: the angle is there against the horizon."""
         return self.has_roll and not self.against_axles and bool(np.isfinite(self.whole_roll).all())

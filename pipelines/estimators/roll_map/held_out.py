@@ -113,7 +113,7 @@ def held_out(problem: Problem, x: FloatArray, weights: dict[str, float], spans: 
         moved = np.clip(moved, problem.low, problem.high)
         with np.errstate(over="ignore", invalid="ignore"):
             error, variance = problem.innovations(moved, weights)
-            carried = problem.carried(moved, weights)
+            carried = float(problem.carried([moved], weights)[0])
             here = float(np.nansum(huber(error[own] ** 2 / variance[own])))
             found[k] = 0.5 * carried * share * int(own.sum()) - here
             # what runs away answers noise without end, which is no gain

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from parsers.channels import IntArray
 from pipelines.estimators.roll_map.data import RollData
-from pipelines.estimators.roll_map.model import CLIP, NOISES, Known, whitened
+from pipelines.estimators.roll_map.model import CLIP, NOISES, Known, Whitener, whitened, whitener
 from pipelines.estimators.roll_map.motion import offset_slope, simulated
 from pipelines.results import FloatArray
 
@@ -91,6 +91,8 @@ class Problem:
         self.high = np.array([k.high for k in known])
         self.step = np.array([k.step for k in known])
         self.probes = (data.probe(), data.probe(angle=True)) if data.holds_course else (data.probe(),)
+        self.clean, self.clean_probes = data.cleaned(), tuple(probe.cleaned() for probe in self.probes)
+        self._last: tuple[tuple[tuple[str, float], ...], tuple[Whitener, ...]] | None = None
         self.rows = int(np.isfinite(data.roll if data.has_roll else data.rate).sum())
         usual = named(known, self.near({}))
         none = np.zeros_like(simulated(data, usual))
@@ -120,12 +122,16 @@ class Problem:
         """Minus the log prior."""
         return 0.5 * float(np.sum(self.weight * (x - self.mean) ** 2))
 
-    def innovations(
-        self, x: FloatArray, weights: Mapping[str, float], miss: FloatArray | None = None
-    ) -> tuple[FloatArray, FloatArray]:
-        """Innovations and variances of the motion x, weighed as at `weights`. miss: what the motion leaves over, where it is known."""
-        left = simulated(self.data, named(self.known, x)) if miss is None else miss
-        return whitened(self.data, weights, left)
+    def whiteners(self, weights: Mapping[str, float]) -> tuple[Whitener, ...]:
+        """Of the data, and of each probe, at these weights. A climb asks again and again for the same ones: the last are kept."""
+        asked = tuple(weights.items())
+        if self._last is None or self._last[0] != asked:
+            self._last = asked, tuple(whitener(each, weights) for each in (self.data, *self.probes))
+        return self._last[1]
+
+    def innovations(self, x: FloatArray, weights: Mapping[str, float]) -> tuple[FloatArray, FloatArray]:
+        """Innovations and variances of the motion x, weighed as at `weights`."""
+        return self.whiteners(weights)[0](simulated(self.data, named(self.known, x)))
 
     def stands(self, error: FloatArray, variance: FloatArray) -> bool:
         """Whether a motion did not run away: most outputs compared, none farther off than numbers of any use are.
@@ -141,13 +147,16 @@ class Problem:
         of_angle = math.exp(2 * weights.get("log_roll_noise", 0.0)) * self.data.every
         return (math.exp(2 * weights["log_input_noise"]) / self.data.step_s, of_angle)[: len(self.probes)]
 
-    def carried(self, x: FloatArray, weights: Mapping[str, float]) -> float:
-        """What the input's noise adds to the sum of the normalised squares, by the answer to a single sample of it."""
-        values = named(self.known, x) | dict.fromkeys(QUIET, 0.0)
-        total = 0.0
-        for probe, size in zip(self.probes, self.a_sample(weights), strict=True):
-            error, variance = whitened(probe, weights, simulated(probe, values), clip=1e9)
-            total += size * float(np.nansum(error * error / variance))
+    def carried(self, points: Sequence[FloatArray], weights: Mapping[str, float]) -> FloatArray:
+        """(k,) what the input's noise adds to the sum of the normalised squares at each point, by the answer to a single sample of it."""
+        quiet = dict.fromkeys(QUIET, 0.0)
+        total = np.zeros(len(points))
+        for probe, whiten, size in zip(
+            self.probes, self.whiteners(weights)[1:], self.a_sample(weights), strict=True
+        ):
+            answers = [simulated(probe, named(self.known, x) | quiet) for x in points]
+            error, variance = whiten(np.stack(answers), clip=1e9)
+            total += size * np.nansum(error * error / variance, axis=(1, 2))
         return self.rows * self.data.every * total
 
     def cost(self, x: FloatArray, weights: Mapping[str, float] | None) -> float:
@@ -161,7 +170,7 @@ class Problem:
             if weights is None:
                 value += 0.5 * float(np.nansum(np.log(variance)))
             else:
-                carried = self.carried(x, weights)
+                carried = float(self.carried([x], weights)[0])
                 value -= 0.5 * carried if carried < RAN_OFF * self.rows else -math.inf
         return value if math.isfinite(value) else math.inf
 
@@ -184,46 +193,68 @@ class Problem:
             growth[row] = np.nan_to_num(np.log(wider / variance) / step)
         return Slopes(error / np.sqrt(variance), slope, growth)
 
+    def _beside(
+        self, x: FloatArray, i: int, miss: FloatArray, *, back: bool = False
+    ) -> tuple[FloatArray, float, FloatArray]:
+        """A point beside x along one parameter, how far off it lies, and what it leaves over. miss: what x does."""
+        other, step = self._moved(x, i, back=back)
+        added = offset_slope(self.data, self.known[i].name)
+        return (
+            other,
+            step,
+            simulated(self.data, named(self.known, other)) if added is None else miss - step * added,
+        )
+
     def of_motion(self, x: FloatArray, weights: Mapping[str, float]) -> Slopes:
         """The motion's slopes; what the input's noise adds is spread over the rows as `given`."""
+        places = self.motion.tolist()
+        loud = [row for row, i in enumerate(places) if self.known[i].name not in QUIET]
+        whiten = self.whiteners(weights)[0]
         miss = simulated(self.data, named(self.known, x))
-        error, variance = self.innovations(x, weights, miss)
-        slope = np.zeros((len(self.motion), *error.shape))
-        given = np.zeros(len(self.motion))
-        noise = self.carried(x, weights)
-        for row, i in enumerate(self.motion.tolist()):
-            name = self.known[i].name
-            added = offset_slope(self.data, name)
+        with np.errstate(over="ignore", invalid="ignore"):
+            beside = [self._beside(x, i, miss) for i in places]
+            errors, variance = whiten(np.stack((miss, *(left for _, _, left in beside))))
+            carried = self.carried([x, *(beside[row][0] for row in loud)], weights)
+        error, noise = errors[0], float(carried[0])
+        adds = np.full(len(places), noise)
+        adds[loud] = carried[1:]
+        slope = np.zeros((len(places), *error.shape))
+        given = np.zeros(len(places))
+        for row, i in enumerate(places):
+            moved, step, more = errors[1 + row], beside[row][1], float(adds[row])
             # beside the last motion that stands only one of the two sides can be looked at
-            for back in (False, True):
-                other, step = self._moved(x, i, back=back)
+            if not self._can_be_seen(moved, variance, more):
                 with np.errstate(over="ignore", invalid="ignore"):
-                    moved, wide = self.innovations(
-                        other, weights, None if added is None else miss - step * added
-                    )
-                    carried = noise if name in QUIET else self.carried(other, weights)
-                    stands = self.stands(moved, wide) and abs(carried) < RAN_OFF * self.rows
-                if stands:
-                    slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
-                    given[row] = 0.5 * (carried - noise) / step
-                    break
+                    other, step, left = self._beside(x, i, miss, back=True)
+                    moved = whiten(left)[0]
+                    more = float(self.carried([other], weights)[0]) if row in loud else noise
+                if not self._can_be_seen(moved, variance, more):
+                    continue
+            slope[row] = np.nan_to_num((moved - error) / step / np.sqrt(variance))
+            given[row] = 0.5 * (more - noise) / step
         return Slopes(error / np.sqrt(variance), slope, np.zeros_like(slope), given)
 
+    def _can_be_seen(self, error: FloatArray, variance: FloatArray, carried: float) -> bool:
+        """Whether a motion and what the input's noise adds to it are of any use."""
+        with np.errstate(invalid="ignore"):
+            return self.stands(error, variance) and abs(carried) < RAN_OFF * self.rows
+
     def taught_by(self, data: RollData, x: FloatArray, values: Mapping[str, float]) -> FloatArray:
-        """(p, n, m) what the motion's parameters do to the normalised innovations of some data, weighed as at x."""
-        here = named(self.known, x)
-        base = simulated(data, {**here, **values})
-        slope = np.zeros((len(self.motion), *base.shape))
+        """(p, n, m) what the motion's parameters do to the normalised innovations of some data, weighed as at x.
+
+        data: with the rows and channels of the problem's, or of one of its probes.
+        """
+        base = simulated(data, {**named(self.known, x), **values})
+        changes = np.empty((len(self.motion), *base.shape))
         for row, i in enumerate(self.motion.tolist()):
             other, step = self._moved(x, i)
-            change = (simulated(data, {**named(self.known, other), **values}) - base) / step
-            error, variance = whitened(data, here, change, clip=1e9)
-            slope[row] = np.nan_to_num(error / np.sqrt(variance))
-        return slope
+            changes[row] = (simulated(data, {**named(self.known, other), **values}) - base) / step
+        error, variance = replace(self.whiteners(named(self.known, x))[0], data=data)(changes, clip=1e9)
+        return np.nan_to_num(error / np.sqrt(variance))
 
     def taught(self, x: FloatArray) -> FloatArray:
         """(p, n, m) what the motion's parameters do to the normalised innovations, by the part of the input that is motion.
 
         The noise of the input teaches nothing: it is left out here, and so is what the parameters do to the weights.
         """
-        return self.taught_by(self.data.cleaned(), x, {})
+        return self.taught_by(self.clean, x, {})

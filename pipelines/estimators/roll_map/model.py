@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -164,24 +165,62 @@ def known_parameters(
     return (*found, *_noise_levels(data))
 
 
-def whitened(
-    data: RollData, p: Mapping[str, float], miss: FloatArray, *, clip: float = CLIP
-) -> tuple[FloatArray, FloatArray]:
-    """Innovations and variances (n, m) of what a simulation leaves over.
+@dataclass(frozen=True)
+class Whitener:
+    """The filter that turns what simulations of some data leave over into innovations, at one set of noises; see `whitener`."""
 
-    That is noise of the sensors, bank, the accelerometer's noise as the simulation takes it for motion, and roll motion that the
-    road makes. The last one's spectrum is taken to be a usual car's, not that of the parameters: else the colour of the noise, and
+    data: RollData
+    phi: FloatArray
+    q: FloatArray
+    c: FloatArray
+    r: FloatArray
+    p0: FloatArray
+
+    def __call__(self, miss: FloatArray, *, clip: float = CLIP) -> tuple[FloatArray, FloatArray]:
+        """Innovations, as large as `miss` ((n, m), or (k, n, m): k simulations of one log, in one pass), and variances (n, m)."""
+        taken, starts, stops = self.data.taken
+        segments = len(starts)
+        error, variance = innovations(
+            miss[..., taken, :],
+            None,
+            None,
+            (starts, stops),
+            phi=self.phi,
+            q=self.q,
+            c=self.c,
+            r=self.r,
+            x0=np.zeros((segments, len(self.phi))),
+            p0=self.p0,
+            clip=clip,
+        )
+        if len(taken) == miss.shape[-2]:
+            return error, variance
+        errors, variances = np.full(miss.shape, np.nan), np.full(miss.shape[-2:], np.nan)
+        errors[..., taken, :], variances[taken] = error, variance
+        return errors, variances
+
+
+@lru_cache(maxsize=64)
+def _transition(roll: RollCoefficients, step: float) -> FloatArray:
+    """(2, 2) of a row's step. Kept: while levels are sought the motion stands, and the usual car's is one for a whole drive."""
+    found = discretise(roll, step)[0]
+    found.setflags(write=False)
+    return found
+
+
+def whitener(data: RollData, p: Mapping[str, float]) -> Whitener:
+    """The filter for the noises and the motion of `p`.
+
+    What a simulation leaves over is noise of the sensors, bank, the accelerometer's noise as the simulation takes it for motion, and
+    roll motion that the road makes. The last one's spectrum is taken to be a usual car's, not that of the parameters: else the colour of the noise, and
     not the answer to the acceleration, would decide on b and c (in a slow slalom on a banked road c came out three times too large).
     """
-    taken, starts, stops = data.taken
     step = data.step_s * data.every
     fade = math.exp(-step / BANK_TIME_S)
     bank = math.exp(2 * p["log_bank"]) if "log_bank" in p else 0.0
     own = RollCoefficients(p["a"] - (GRAVITY if data.holds_course else 0.0), p["b"], p["c"])
     phi = np.zeros((5, 5))
-    phi[:2, :2] = discretise(USUAL_ROLL, step)[0]
-    phi[2:4, 2:4] = discretise(own, step)[0]
-    phi[4, 4] = fade
+    phi[:2, :2], phi[2:4, 2:4], phi[4, 4] = _transition(USUAL_ROLL, step), _transition(own, step), fade
     q = np.zeros((5, 5))
     q[:2, :2] = process_noise(USUAL_ROLL, math.exp(2 * p["log_push"]), step)
     q[2:4, 2:4] = process_noise(own, math.exp(2 * p["log_input_noise"]), step)
@@ -195,23 +234,15 @@ def whitened(
         gain = rate_gain(data, p)
         rows.append([0.0, gain, 0.0, gain, 0.0])
         noise.append(math.exp(2 * p["log_rate_noise"]))
-    here = miss[taken]
-    error, variance = innovations(
-        here,
-        np.zeros((len(taken), 5)),
-        np.zeros_like(here),
-        (starts, stops),
-        phi=phi,
-        q=q,
-        c=np.array(rows),
-        r=np.array(noise),
-        x0=np.zeros((len(data.starts), 5)),
-        p0=np.diag([1e-8, 1e-8, 0.03**2, 0.2**2, max(bank, 1e-12)]),
-        clip=clip,
-    )
-    everywhere = np.full((2, *miss.shape), np.nan)
-    everywhere[:, taken] = error, variance
-    return everywhere[0], everywhere[1]
+    p0 = np.diag([1e-8, 1e-8, 0.03**2, 0.2**2, max(bank, 1e-12)])
+    return Whitener(data, phi, q, np.array(rows), np.array(noise), p0)
+
+
+def whitened(
+    data: RollData, p: Mapping[str, float], miss: FloatArray, *, clip: float = CLIP
+) -> tuple[FloatArray, FloatArray]:
+    """Innovations and variances (n, m) of what a simulation leaves over, by the `whitener` of `p`."""
+    return whitener(data, p)(miss, clip=clip)
 
 
 def run(data: RollData, p: Mapping[str, float]) -> tuple[FloatArray, FloatArray, FloatArray]:

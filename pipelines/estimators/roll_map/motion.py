@@ -87,20 +87,25 @@ def _earlier_rows(data: RollData, column: FloatArray) -> FloatArray:
     return earlier
 
 
-def _run(
-    data: RollData, model: LinearRoll, push: FloatArray, rows: FloatArray, feed: FloatArray | float = 0.0
-) -> FloatArray:
-    """(n, k) outputs rows x + feed of the model under inputs (n, 2), from rest at each segment's start; rows: (k, s)."""
+Hold = tuple[FloatArray, FloatArray, FloatArray]
+"""A model's step of one row under inputs that run straight: `LinearRoll.held`."""
+
+
+def _run(data: RollData, model: LinearRoll, hold: Hold, push: FloatArray, rows: FloatArray) -> FloatArray:
+    """(n, k) outputs rows x of the model under inputs (n, 2), from rest at each segment's start; rows: (k, s)."""
     first = model.steady(push[data.starts])
-    return feed + driven(push, (data.starts, data.stops), model.held(data.step_s), rows, first)
+    return driven(push, (data.starts, data.stops), hold, rows, first)
 
 
-def suspension_motion(data: RollData, model: LinearRoll, accel: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """(n,) angle and rate of the body against what its springs stand on, in the linear model."""
+def suspension_motion(
+    data: RollData, model: LinearRoll, accel: FloatArray, hold: Hold | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """(n,) angle and rate of the body against what its springs stand on, in the linear model. hold: the model's, where it is made already."""
     push = np.column_stack((accel, np.zeros_like(accel)))
     row = model.between
     rate = row @ model.matrix
-    angle, moving = _run(data, model, push, np.array([row, rate])).T
+    hold = model.held(data.step_s) if hold is None else hold
+    angle, moving = _run(data, model, hold, push, np.array([row, rate])).T
     # what the inputs add to the rate at once (tyres without inertia)
     return angle, np.asarray(moving + push @ (row @ model.feed))
 
@@ -172,15 +177,16 @@ def simulated(data: RollData, p: Mapping[str, float]) -> FloatArray:
     horizon, c φ'' + b φ' + (a - g) φ = f - g φ is simulated, the same equation with that input.
     """
     model, accel = linear_of(data, p), input_of(data, p)
+    hold = model.held(data.step_s)
     push = np.column_stack((accel, np.zeros_like(accel)))
     if any(p.get(name) for name in ("stiffening", "friction", "knee")):
-        push[:, 1] = _held(data, p, *suspension_motion(data, model, accel))
+        push[:, 1] = _held(data, p, *suspension_motion(data, model, accel, hold))
     rows: list[FloatArray] = []
-    feed: list[FloatArray] = []
+    feed: list[FloatArray | float] = []
     measured: list[FloatArray] = []
     if data.has_roll:
         rows.append(model.angle)
-        feed.append(np.full(data.size, p["roll_offset"]))
+        feed.append(p["roll_offset"])
         measured.append(data.roll)
     if data.has_rate:
         # the rate comes `rate_lag` after the angle: the model's rate is read that much earlier, exactly
@@ -191,7 +197,9 @@ def simulated(data: RollData, p: Mapping[str, float]) -> FloatArray:
         rows.append(model.rate @ moved)
         feed.append(offset + push @ (model.rate @ level) + slope @ (model.rate @ ramp) / data.step_s)
         measured.append(data.rate)
-    found = _run(data, model, push, np.array(rows), np.column_stack(feed))
+    found = _run(data, model, hold, push, np.array(rows))
+    for column, added in enumerate(feed):
+        found[:, column] += added
     if p.get("smoothing") and data.has_roll:
         found[:, 0] = _smoothed(data, found[:, 0], p["smoothing"])
     return np.column_stack(measured) - found

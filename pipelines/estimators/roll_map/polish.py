@@ -13,7 +13,7 @@ import numpy as np
 
 from pipelines.estimators.roll_map.climb import TURNED, level
 from pipelines.estimators.roll_map.likelihood import QUIET, Problem, named
-from pipelines.estimators.roll_map.model import CLIP, whitened
+from pipelines.estimators.roll_map.model import CLIP
 from pipelines.estimators.roll_map.motion import simulated
 from pipelines.results import FloatArray
 
@@ -29,9 +29,15 @@ def _gradient(problem: Problem, x: FloatArray, taught: FloatArray) -> FloatArray
     error, variance = problem.innovations(x, here)
     psi = np.clip(np.nan_to_num(error / np.sqrt(variance)), -CLIP, CLIP)
     found = -(taught * psi).sum(axis=(1, 2)) - (problem.weight * (x - problem.mean))[problem.motion]
-    for probe, size in zip(problem.probes, problem.a_sample(here), strict=True):
-        noise, spread = whitened(probe, here, simulated(probe, here | quiet), clip=1e9)
-        both = problem.taught_by(probe.cleaned(), x, quiet) * np.nan_to_num(noise / np.sqrt(spread))
+    for probe, clean, whiten, size in zip(
+        problem.probes,
+        problem.clean_probes,
+        problem.whiteners(here)[1:],
+        problem.a_sample(here),
+        strict=True,
+    ):
+        noise, spread = whiten(simulated(probe, here | quiet), clip=1e9)
+        both = problem.taught_by(clean, x, quiet) * np.nan_to_num(noise / np.sqrt(spread))
         found += problem.rows * problem.data.every * size * both.sum(axis=(1, 2))
     return np.asarray(found)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from copy import deepcopy
 
 import numpy as np
 
@@ -167,9 +168,21 @@ def run_particles(
         np.asarray(settings.walk, dtype=np.float64),
         rows,
     )
+    random = random_state(rng)
+    # as many as there could be; the generator itself moves on by those that were taken, so that what comes after does not hang on the length
+    chances = deepcopy(rng).random(len(accel))
     left, lost, holds = run(
-        rng, random_state(rng), signals, _start(settings), rules, (tables[0], tables[1]), count, record
+        chances,
+        random,
+        signals,
+        _start(settings),
+        rules,
+        (tables[0], tables[1]),
+        (tables[0].reshape(-1), tables[1].reshape(-1)),
+        count,
+        record,
     )
+    rng.random(int(np.count_nonzero(record.survivors)))
     final = columns_of(tables[holds], left, WEIGHT // LANES + 1)
     cloud = Cloud(np.ascontiguousarray(final[:, :THETA]), np.ascontiguousarray(final[:, WEIGHT // LANES]))
     return _result(record, lost, cloud, rows, np.isfinite(y))

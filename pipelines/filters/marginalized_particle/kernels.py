@@ -211,21 +211,24 @@ def pass_over(
 
 @kernel
 def run(
-    rng: np.random.Generator,
+    chances: FloatArray,
     random: RandomState,
     signals: Signals,
     start: Start,
     rules: Rules,
     tables: tuple[FloatArray, FloatArray],
+    lines: tuple[FloatArray, FloatArray],
     particles: int,
     record: Record,
 ) -> tuple[int, int, int]:
-    """Algorithm 2. tables: two of (tiles, width), θ and weights (sum one) of the prior in the first. random: of the moves.
+    """Algorithm 2. tables: two of (tiles, width), θ and weights (sum one) of the prior in the first. random: of the moves. chances:
+    one from 0 to 1 for each time that particles are chosen anew, in turn. lines: the tables' numbers, each in one line.
 
     Returns how many particles there are at the end, samples at which all weight was lost, and which table holds them.
     """
     table, spare = tables
-    holds, lost, kept = 0, 0, 0
+    line, other = lines
+    holds, lost, kept, drawn = 0, 0, 0, 0
     states = 5 if rules.offsets else 2
     innovations, highest = np.zeros(4), np.zeros(LANES)
     bins = (np.zeros(3 * BINS), np.zeros(3 * LANES, dtype=np.int64))
@@ -248,9 +251,7 @@ def run(
         if segment == 0:
             does |= AFRESH | DISCRETISED
         this = Pass(first, does, 1.0, 0.0)
-        pass_over(
-            this, table, spare.reshape(-1), particles, signals, start, rules, random, cloud, chosen, moved
-        )
+        pass_over(this, table, other, particles, signals, start, rules, random, cloud, chosen, moved)
         for k in range(first, stop):
             over, evidence, squares, heaviest, none = weigh_sample(
                 k, table, particles, start, rules, work, record
@@ -270,14 +271,14 @@ def run(
                 if smoothed:
                     cloud = cloud_root(table, particles, over, heaviest, states, rules.mirror)
                 weights_of(table, particles, over, weights)
-                record.survivors[k] = resample(weights, particles, size, rng.random(), chosen)
+                record.survivors[k] = resample(weights, particles, size, chances[drawn], chosen)
+                drawn += 1
                 table, spare, holds, particles = spare, table, 1 - holds, size
+                line, other = other, line
             does = RENEWED if again else LEVELED
             does |= 0 if last else ADVANCED | MEASURED
             does |= SMOOTHED | DISCRETISED if smoothed else 0
             does |= WALKED | DISCRETISED if walked else 0
             this = Pass(k + 1, does, over, evidence)
-            pass_over(
-                this, table, spare.reshape(-1), particles, signals, start, rules, random, cloud, chosen, moved
-            )
+            pass_over(this, table, other, particles, signals, start, rules, random, cloud, chosen, moved)
     return particles, lost, holds

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,14 @@ def test_what_cannot_be_told_and_what_it_would_take(tmp_path):
     cannot = dict(told.cannot)
     assert "accel_y" in cannot["cg_height_m"]
     assert "mass_kg" in cannot
+
+
+def test_what_hangs_on_a_mass_that_nobody_states_is_not_promised(samples, tmp_path):
+    shutil.copy(samples / "csv" / "drive.csv", tmp_path / "drive.csv")
+    cannot = dict(outlook(drives(tmp_path)["drive.csv"]).cannot)
+    assert "mass_kg" in cannot["cg_height_m"] == cannot["mass_kg"] == cannot["roll_stiffness_nmprad"]
+    (tmp_path / "vehicle.toml").write_text("[vehicle]\nmass_kg = 1890\n")
+    assert "cg_height_m" not in dict(outlook(drives(tmp_path)["drive.csv"]).cannot)
 
 
 def test_problems_are_told_not_raised(samples, tmp_path):
