@@ -56,6 +56,7 @@ REST = Belongs(
 DRIVEN = Belongs(0.7, "in which gear a drive was braked, and how far an electric motor helped")
 WORKING = Belongs(1.0, "how far a drive's load and motion go into the bump stops, from where it stands")
 WOUND = Belongs(1.0, "what brakes that hold wind up in the links is another thing at every stop")
+TRAILER = Belongs(1.0, "a trailer is another drive's no more")
 ROAD = Belongs(1.0, "of the road that was driven, and of that day's air")
 DRIFT = Belongs(0.4, "zero errors: a part is the sensor's, a part drifts with temperature")
 TYRE = Belongs(0.0, "tyre pressure and temperature change", scatter=0.03)
@@ -81,7 +82,7 @@ RULES: Mapping[str, Belongs] = {
     "imu": PLACED, "askew": PLACED, "scale": MOUNTED, "suspension_scale": MOUNTED, "tyre_scale": MOUNTED,
     "axle_scale": MOUNTED, "drive_scale": ENGINE, "brake_scale": ENGINE,
     "late": DELAY, "gain": DELAY,
-    "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "banked_bends": ROAD, "air": ROAD,
+    "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "banked_bends": ROAD, "air": ROAD, "towed": TRAILER, "hitch": TRAILER, "pushes": TRAILER,
     "offset": DRIFT, "zero": DRIFT, "suspension_zero": DRIFT, "tyre_zero": DRIFT, "axle_zero": DRIFT,
     "brake_zero": DRIFT, "pitch_bias": DRIFT,
     "tyre_rate": TYRE, "radius": WHEEL, "bump": OIL, "rebound": OIL, "friction": OIL, "drag": AIR, "rolling": ROLLING,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -13,7 +14,8 @@ from pipelines.evidence import Evidence
 from pipelines.joint.channels import WRONG
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
-from pipelines.joint.doubts.carried import BELLOWS
+from pipelines.joint.doubts.carried import BELLOWS, LEVELS
+from pipelines.joint.doubts.carried import LEVELLED as CHANCE_LEVELLED
 from pipelines.joint.file_check import LOAD, file_check
 from pipelines.joint.posterior import Joint, extended, find_mode
 from pipelines.joint.vehicle.stated import stated_beside
@@ -27,15 +29,18 @@ from pipelines.joint.ways.levelled import as_levelled, rather_another_load
 from pipelines.joint.ways.on_stops import NAME as STOPS
 from pipelines.joint.ways.on_stops import TEXT as STOPS_TEXT
 from pipelines.joint.ways.on_stops import stop_ways
-from pipelines.joint.ways.rigid_tyres import CHANCE, rigid, rigid_odds
+from pipelines.joint.ways.rigid_tyres import CHANCE, log_odds, rigid, rigid_odds
 from pipelines.joint.ways.rigid_tyres import NAME as RIGID
 from pipelines.joint.ways.rigid_tyres import TEXT as RIGID_TEXT
 from pipelines.joint.ways.slip_way import NAME as SLIPS
 from pipelines.joint.ways.slip_way import TEXT as SLIPS_TEXT
 from pipelines.joint.ways.slip_way import slip_ways
+from pipelines.joint.ways.towed import NAME as TOWED
+from pipelines.joint.ways.towed import towed_text, towed_ways
 from pipelines.joint.ways.travel_scale import NAME as SCALED
 from pipelines.joint.ways.travel_scale import opened, scale_odds, text_of
 from pipelines.results import FloatArray
+from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
 Modes = list[tuple[FloatArray, FloatArray]]
@@ -49,6 +54,9 @@ HEARD = CHANCE
 
 ASKED = 1e-3
 """Probability of a misfit below which the file is asked for its cause: above it chance, or a model's own error, is likelier."""
+
+BY_FAR = 3.0
+"""ln odds up to which two explanations of one thing both stay open."""
 
 UNKNOWN = 0.3
 """Chance that a conflict is of nothing that is asked here: the answers as they were stay in by that."""
@@ -141,20 +149,23 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         return None
     whole, found = (*kept, *stated), []
     joint, modes = _modes(whole, known, rng)
-    levelled = as_levelled(joint, vehicle)
+    levelled, raised = as_levelled(joint, vehicle), None
     if levelled is not None:
-        raised = before_the_log(levelled)
-        high, ends = _modes(whole, raised, rng)
-        if not rather_another_load(joint, high, whole, known, vehicle):
-            vehicle, known, joint, modes = levelled, raised, high, ends
+        lifted = before_the_log(levelled)
+        high, ends = _modes(whole, lifted, rng)
+        raised = _raised(joint, high, lifted, whole, known, vehicle)
+        if raised is not None and _no_trailer(raised, joint, whole, known, vehicle):
+            vehicle, known, joint, modes, raised = levelled, lifted, high, ends, None
             found.append(LEVELLED)
     checks = before = check(joint)
     plain, left = _weighed(_ways(joint, whole, known, vehicle))
     if left:
         # what looks like tyres or sensors may be the file
-        plain, left = _weighed([*(way for _, way in left), *_springs_or_file(joint, whole, known, vehicle)])
+        plain, left = _weighed(
+            [*(way for _, way in left), *_springs_or_file(joint, whole, known, vehicle, raised)]
+        )
     elif min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED:
-        plain, left = _weighed([*_springs_or_file(joint, whole, known, vehicle)])
+        plain, left = _weighed([*_springs_or_file(joint, whole, known, vehicle, raised)])
         if not (left and _settles(*left[0], vehicle)):
             plain, left = _beside_unknown(plain, left)
     if left and left[0][0] > SURE:
@@ -203,10 +214,34 @@ def _beside_unknown(plain: float, left: list[tuple[float, _Way]]) -> tuple[float
     return UNKNOWN, [(chance * (1 - UNKNOWN) / rest, way) for chance, way in left]
 
 
+def _raised(
+    joint: Joint, high: Joint, lifted: Known, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
+) -> _Way | None:
+    """Springs that level themselves as one way among others; None where a stated load that is wrong explains the drive better."""
+    if rather_another_load(joint, high, whole, known, vehicle):
+        return None
+    odds = log_odds(joint, high) + math.log(0.5 * CHANCE_LEVELLED[kind_of(vehicle)])
+    return _Way(LEVELS, odds, high, lifted, whole, lambda _: LEVELLED, alone=True)
+
+
+def _no_trailer(
+    raised: _Way, joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
+) -> bool:
+    """Whether springs that level themselves explain by far what a trailer would: mass that follows the torques and that the springs do not show."""
+    return all(odds < raised.odds - BY_FAR for odds, *_ in towed_ways(joint, whole, known, vehicle))
+
+
 def _springs_or_file(
-    joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
+    joint: Joint,
+    whole: tuple[Evidence, ...],
+    known: Known,
+    vehicle: Vehicle,
+    raised: _Way | None,
 ) -> Iterator[_Way]:
-    """Springs that are none any more under the load, figures of the file that may be wrong, slips that may be, and channels of a wrong scale."""
+    """Springs that are none any more under the load, figures of the file that may be wrong, slips that may be, what is towed, and channels
+    of a wrong scale. raised: springs that level themselves, where it is not settled that they do."""
+    if raised is not None:
+        yield raised
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     # the road tells the wheelbase by itself, and no other figure with it
@@ -216,6 +251,8 @@ def _springs_or_file(
         yield _Way(f"{title} wrong", odds, found, free, joined, partial(_not_its, title), title, alone)
     for odds, found, unsure in slip_ways(joint, whole, known):
         yield _Way(SLIPS, odds, found, known, unsure, lambda _: SLIPS_TEXT, alone=True)
+    for odds, found, free in towed_ways(joint, whole, known, vehicle):
+        yield _Way(TOWED, odds, found, free, whole, towed_text, alone=True)
     for name, odds, found, free in channel_ways(joint, whole, known):
         text = partial(_another_channel, name)
         yield _Way(WRONG.format(name), odds, found, free, whole, text, name, alone=True)

@@ -129,9 +129,6 @@ def test_the_angles_noise_in_the_input_is_counted_as_it_is_on_average() -> None:
 
 def _of_the_angle(problem: Problem, x: FloatArray, weights: dict[str, float]) -> float:
     """What the noises carry, less the accelerometer's part."""
-    both = problem.carried(x, weights)
-    probes = problem.probes
-    problem.probes = probes[:1]
-    accel = problem.carried(x, weights)
-    problem.probes = probes
-    return both - accel
+    other = Problem(problem.data, problem.known)
+    other.probes = other.probes[:1]
+    return float((problem.carried([x], weights) - other.carried([x], weights))[0])

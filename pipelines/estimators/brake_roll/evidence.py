@@ -32,6 +32,7 @@ from pipelines.joint.from_parameters import Told, direct, evidence_of, loaded_bo
 from pipelines.joint.vehicle.body import even_factor
 from pipelines.joint.vehicle.laden import axis_lever, roll_springs, side_patches
 from pipelines.joint.vehicle.outputs import roll_stiffness_of
+from pipelines.joint.vehicle.unknowns import TOWED
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.bends import road_share
 from pipelines.vehicles.vehicle import Vehicle
@@ -115,14 +116,14 @@ def _longitudinal(
         arm = used / (values["radius"] * values[ARM])
         brake = even_factor(values["brake_gain"] / nominal if gained else values["brake_scale"])
         return [
-            body.mass,
+            body.mass + values[TOWED],
             brake * arm - 1,
             even_factor(values["drive_scale"]) * arm - 1,
             values["drag"],
             values["rolling"],
         ]
 
-    names = (*BODY, "brake_gain" if gained else "brake_scale", "drive_scale", "drag", "rolling")
+    names = (*BODY, "brake_gain" if gained else "brake_scale", "drive_scale", "drag", "rolling", TOWED)
     return evidence_of(
         "longitudinal", "torques", "torques against longitudinal acceleration", SOURCE, told, parameters, names,
         (Unknown(ARM, 1.0, share),),

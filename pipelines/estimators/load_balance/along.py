@@ -16,7 +16,7 @@ from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, air_pressure
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Coefficients, Relation, make_relation
 from pipelines.joint.vehicle.body import BRAKED_FRONT, even_factor
-from pipelines.joint.vehicle.unknowns import Body, Known, Values, body_of
+from pipelines.joint.vehicle.unknowns import TOWED, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 
 SLOWEST = 3.0
@@ -58,8 +58,10 @@ def along_terms(
             add(terms, "drive", 1.0)
         for mode, name, front in (("brake", "on", BRAKED_FRONT), ("drive", "off", p["drive_front"])):
             radius, grows = rolling_radius(p, body, front)
-            mass = grip * radius * body.mass / scale[mode]
-            add(terms, f"fx2_{mode}", -grip * grows * body.mass / scale[mode])
+            # what is towed takes part in all that goes along the road
+            moved = body.mass + p[TOWED] * (p["pushes"] if mode == "brake" else 1.0)
+            mass = grip * radius * moved / scale[mode]
+            add(terms, f"fx2_{mode}", -grip * grows * moved / scale[mode])
             if guessed and springs:
                 add(terms, f"fx_{mode}", -mass * (1 + (0.5 + 0.5 * p["tilt"]) * GRAVITY * nod(p, mode, sag)))
             else:

@@ -47,7 +47,7 @@ from pipelines.estimators.load_balance.specific_force import forward, sideways, 
 from pipelines.joint.vehicle.body import body_inertias
 from pipelines.joint.vehicle.laden import axis_lever, patch_lag, side_patches, widened
 from pipelines.joint.vehicle.poles import dip_levers, past_the_springs, pitch_centres
-from pipelines.joint.vehicle.unknowns import AXLES, BY_SPRINGS, Body, Known, Values, body_of
+from pipelines.joint.vehicle.unknowns import AXLES, BY_SPRINGS, TOWED, Body, Known, Values, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
 
@@ -110,7 +110,11 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
         lag = patch_lag(p)
         links = (springs * (braking - lag), springs * (driving - lag))
         past = springs * past_the_springs(p)
-    brake, drive = (gain * (body.moment - body.mass * link - past) for link in links)
+    towed = p[TOWED] * p["hitch"]
+    brake, drive = (
+        gain * (body.moment + pull - body.mass * link - past)
+        for link, pull in zip(links, (towed * p["pushes"], towed), strict=True)
+    )
     # drag passes the tyres by, and rolling resistance is no brake's
     pressure = air_pressure(p) * p["drag"]
     add(terms, "on_rolling", -(links[0] - links[1]) * p["rolling"] * body.mass * GRAVITY)

@@ -120,6 +120,9 @@ _WORDS: Mapping[str, str] = {
     "poles_rear": "rear axle's share in that",
     "poles_stay": "whether no load brings the pitch centre down",
     "recovered": "share of a stop that a motor takes",
+    "towed": "mass of a trailer",
+    "hitch": "how high a trailer pulls",
+    "pushes": "share of a trailer that pushes in braking",
 }
 
 

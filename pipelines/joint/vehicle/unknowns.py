@@ -38,6 +38,7 @@ __all__ = [
     "BY_SPRINGS",
     "CORNERS",
     "SPRINGS_CARRY",
+    "TOWED",
     "TYRE_SHARE",
     "Body",
     "Known",
@@ -54,6 +55,7 @@ ASKEW = 0.014
 """rad about each axis that an inertial unit sits askew: brackets and boards are held to 2 degrees."""
 
 BY_SPRINGS = "axle_by_springs"
+TOWED = "towed"
 """Of axle loads: 0 what the tyres carry, 1 what the springs do."""
 
 SPRINGS_CARRY = (1.0, 0.3)
@@ -281,6 +283,11 @@ def before_the_log(vehicle: Vehicle) -> Known:
     book.put("guessed_swing", 1.0, 1.0)
     poles(book)
     book.put("recovered", *usual_recovery(vehicle))
+    # a trailer, kg, that the log is asked for where it contradicts itself (`ways.towed`); how high it pulls, and how much of it pushes
+    # in braking: some have brakes of their own
+    book.put(TOWED, 0.0, 1.0)
+    book.put("hitch", 0.4, 0.15)
+    book.put("pushes", 0.7, 0.4)
     table = np.array(list(book.rows.values()))
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,
