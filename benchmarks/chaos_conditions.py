@@ -9,6 +9,7 @@ leaves out, by the condition of the draw.
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import sys
 from pathlib import Path
@@ -78,7 +79,11 @@ def costs(draws: int) -> None:
 
 def main() -> None:
     """Print both tables."""
-    draws = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("draws", nargs="?", type=int, default=200, help="random ones (default 200)")
+    draws = parser.parse_args().draws
     conditions(draws)
     costs(draws)
 

@@ -1,14 +1,14 @@
 """What an engine costs beside the work: start-up, and a task that does nothing.
 
-python benchmarks/engine_overhead.py [TASKS] [WORKERS]
+python benchmarks/engine_overhead.py [tasks] [workers]
 
 The last column holds it against a one-minute drive, taken as 3 s of work; the aim is at most 5 %.
 """
 
 from __future__ import annotations
 
+import argparse
 import statistics
-import sys
 import time
 from collections.abc import Iterator
 
@@ -55,8 +55,13 @@ def a_task(name: str, workers: int, count: int) -> float:
 
 def main() -> None:
     """Print the table."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 500
-    most = int(sys.argv[2]) if len(sys.argv) > 2 else 1
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("tasks", nargs="?", type=int, default=500, help="a round (default 500)")
+    parser.add_argument("workers", nargs="?", type=int, default=1, help="but for serial (default 1)")
+    chosen = parser.parse_args()
+    count, most = chosen.tasks, chosen.workers
     print(f"{'engine':<8} {'workers':>7} {'start-up s':>11} {'a task ms':>10} {'of a drive %':>13}")
     for name in ENGINES:
         workers = 1 if name == "serial" else most

@@ -1,6 +1,6 @@
 """How near does the first stage of `roll_map` come to what the data allow? RMSE over the Cramér-Rao bound of a, b, c.
 
-python benchmarks/roll_map_bound.py [runs] [most friction in m/s², 0]
+python benchmarks/roll_map_bound.py [runs] [most friction in m/s²]
 
 The plant equals the model: c φ'' + b φ' + a φ (1 + s φ²) + friction = f, white noise on all channels, a bank that wanders and that the
 accelerometer feels, as on a road where the vehicle holds its course. The bound is that
@@ -13,6 +13,7 @@ small, as one unit gives it with the acceleration.
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 
@@ -134,7 +135,7 @@ def bound(kind: str) -> FloatArray:
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(j @ j.T + np.diag(1 / PRIOR**2))))[:3])
 
 
-def main(runs: int, friction: float) -> None:
+def compare(runs: int, friction: float) -> None:
     """RMSE, claimed standard deviation and their ratio to the bound, by manoeuvre."""
     estimator = RollMap()
     print(
@@ -162,5 +163,18 @@ def main(runs: int, friction: float) -> None:
             )
 
 
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("runs", nargs="?", type=int, default=40, help="of each manoeuvre (default 40)")
+    parser.add_argument(
+        "friction", nargs="?", type=float, default=0.0, help="the most, m/s² of acceleration (default 0)"
+    )
+    chosen = parser.parse_args()
+    compare(chosen.runs, chosen.friction)
+
+
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 40, float(sys.argv[2]) if len(sys.argv) > 2 else 0.0)
+    main()

@@ -1,17 +1,18 @@
 """Rollover on the full plant: thresholds against a slow ramp until the wheels lift, coefficient, wheel lift and probability.
 
-    python benchmarks/rollover_study.py thresholds [seeds] [first] [plain]     bias and coverage of the thresholds of both sides
-    python benchmarks/rollover_study.py drives [seeds] [first] [plain]         coefficient, wheel lift, and the probability's calibration
+    python benchmarks/rollover_study.py thresholds [seeds] [first] [--plain]     bias and coverage of the thresholds of both sides
+    python benchmarks/rollover_study.py drives [seeds] [first] [--plain]         coefficient, wheel lift, and the probability's calibration
 
 Seeds below 1000 were looked at while the relation's spreads were set; the default begins beyond them.
 
-Every seed draws a vehicle of one of the five presets that gives as real vehicles do (`giving`; plain: without), a load anywhere on it, and a verdict: the truth with errors as large as
+Every seed draws a vehicle of one of the five presets that gives as real vehicles do (`giving`; --plain: without), a load anywhere on it, and a verdict: the truth with errors as large as
 the verdict says (height 2 %, roll gradient 4 %, lateral offset 6 mm, mass 1 %, roll inertia 6 %). Tracks, roll centres,
 spring rates and wheels are the data sheet's, with its errors. The plant shares nothing with the relation that is judged.
 """
 
 from __future__ import annotations
 
+import argparse
 import itertools
 import sys
 from collections.abc import Callable
@@ -286,10 +287,19 @@ def calibration(pairs: dict[str, list[tuple[float, bool]]]) -> None:
                 )
 
 
+def main() -> None:
+    """Run the study that is asked for."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    parser.add_argument("what", nargs="?", default="thresholds", choices=("thresholds", "drives"))
+    parser.add_argument("seeds", nargs="?", type=int, default=60, help="how many (default 60)")
+    parser.add_argument("first", nargs="?", type=int, default=1000, help="the first of them (default 1000)")
+    parser.add_argument("--plain", action="store_true", help="vehicles that do not give")
+    chosen = parser.parse_args()
+    study = thresholds if chosen.what == "thresholds" else drives
+    study(range(chosen.first, chosen.first + chosen.seeds), chosen.plain)
+
+
 if __name__ == "__main__":
-    what = sys.argv[1] if len(sys.argv) > 1 else "thresholds"
-    bare = sys.argv[-1] == "plain"
-    if bare:
-        del sys.argv[-1]
-    count, first = (int(sys.argv[i]) if len(sys.argv) > i else usual for i, usual in ((2, 60), (3, 1000)))
-    {"thresholds": thresholds, "drives": drives}[what](range(first, first + count), bare)
+    main()
