@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,3 +46,16 @@ class Prepared:
     standstill_offset: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     together: frozenset[str] = frozenset()
+
+    @cached_property
+    def recorded(self) -> BoolArray:
+        """(n,) rows in which any signal is there: a pause, or a clock that jumps, leaves rows in which none is."""
+        found = np.zeros(len(self.time_s), dtype=bool)
+        for column in self.columns.values():
+            found |= np.isfinite(column)
+        return found
+
+    def share_of(self, values: FloatArray) -> float:
+        """Share of the `recorded` rows in which a column (n,) is there; 0 where nothing is recorded."""
+        rows = int(np.count_nonzero(self.recorded))
+        return float(np.count_nonzero(np.isfinite(values[self.recorded])) / rows) if rows else 0.0

@@ -95,7 +95,7 @@ def inside(prepared: Prepared) -> BoolArray:
 def _column(prepared: Prepared, name: str, *, offset: bool = False) -> FloatArray | None:
     """A column without NaN, less its standstill offset where asked for; None where it is hardly there."""
     values = prepared.columns.get(name)
-    if values is None or len(values) == 0 or np.isfinite(values).mean() < 0.5:
+    if values is None or prepared.share_of(values) < 0.5:
         return None
     known = prepared.standstill_offset.get(name)
     return fill(values) - (known[0] if offset and known is not None else 0.0)

@@ -171,7 +171,7 @@ def choose_speed(prepared: Prepared, wheels: FloatArray | None, f_x: FloatArray 
     columns: Mapping[str, FloatArray] = prepared.columns
     found: list[tuple[bool, TrueSpeed]] = []
     for name in CANDIDATES:
-        if name not in columns or np.isfinite(columns[name]).mean() < 0.5:
+        if name not in columns or prepared.share_of(columns[name]) < 0.5:
             continue
         speed = columns[name]
         aligned = (

@@ -132,7 +132,7 @@ def speed_of(prepared: Prepared) -> FloatArray | None:
         np.median(wheels, axis=0) if len(wheels) == 4 else None,
         c.get("gps_speed_2d"),
     ):
-        if column is not None and np.isfinite(column).mean() > 0.5:
+        if column is not None and prepared.share_of(column) > 0.5:
             return np.asarray(column)
     return None
 
@@ -157,7 +157,7 @@ def _inertial(
     rates = {}
     for name, angle in (("pitch", angles[0]), ("roll", angles[1]), ("yaw", None)):
         gyro = c.get(f"{name}_rate")
-        if gyro is not None and np.isfinite(gyro).mean() > 0.9:
+        if gyro is not None and prepared.share_of(gyro) > 0.9:
             rates[name] = gyro
         else:
             rates[name] = np.zeros(n) if angle is None else _rate_of(angle, prepared)

@@ -58,9 +58,9 @@ def _tip(prepared: Prepared) -> FloatArray | None:
     """(n,) pitch against the horizon where it is logged, else what the gyro sums to; None without either."""
     c = prepared.columns
     angle, gyro = c.get("pitch"), c.get("pitch_rate")
-    if angle is not None and np.isfinite(angle).mean() > 0.9:
+    if angle is not None and prepared.share_of(angle) > 0.9:
         return np.asarray(angle)
-    if gyro is None or np.isfinite(gyro).mean() <= 0.9:
+    if gyro is None or prepared.share_of(gyro) <= 0.9:
         return None
     out = np.full(len(gyro), np.nan)
     for s in prepared.segments:

@@ -86,7 +86,7 @@ def _by_segment(prepared: Prepared, values: FloatArray) -> FloatArray:
 def _there(prepared: Prepared, names: tuple[str, ...]) -> bool:
     """Whether all are there on most rows."""
     columns = prepared.columns
-    return all(n in columns and float(np.isfinite(columns[n]).mean()) > 0.5 for n in names)
+    return all(n in columns and prepared.share_of(columns[n]) > 0.5 for n in names)
 
 
 def _stack(prepared: Prepared, names: tuple[str, ...]) -> FloatArray:
