@@ -7,6 +7,7 @@ import textwrap
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
+from reports.gap_text import gap_lines
 from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.quality import LEFT_OUT
@@ -54,14 +55,23 @@ def _reason(line: Line) -> list[str]:
     ] or [""]
 
 
+LONG_PAUSE_S = 10.0
+"""In all, from which on pauses of the whole drive are said."""
+
+
 def _log(results: DriveResults) -> list[str]:
-    """A log that is not whole, and what of it is not used; nothing where it is."""
+    """A log that is not whole, what of it is not used, and pauses of the whole drive; nothing where there is nothing of it."""
     record = results.record
+    paused = sum(gap.end_s - gap.start_s for gap in record.gaps if gap.signal is None)
+    gaps = [f"{gap_lines(record, signals=False)[0]}."] if paused > LONG_PAUSE_S else []
     if record.status == "complete":
-        return []
+        return gaps
     most = sorted(record.rejected.items(), key=lambda pair: -pair[1])[:MOST_REASONS]
     left = ", ".join(f"{count} × {clean(reason, 80)}" for reason, count in most)
-    return [f"The log is {record.status}{': left out ' + left if left else ''} (report: data quality)."]
+    return [
+        f"The log is {record.status}{': left out ' + left if left else ''} (report: data quality).",
+        *gaps,
+    ]
 
 
 def _turned(results: DriveResults) -> list[str]:

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 from sample_results import bare, hostile, rich
 
-from parsers.drive import Decision
+from parsers.drive import Decision, Gap
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
@@ -115,6 +115,14 @@ def test_a_log_that_is_not_whole_is_said_below() -> None:
     assert "The log is malformed: left out 800 × row beyond a jump of the clock, 2 × cell (report:" in told
     complete = replace(record, status="complete")
     assert "The log is" not in verdict_table(replace(sample, record=complete))
+
+
+def test_a_pause_of_the_whole_drive_is_said_below() -> None:
+    sample = rich()
+    short, long = (Gap(30.2, 30.2 + seconds) for seconds in (3.7, 3600.0))
+    for gap, said in ((short, False), (long, True)):
+        text = verdict_table(replace(sample, record=replace(sample.record, status="complete", gaps=(gap,))))
+        assert ("Gaps of the whole drive: 1 (30.2-3630.2 s)." in text) == said
 
 
 def test_signs_that_were_turned_and_channels_that_nobody_knew_stand_below() -> None:
