@@ -119,3 +119,18 @@ def test_one_wheel_alone_tells_nothing(driven: tuple[Car, dict[str, FloatArray]]
     data = collect(ESTIMATOR.prepare(drive, {}), known, 2.0)
     assert data.one_axle == ()
     assert relations(data, known) == ()
+
+
+def test_gravity_that_stands_for_an_accelerometer_is_not_turned(
+    driven: tuple[Car, dict[str, FloatArray]],
+) -> None:
+    """What is read along the body's normal is brought to the road's by its lean; gravity is there already."""
+    car, columns = driven
+    known = before_the_log(vehicle_file(car, None))
+    for lost, turned in (("suspension_force", True), ("accel_z", False)):
+        drive = logged(columns, np.random.default_rng(1), "suspension_force", lost)
+        data = collect(ESTIMATOR.prepare(drive, {}), known, 2.0)
+        balance = next(r for r in relations(data, known) if r.name.startswith("vertical"))
+        table = dict(zip(balance.columns, balance.table.T, strict=True))
+        assert bool(np.ptp(table["fz"]) > 0) == turned
+        assert bool(np.any(table.get("fz_tilt", np.zeros(1)))) == turned

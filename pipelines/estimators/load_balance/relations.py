@@ -350,8 +350,10 @@ def relations(data: Columns, known: Known) -> tuple[Relation, ...]:
     if data.has("fz"):
         extra["fz_dynamic"] = c["fz"] - GRAVITY
     else:
-        # without a vertical accelerometer: gravity, on rows that are not shaken much in the mean
-        data = replace(data, columns={**c, "fz": np.full(len(everywhere), GRAVITY)})
+        # without a vertical accelerometer: gravity, on rows that are not shaken much in the mean. It is along the road's normal, and not the
+        # body's as what an accelerometer reads is: nothing is to be turned
+        level = np.full(len(everywhere), GRAVITY)
+        data = replace(data, columns={**c, "fz": level, "fz_tilt": np.zeros_like(level)})
     names: tuple[str, ...]
     for kind in data.kinds:
         if kind == "deflection" and not known.springs:
