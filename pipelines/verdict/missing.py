@@ -79,13 +79,19 @@ WAYS: Mapping[str, tuple[_Way, ...]] = {
 """The core parameters, which the verdict always holds, and the ways to each one."""
 
 
+MOST_TOLD = 4
+"""Estimators whose lacks are told with a parameter; those of all of them stand with the estimators."""
+
+
 def why_nobody(name: str, estimates: Sequence[Estimate], signals: Collection[str] = ()) -> str:
-    """Why no estimator gave a parameter: what it needs, and what the estimators said that did not run, the one that lacks least first.
+    """Why no estimator gave a parameter: what it needs, and what the estimators said that did not run: the MOST_TOLD that lack least.
 
     signals: of the log.
     """
     told = [f"{e.estimator} {e.status}: {e.reason}" for e in by_lack(estimates) if e.status != "ran"]
-    return "; ".join((f"no estimator gave it: {_needs(name, signals)}", *told))
+    rest = len(told) - MOST_TOLD
+    more = [f"{rest} more did not run: see each estimator's own reason"] if rest > 0 else []
+    return "; ".join((f"no estimator gave it: {_needs(name, signals)}", *told[:MOST_TOLD], *more))
 
 
 def by_lack(estimates: Sequence[Estimate]) -> list[Estimate]:

@@ -31,6 +31,14 @@ def test_what_is_missing_is_named(name: str, signals: tuple[str, ...], words: st
     assert why_nobody(name, [], signals).startswith(f"no estimator gave it: {words}")
 
 
+def test_a_reason_does_not_list_all_that_did_not_run() -> None:
+    skipped = [Estimate(f"method_{i}", "skipped", "lacks x" + "; y" * i) for i in range(9)]
+    reason = why_nobody("mass_kg", skipped)
+    assert "method_3" in reason
+    assert "method_4" not in reason
+    assert reason.endswith("5 more did not run: see each estimator's own reason")
+
+
 def test_the_verdict_says_it() -> None:
     verdict = verdict_of([], Vehicle(), signals=TORQUES).parameters
     assert "longitudinal acceleration beside the drive torque" in verdict["mass_kg"].reason
