@@ -67,6 +67,7 @@ SHARES = frozenset(["brake_front_share", "drive_front_share", "camber_compensati
 VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_ANY_SIGN = frozenset({"behind_front_axle_m", "left_m"})
 LOAD_KEYS = frozenset({"mass_kg", "height_m"}) | LOAD_ANY_SIGN
+TRAILER_KEYS = frozenset({"mass_kg", "drag_area_m2"})
 SENSOR_KEYS = frozenset(
     {"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m", "imu_roll_deg", "imu_pitch_deg"}
 )

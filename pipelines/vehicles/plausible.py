@@ -67,6 +67,8 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "load.height_m": (0.0, 8.0, _LENGTH),
     "load.behind_front_axle_m": (-5.0, 20.0, _LENGTH),
     "load.left_m": (-3.0, 3.0, _LENGTH),
+    "trailer.mass_kg": (0.0, 200e3, "kg"),
+    "trailer.drag_area_m2": (0.0, 50.0, "m²"),
     "sensors.imu_behind_front_axle_m": (-10.0, 30.0, _LENGTH),
     "sensors.imu_left_m": (-3.0, 3.0, _LENGTH),
     "sensors.imu_above_ground_m": (-1.0, 8.0, _LENGTH),
@@ -98,6 +100,7 @@ def check_plausible(vehicle: Vehicle, path: Path) -> None:
     for table, quantities in (
         ("vehicle", vehicle.quantities),
         ("load", vehicle.load),
+        ("trailer", vehicle.trailer),
         ("sensors", vehicle.sensors),
     ):
         for key, quantity in quantities.items():

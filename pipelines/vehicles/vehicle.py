@@ -23,7 +23,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Vehicle:
-    """A vehicle file. `quantities` are those of the empty vehicle; `load` and `sensors` by their own keys. id: which vehicle
+    """A vehicle file. `quantities` are those of the empty vehicle; `load`, `sensors` and `trailer` by their own keys. id: which vehicle
     of a fleet it is (a VIN, a fleet number).
 
     powertrain: one of POWERTRAINS; None where the file is silent. self_levelling: which axle's springs keep the body's height under any load, one of LEVELLING; None where the file is silent.
@@ -46,6 +46,7 @@ class Vehicle:
     self_levelling: str | None = None
     deflection_zero: str | None = None
     axle_load_by: str | None = None
+    trailer: Mapping[str, Quantity] = field(default_factory=dict)
 
     def get(self, key: str) -> Quantity | None:
         """A quantity of the empty vehicle, or None where the file is silent."""

@@ -28,6 +28,7 @@ from pipelines.vehicles.keys import (
     SENSOR_KEYS,
     SHARES,
     TEXT_KEYS,
+    TRAILER_KEYS,
     VEHICLE_KEYS,
     ZERO_OR_MORE,
     ZEROS,
@@ -69,8 +70,10 @@ def _number(raw: object, key: str, table: str, path: Path) -> tuple[float, float
 
 def _check_sign(table: str, key: str, value: float, path: Path) -> None:
     place = f"[{table}] {key}"
-    if table == "load" and (value >= 0 or key in LOAD_ANY_SIGN):
-        # an empty vehicle is a load of 0 kg
+    if table in ("load", "trailer"):
+        # an empty vehicle is a load of 0 kg, and one that tows nothing a trailer of 0 kg
+        if value < 0 and key not in LOAD_ANY_SIGN:
+            raise VehicleError(f"found {value:g}, expected 0 or more", path=path, place=place)
         return
     # a rig's reading of a rigid axle may lie a little past it
     spare = RIG_SPARE if key == "camber_compensation" else 0.0
@@ -78,7 +81,7 @@ def _check_sign(table: str, key: str, value: float, path: Path) -> None:
         raise VehicleError(f"found {value:g}, expected a share from 0 to 1", path=path, place=place)
     if key in POSITIVE and value <= 0:
         raise VehicleError(f"found {value:g}, expected more than 0", path=path, place=place)
-    if (key in ZERO_OR_MORE or key in LOAD_KEYS) and value < 0:
+    if key in ZERO_OR_MORE and value < 0:
         raise VehicleError(f"found {value:g}, expected 0 or more", path=path, place=place)
 
 
@@ -103,7 +106,7 @@ def _quantities(raw: Mapping[str, Any], table: str, known: frozenset[str], path:
             std = abs(value) * RELATIVE_STD.get(key, DEFAULT_RELATIVE_STD)
             if key in ANY_SIGN | LOAD_ANY_SIGN or table == "sensors":
                 std = max(std, LEAST_STD.get(key, 0.02))
-            elif table == "load" and key == "mass_kg":
+            elif table in ("load", "trailer") and key == "mass_kg":
                 std = max(std, LEAST_LOAD_STD_KG)
         found[key] = Quantity(value, std, "vehicle file", stated)
     return found
@@ -123,7 +126,9 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     except (ValueError, RecursionError) as error:
         raise VehicleError(f"not valid TOML ({error})", path=path) from error
     for table in raw:
-        _reject_unknown(table, frozenset({"vehicle", "load", "sensors", "reference"}), "top level", path)
+        _reject_unknown(
+            table, frozenset({"vehicle", "load", "trailer", "sensors", "reference"}), "top level", path
+        )
     main = dict(_table(raw, "vehicle", path))
     texts: dict[str, str] = {}
     for key in TEXT_KEYS & main.keys():
@@ -158,6 +163,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         quantities=_quantities(main, "vehicle", VEHICLE_KEYS, path),
         load=_quantities(_table(raw, "load", path), "load", LOAD_KEYS, path),
         sensors=_quantities(_table(raw, "sensors", path), "sensors", SENSOR_KEYS, path),
+        trailer=_quantities(_table(raw, "trailer", path), "trailer", TRAILER_KEYS, path),
         reference=reference,
         path=path,
         suspension_map_path=_beside(texts.get("suspension_map"), path),

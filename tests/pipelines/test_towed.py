@@ -12,8 +12,9 @@ from pipelines.estimators.load_balance.relations import pitch_moments
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import Reached, reach
-from pipelines.joint.vehicle.unknowns import TOWED, before_the_log, body_of
-from pipelines.joint.ways.towed import CHANCE, DRAG_M2, MASS, NAME, towed_ways
+from pipelines.joint.vehicle.unknowns import TOWED, TRAILER_DRAG_M2, before_the_log, body_of
+from pipelines.joint.ways.towed import CHANCE, MASS, NAME, towed_ways
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 from tests.pipelines import joint_parts
 from tests.pipelines.joint_parts import told_height
 
@@ -91,8 +92,28 @@ def test_odds_are_those_of_two_integrals() -> None:
     chance = CHANCE["car"]
     exact = log_density(MASS[0] * KILOS, MASS[1] * KILOS) - log_density(0.0, 1.0)
     assert odds == pytest.approx(exact + np.log(chance / (1 - chance)), abs=1e-3)
-    assert free.mean[free.index("drag")] == pytest.approx(KNOWN.mean[KNOWN.index("drag")] + DRAG_M2[0])
+    assert free.mean[free.index("drag")] == pytest.approx(
+        KNOWN.mean[KNOWN.index("drag")] + TRAILER_DRAG_M2[0]
+    )
     assert joint.converged
+
+
+def _stated(kilos: float) -> Vehicle:
+    return replace(SUV, trailer={"mass_kg": Quantity(kilos, 20.0, "vehicle file")})
+
+
+def test_one_that_the_file_states_is_taken_and_a_denied_one_not_asked_for() -> None:
+    towing, alone = before_the_log(_stated(700.0)), before_the_log(_stated(0.0))
+    assert towing.names == alone.names == KNOWN.names
+    assert float(towing.mean[towing.index(TOWED)]) == 700.0
+    assert float(towing.std[towing.index(TOWED)]) == 20.0
+    drag = [float(each.mean[each.index("drag")]) for each in (KNOWN, alone, towing)]
+    assert drag[1] == drag[0] == pytest.approx(drag[2] - TRAILER_DRAG_M2[0])
+    evidence = _drive(700.0)
+    assert not [*towed_ways(find_mode(evidence, alone), evidence, alone, _stated(0.0))]
+    found = reach(evidence, _stated(700.0), np.random.default_rng(0))
+    assert found is not None
+    assert found.found == ()
 
 
 def test_it_goes_along_the_road_and_pulls_at_the_hitch() -> None:

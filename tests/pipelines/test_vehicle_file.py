@@ -22,6 +22,8 @@ def test_numbers_and_spreads() -> None:
         cg_height_m = {value = 0.55, std = 0.01}
         [load]
         mass_kg = {value = 150, std = 10}
+        [trailer]
+        mass_kg = 750
         [sensors]
         imu_above_ground_m = 0.6
         [reference]
@@ -35,6 +37,7 @@ def test_numbers_and_spreads() -> None:
     assert height is not None
     assert (height.value, height.std, height.std_stated) == (0.55, 0.01, True)
     assert vehicle.load["mass_kg"].std == 10
+    assert (vehicle.trailer["mass_kg"].value, vehicle.trailer["mass_kg"].std) == (750, pytest.approx(15))
     assert vehicle.reference == {"cg_height_m": 0.571}
     assert vehicle.load_stated
     assert vehicle.get("roll_stiffness_nmprad") is None
@@ -57,6 +60,8 @@ def test_numbers_and_spreads() -> None:
         ("[vehicl]\nmass_kg = 1", ["vehicl", "did you mean 'vehicle'"]),
         ("vehicle = 3", ["no table"]),
         ("[vehicle", ["not valid TOML"]),
+        ("[trailer]\nmass_kg = -1", ["[trailer] mass_kg", "0 or more"]),
+        ("[trailer]\nheight_m = 1", ["unknown key 'height_m'", "[trailer]"]),
         ("[reference]\ncg_hight_m = 0.5", ["did you mean 'cg_height_m'"]),
         ("[vehicle]\nbrake_front_share = 1.2", ["share from 0 to 1"]),
         (

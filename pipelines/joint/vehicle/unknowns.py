@@ -56,6 +56,8 @@ ASKEW = 0.014
 
 BY_SPRINGS = "axle_by_springs"
 TOWED = "towed"
+TRAILER_DRAG_M2 = (0.6, 0.6)
+"""What a trailer adds to the drag area, where nobody says."""
 """Of axle loads: 0 what the tyres carry, 1 what the springs do."""
 
 SPRINGS_CARRY = (1.0, 0.3)
@@ -268,6 +270,27 @@ def _long(book: Book, kilos: float) -> None:
     book.put("engine_drag", *usual_engine_drag(vehicle))
 
 
+def _trailer(book: Book) -> None:
+    """What is towed, kg: as stated, else nothing until a log that contradicts itself is asked for it (`pipelines.joint.ways.towed`)."""
+    stated, drag = (book.vehicle.trailer.get(key) for key in ("mass_kg", "drag_area_m2"))
+    towed = 0.0 if stated is None else stated.value
+    book.put(TOWED, towed, 1.0 if stated is None else max(stated.std, 1.0))
+    # how high it pulls, and how much of it pushes in braking: some have brakes of their own
+    book.put("hitch", 0.4, 0.15)
+    book.put("pushes", 0.7, 0.4)
+    if towed > 0.0:
+        more = TRAILER_DRAG_M2 if drag is None else (drag.value, drag.std)
+        alone = book.rows["drag"]
+        book.put("drag", alone[0] + more[0], float(np.hypot(alone[1], more[1])))
+        book.assumptions.append(
+            Assumption(
+                "what the trailer adds to the drag area",
+                f"{more[0]:.3g} ± {more[1]:.3g} m²",
+                "usual" if drag is None else drag.source,
+            )
+        )
+
+
 def before_the_log(vehicle: Vehicle) -> Known:
     """Every unknown of the balances with what the vehicle file, the measured vehicles or custom say of it."""
     book = Book(vehicle)
@@ -283,11 +306,7 @@ def before_the_log(vehicle: Vehicle) -> Known:
     book.put("guessed_swing", 1.0, 1.0)
     poles(book)
     book.put("recovered", *usual_recovery(vehicle))
-    # a trailer, kg, that the log is asked for where it contradicts itself (`ways.towed`); how high it pulls, and how much of it pushes
-    # in braking: some have brakes of their own
-    book.put(TOWED, 0.0, 1.0)
-    book.put("hitch", 0.4, 0.15)
-    book.put("pushes", 0.7, 0.4)
+    _trailer(book)
     table = np.array(list(book.rows.values()))
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,

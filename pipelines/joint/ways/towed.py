@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from pipelines.evidence import Evidence
 from pipelines.joint.posterior import Joint
-from pipelines.joint.vehicle.unknowns import TOWED, Known
+from pipelines.joint.vehicle.unknowns import TOWED, TRAILER_DRAG_M2, Known
 from pipelines.joint.ways.file_ways import joined_again
 from pipelines.joint.ways.rigid_tyres import log_odds
 from pipelines.vehicles.kinds import kind_of
@@ -23,9 +23,6 @@ CHANCE = {"car": 0.005, "carrier": 0.02, "heavy": 0.1}
 
 MASS = (0.4, 0.3)
 """Of a trailer over the empty vehicle: mean and spread."""
-
-DRAG_M2 = (0.6, 0.6)
-"""What it adds to the drag area."""
 
 LEAST = 0.04
 """Of the empty vehicle, kg a kg: a trailer that is lighter is none."""
@@ -41,7 +38,7 @@ def with_trailer(known: Known) -> Known:
     mean, std = known.mean.copy(), known.std.copy()
     kilos, row, drag = known.mean[known.index("empty_mass")], known.index(TOWED), known.index("drag")
     mean[row], std[row] = MASS[0] * kilos, MASS[1] * kilos
-    mean[drag], std[drag] = mean[drag] + DRAG_M2[0], math.hypot(std[drag], DRAG_M2[1])
+    mean[drag], std[drag] = mean[drag] + TRAILER_DRAG_M2[0], math.hypot(std[drag], TRAILER_DRAG_M2[1])
     return replace(known, mean=mean, std=std)
 
 
@@ -62,8 +59,9 @@ def towed_text(joint: Joint) -> str:
 def towed_ways(
     joint: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
 ) -> Iterator[tuple[float, Joint, Known]]:
-    """ln odds with the log that there is a trailer, the posterior with it, and its unknowns; nothing where no torque tells, or it weighs next to nothing."""
-    if not any(TOWED in e.unknowns for e in evidence):
+    """ln odds with the log that there is a trailer, the posterior with it, and its unknowns; nothing where no torque tells, the vehicle file says
+    what is towed, or it weighs next to nothing."""
+    if "mass_kg" in vehicle.trailer or not any(TOWED in e.unknowns for e in evidence):
         return
     free = with_trailer(known)
     found = joined_again(joint, evidence, known, free)
