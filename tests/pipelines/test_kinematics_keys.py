@@ -191,7 +191,7 @@ def test_the_rig_is_named_where_it_would_help() -> None:
     actions = [c.action for c in CANDIDATES]
     assert any("50 mm above and below ride height" in a for a in actions)
     assert any("lateral rate" in a for a in actions)
-    assert any("patch_path," in a for a in actions)
+    assert any("patch_path_front_mprad" in a for a in actions)
     assert any("wheel_recession" in a for a in actions)
 
 

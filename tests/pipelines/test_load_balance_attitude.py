@@ -23,7 +23,7 @@ from pipelines.estimators.load_balance.relations import pitch_moments, vertical_
 from pipelines.estimators.load_balance.smoothing import Smoother, friction_state
 from pipelines.joint.vehicle.body import BRAKED_FRONT, even_factor
 from pipelines.joint.vehicle.poles import dip_levers
-from pipelines.joint.vehicle.unknowns import Known, before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import TOWED, Known, before_the_log, body_of
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.prepared import Prepared, Segment
 from pipelines.results import FloatArray
@@ -137,7 +137,10 @@ def test_a_driven_rear_axle_lifts_the_body_there_and_leaves_the_front_springs_al
 def test_shafts_that_hold_back_while_the_brakes_are_on_pitch_as_in_driving(balance: str) -> None:
     """Brakes that are on and do nothing: all of the force is the shafts', by their torque, and its links are those of driving."""
     known = before_the_log(vehicle_file(Car(), None))
-    p = known.at(np.random.default_rng(8).uniform(0.2, 0.6, len(known.names))) | {"pitch_center_drive": 0.3}
+    p = known.at(np.random.default_rng(8).uniform(0.2, 0.6, len(known.names))) | {
+        "pitch_center_drive": 0.3,
+        TOWED: 0.0,
+    }
     body = body_of(p, None)
     terms, head = {
         "attitude": lambda: (attitude_terms(None)(p), "quick_"),

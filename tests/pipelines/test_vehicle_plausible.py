@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from parsers.errors import VehicleError
-from pipelines.vehicles.keys import LOAD_KEYS, SENSOR_KEYS, SHARES, VEHICLE_KEYS, ZERO_OR_MORE
+from pipelines.vehicles.keys import LOAD_KEYS, SENSOR_KEYS, SHARES, TRAILER_KEYS, VEHICLE_KEYS, ZERO_OR_MORE
 from pipelines.vehicles.plausible import SPANS
 from pipelines.vehicles.vehicle_file import parse_vehicle
 
@@ -68,7 +68,9 @@ def test_robots_karts_and_trucks_are_vehicles(text: str) -> None:
 
 
 def test_every_key_has_a_span() -> None:
-    keys = (VEHICLE_KEYS - SHARES) | {f"load.{k}" for k in LOAD_KEYS} | {f"sensors.{k}" for k in SENSOR_KEYS}
+    keys = VEHICLE_KEYS - SHARES
+    for table, known in (("load", LOAD_KEYS), ("sensors", SENSOR_KEYS), ("trailer", TRAILER_KEYS)):
+        keys |= {f"{table}.{key}" for key in known}
     assert set(SPANS) == keys
     assert all(low < high for low, high, _ in SPANS.values())
 
