@@ -64,6 +64,7 @@ def test_what_is_towed_is_found_and_takes_nothing_with_it() -> None:
     assert found.found[0].startswith(NAME)
     mass, spread = _told(found, TOWED)
     assert abs(mass - trailer) < 2.5 * spread
+    assert f"{mass:.0f} ± {spread:.0f} kg more" in found.found[0]
     load, spread = _told(found, "load")
     assert abs(load - LOAD) < 2 * spread
 

@@ -29,7 +29,8 @@ LEAST = 0.04
 
 NAME = "a trailer, or something else that the springs do not carry"
 TEXT = (
-    f"{NAME}: {{:.0f}} kg more follow the torques than the springs show, and the drive was joined with such"
+    f"{NAME}: {{:.0f}} ± {{:.0f}} kg more follow the torques than the springs show, and the drive was joined with such "
+    "(`[trailer] mass_kg` in the vehicle file says what is towed, or that nothing is)"
 )
 
 
