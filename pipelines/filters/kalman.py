@@ -71,6 +71,19 @@ def _correct(x: FloatArray, c: FloatArray, y: float, spread: float, clip: float,
 
 
 @kernel
+def _onward(x: FloatArray, phi: FloatArray, push: FloatArray, k: int, following: FloatArray) -> None:
+    """The states x (columns, s) from row k to the next, in place."""
+    pushed, states = push.shape[0] > 0, phi.shape[0]
+    for one in range(x.shape[0]):
+        for i in range(states):
+            following[i] = push[k, i] if pushed else 0.0
+            for j in range(states):
+                following[i] += phi[i, j] * x[one, j]
+        for i in range(states):
+            x[one, i] = following[i]
+
+
+@kernel
 def _segment(
     y: FloatArray,
     push: FloatArray,
@@ -89,7 +102,7 @@ def _segment(
     """
     phi, q, c, r = model
     outputs, states = c.shape
-    pushed, fed = push.shape[0] > 0, feed.shape[0] > 0
+    fed = feed.shape[0] > 0
     following, column, spread = np.zeros(states), np.zeros(states), np.zeros(outputs)
     before, half, gain = np.zeros(states), np.zeros((states, states)), np.zeros((outputs, states))
     settled = False
@@ -121,13 +134,7 @@ def _segment(
                     )
                 else:
                     error[one, k, output] = np.nan
-        for one in range(y.shape[0]):
-            for i in range(states):
-                following[i] = push[k, i] if pushed else 0.0
-                for j in range(states):
-                    following[i] += phi[i, j] * x[one, j]
-            for i in range(states):
-                x[one, i] = following[i]
+        _onward(x, phi, push, k, following)
         if settled:
             continue
         _forward(p, phi, q, half)

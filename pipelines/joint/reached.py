@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -15,7 +14,6 @@ from pipelines.joint.channels import WRONG
 from pipelines.joint.conflict import Check, check
 from pipelines.joint.counted import counted
 from pipelines.joint.doubts.carried import BELLOWS, LEVELS
-from pipelines.joint.doubts.carried import LEVELLED as CHANCE_LEVELLED
 from pipelines.joint.file_check import LOAD, file_check
 from pipelines.joint.posterior import Joint, extended, find_mode
 from pipelines.joint.vehicle.stated import stated_beside
@@ -25,11 +23,11 @@ from pipelines.joint.ways.bellows_way import asked, bellows_ways
 from pipelines.joint.ways.channel_ways import channel_ways
 from pipelines.joint.ways.file_ways import BRAKE_GAIN, WHEELBASE, file_ways
 from pipelines.joint.ways.levelled import TEXT as LEVELLED
-from pipelines.joint.ways.levelled import as_levelled, rather_another_load
+from pipelines.joint.ways.levelled import as_levelled, levelled_odds, rather_another_load
 from pipelines.joint.ways.on_stops import NAME as STOPS
 from pipelines.joint.ways.on_stops import TEXT as STOPS_TEXT
 from pipelines.joint.ways.on_stops import stop_ways
-from pipelines.joint.ways.rigid_tyres import CHANCE, log_odds, rigid, rigid_odds
+from pipelines.joint.ways.rigid_tyres import CHANCE, rigid, rigid_odds
 from pipelines.joint.ways.rigid_tyres import NAME as RIGID
 from pipelines.joint.ways.rigid_tyres import TEXT as RIGID_TEXT
 from pipelines.joint.ways.slip_way import NAME as SLIPS
@@ -40,7 +38,6 @@ from pipelines.joint.ways.towed import towed_text, towed_ways
 from pipelines.joint.ways.travel_scale import NAME as SCALED
 from pipelines.joint.ways.travel_scale import opened, scale_odds, text_of
 from pipelines.results import FloatArray
-from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
 Modes = list[tuple[FloatArray, FloatArray]]
@@ -220,7 +217,7 @@ def _raised(
     """Springs that level themselves as one way among others; None where a stated load that is wrong explains the drive better."""
     if rather_another_load(joint, high, whole, known, vehicle):
         return None
-    odds = log_odds(joint, high) + math.log(0.5 * CHANCE_LEVELLED[kind_of(vehicle)])
+    odds = levelled_odds(joint, high, vehicle)
     return _Way(LEVELS, odds, high, lifted, whole, lambda _: LEVELLED, alone=True)
 
 

@@ -199,11 +199,8 @@ class Problem:
         """A point beside x along one parameter, how far off it lies, and what it leaves over. miss: what x does."""
         other, step = self._moved(x, i, back=back)
         added = offset_slope(self.data, self.known[i].name)
-        return (
-            other,
-            step,
-            simulated(self.data, named(self.known, other)) if added is None else miss - step * added,
-        )
+        left = simulated(self.data, named(self.known, other)) if added is None else miss - step * added
+        return other, step, left
 
     def of_motion(self, x: FloatArray, weights: Mapping[str, float]) -> Slopes:
         """The motion's slopes; what the input's noise adds is spread over the rows as `given`."""

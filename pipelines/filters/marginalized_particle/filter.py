@@ -154,12 +154,7 @@ def run_particles(
     if settings.offsets is None:
         record.state[:, 2:], record.state_std[:, 2:] = 0.0, 0.0
     width = WIDTH_SENSED if settings.sensed_input else WIDTH2 if settings.offsets is None else WIDTH5
-    tables = tuple(tiled(prior.theta, tiles_of(most), width) for _ in range(2))
-    weights = prior.weights / prior.weights.sum()
-    where = np.arange(count)
-    with np.errstate(divide="ignore"):
-        tables[0][where // LANES, LOG + where % LANES] = np.log(weights)
-    tables[0][where // LANES, WEIGHT + where % LANES] = weights
+    table, spare = _tables(prior, most, width)
     signals = Signals(
         y,
         accel,
@@ -177,15 +172,26 @@ def run_particles(
         signals,
         _start(settings),
         rules,
-        (tables[0], tables[1]),
-        (tables[0].reshape(-1), tables[1].reshape(-1)),
+        (table, spare),
+        (table.reshape(-1), spare.reshape(-1)),
         count,
         record,
     )
     rng.random(int(np.count_nonzero(record.survivors)))
-    final = columns_of(tables[holds], left, WEIGHT // LANES + 1)
+    final = columns_of((table, spare)[holds], left, WEIGHT // LANES + 1)
     cloud = Cloud(np.ascontiguousarray(final[:, :THETA]), np.ascontiguousarray(final[:, WEIGHT // LANES]))
     return _result(record, lost, cloud, rows, np.isfinite(y))
+
+
+def _tables(prior: Cloud, most: int, width: int) -> tuple[FloatArray, FloatArray]:
+    """Two of (tiles, width) with room for `most` particles, the prior's and their weights in the first."""
+    table, spare = (tiled(prior.theta, tiles_of(most), width) for _ in range(2))
+    weights = prior.weights / prior.weights.sum()
+    where = np.arange(len(weights))
+    with np.errstate(divide="ignore"):
+        table[where // LANES, LOG + where % LANES] = np.log(weights)
+    table[where // LANES, WEIGHT + where % LANES] = weights
+    return table, spare
 
 
 def _start(settings: ParticleSettings) -> Start:

@@ -55,10 +55,13 @@ ASKEW = 0.014
 """rad about each axis that an inertial unit sits askew: brackets and boards are held to 2 degrees."""
 
 BY_SPRINGS = "axle_by_springs"
+"""Of axle loads: 0 what the tyres carry, 1 what the springs do."""
+
 TOWED = "towed"
+"""Mass of a trailer, kg."""
+
 TRAILER_DRAG_M2 = (0.6, 0.6)
 """What a trailer adds to the drag area, where nobody says."""
-"""Of axle loads: 0 what the tyres carry, 1 what the springs do."""
 
 SPRINGS_CARRY = (1.0, 0.3)
 """Of axle loads by springs: an axle's links carry more or less than the mean of both, by their slopes and the brakes' share."""

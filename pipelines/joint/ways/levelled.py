@@ -36,6 +36,11 @@ def as_levelled(joint: Joint, vehicle: Vehicle) -> Vehicle | None:
     return replace(vehicle, self_levelling="both") if weight > SURE else None
 
 
+def levelled_odds(joint: Joint, levelled: Joint, vehicle: Vehicle) -> float:
+    """ln odds with the log that the springs of both axles level themselves. joint, levelled: the posteriors without and with such."""
+    return log_odds(joint, levelled) + math.log(0.5 * LEVELLED[kind_of(vehicle)])
+
+
 def rather_another_load(
     joint: Joint, levelled: Joint, evidence: Sequence[Evidence], known: Known, vehicle: Vehicle
 ) -> bool:
@@ -48,4 +53,4 @@ def rather_another_load(
         return False
     loaded = joined_again(joint, evidence, known, opened(known, names, OPEN[LOAD]))
     odds = log_odds(joint, loaded) + math.log(chance_wrong(LOAD, vehicle))
-    return odds > log_odds(joint, levelled) + math.log(0.5 * LEVELLED[kind_of(vehicle)])
+    return odds > levelled_odds(joint, levelled, vehicle)
