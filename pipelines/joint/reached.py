@@ -161,7 +161,10 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         plain, left = _weighed(
             [*(way for _, way in left), *_springs_or_file(joint, whole, known, vehicle, raised)]
         )
-    elif min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED:
+    elif (
+        raised is not None
+        or min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED
+    ):
         plain, left = _weighed([*_springs_or_file(joint, whole, known, vehicle, raised)])
         if not (left and _settles(*left[0], vehicle)):
             plain, left = _beside_unknown(plain, left)

@@ -10,10 +10,12 @@ import pytest
 from pipelines.estimators.load_balance.along import along_terms
 from pipelines.estimators.load_balance.relations import pitch_moments
 from pipelines.evidence import Evidence
+from pipelines.joint.doubts.carried import LEVELS
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import Reached, reach
-from pipelines.joint.vehicle.unknowns import TOWED, TRAILER_DRAG_M2, before_the_log, body_of
+from pipelines.joint.vehicle.unknowns import CORNERS, TOWED, TRAILER_DRAG_M2, before_the_log, body_of
 from pipelines.joint.ways.towed import CHANCE, MASS, NAME, towed_ways
+from pipelines.models.roll import GRAVITY
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 from tests.pipelines import joint_parts
 from tests.pipelines.joint_parts import told_height
@@ -97,6 +99,25 @@ def test_odds_are_those_of_two_integrals() -> None:
         KNOWN.mean[KNOWN.index("drag")] + TRAILER_DRAG_M2[0]
     )
     assert joint.converged
+
+
+@pytest.mark.parametrize("apart", [2000.0, 3000.0])
+def test_springs_that_level_themselves_stay_beside_it(apart: float) -> None:
+    """A lorry whose torques move more than its springs show, by little and by much: both explain it, and the answers hold both."""
+    lorry = told_height(replace(joint_parts.vehicle(mass_kg=(9000.0, 90.0)), body=None))
+    wheels = {f"zero_{wheel}": -1 / GRAVITY for wheel in CORNERS}
+    found = reach(
+        [
+            linear({"load": 1.0, **wheels}, 500.0, 600.0, "springs"),
+            linear({"load": 1.0, "empty_mass": 1.0, TOWED: 1.0}, 9500.0 + apart, 300.0, "torques"),
+        ],
+        lorry,
+        np.random.default_rng(0),
+    )
+    assert found is not None
+    for name in (LEVELS, NAME):
+        assert any(text.startswith(f"{name} (odds") for text in found.found)
+    assert len(found.others) >= 2
 
 
 def _stated(kilos: float) -> Vehicle:
