@@ -81,17 +81,18 @@ class Kernel:
 
     @functools.cached_property
     def dispatcher(self) -> Any:
-        """numba's own, with its cache on disk."""
+        """numba's own, kept on disk by all that is compiled into it."""
         from parsers.jit_compile import dispatcher
+        from parsers.jit_store import key_of
 
-        return dispatcher(self.py_func, cache=True, manner=self.manner)
+        return dispatcher(self.py_func, key=key_of(self), manner=self.manner)
 
     @functools.cached_property
     def helper(self) -> Any:
         """numba's own for kernels that call this one: compiled with them, so that no cache can hold an old one."""
         from parsers.jit_compile import dispatcher
 
-        return dispatcher(self.py_func, cache=False, manner=self.manner)
+        return dispatcher(self.py_func, key=None, manner=self.manner)
 
     @property
     def _numba_type_(self) -> Any:

@@ -33,6 +33,7 @@ import llvmlite.binding as llvm  # noqa: E402
 import numba  # noqa: E402
 from llvmlite import ir  # noqa: E402
 from numba.core import types  # noqa: E402
+from numba.core.caching import IndexDataCacheFile  # noqa: E402
 from numba.core.runtime import nrtdynmod  # noqa: E402
 
 from parsers.jit import Manner  # noqa: E402
@@ -168,6 +169,7 @@ _C_LIBRARY = frozenset(
 
 
 _typeof: Callable[[Any], Any] = numba.typeof
+_cache_file = cast("Callable[..., Any]", IndexDataCacheFile)
 
 
 def _njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
@@ -175,9 +177,22 @@ def _njit(**options: Any) -> Callable[[Callable[..., Any]], Any]:
     return cast("Callable[[Callable[..., Any]], Any]", numba.njit(nogil=True, **options))
 
 
-def dispatcher(function: Callable[..., Any], *, cache: bool, manner: Manner) -> Any:
-    """numba's own object for a function."""
-    return _njit(cache=cache, **_OPTIONS[manner])(function)
+def dispatcher(function: Callable[..., Any], *, key: str | None, manner: Manner) -> Any:
+    """numba's own object for a function. key: what its machine code on disk is named by; None: it is not kept.
+
+    numba itself looks at the function's own file only, so that a helper changed in another file would leave old code in use.
+    """
+    if key is None:
+        return _njit(**_OPTIONS[manner])(function)
+    made = _njit(cache=True, **_OPTIONS[manner])(function)
+    try:
+        cache = made._cache
+        place, name = cache._cache_path, f"{function.__qualname__.rpartition('.')[2]}-{key}"
+        cache._cache_file = _cache_file(cache_path=place, filename_base=name, source_stamp=key)
+    except AttributeError:
+        # another version of numba: compiled at each start, never old
+        return _njit(**_OPTIONS[manner])(function)
+    return made
 
 
 class NotAloneError(Exception):

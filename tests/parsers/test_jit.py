@@ -280,6 +280,48 @@ def test_a_later_start_needs_no_numba_and_a_change_does(tmp_path):
     assert run(tmp_path, factor=3) == ["18.0", "False"]
 
 
+HELPER = """
+from parsers.jit import lean_kernel
+
+@lean_kernel
+def times(value):
+    return {factor} * value
+"""
+
+BY_NUMBA = """
+import numpy as np
+from helper import times
+from parsers.jit import kernel
+
+@kernel
+def f(values):
+    found = np.empty_like(values)
+    for k in range(values.size):
+        found[k] = times(values[k])
+    return found
+
+print(f(np.ones(1)).tolist()[0], f._by_numba, sum(f.dispatcher.stats.cache_hits.values()))
+"""
+
+
+def test_a_helper_changed_in_another_file_is_seen_by_kernels_that_go_through_numba(tmp_path):
+    """numba's own cache looks at the kernel's file alone."""
+    program = tmp_path / "by_numba.py"
+    program.write_text(BY_NUMBA, encoding="utf-8")
+    paths = os.pathsep.join((str(ROOT), str(tmp_path)))
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path / "cache"), "PYTHONPATH": paths}
+    found = []
+    for factor in (2.0, 2.0, 3.0, 2.0):
+        # a size of its own each: Python's own cache of compiled text knows a file by its second and its size
+        text = HELPER.format(factor=factor) + "#" * len(found)
+        (tmp_path / "helper.py").write_text(text, encoding="utf-8")
+        done = subprocess.run(
+            [sys.executable, str(program)], env=environment, capture_output=True, text=True, check=True
+        )
+        found.append(done.stdout.split())
+    assert found == [["2.0", "True", "0"], ["2.0", "True", "1"], ["3.0", "True", "0"], ["2.0", "True", "1"]]
+
+
 def test_kernels_are_called_from_several_threads():
     from concurrent.futures import ThreadPoolExecutor
 

@@ -22,18 +22,18 @@ def integrate(
     road: FloatArray,
     grids: tuple[float, float],
     scratch: FloatArray,
+    work: FloatArray,
     states: FloatArray,
     extras: FloatArray,
 ) -> int:
     """Run from state y (in place) over len(states) rows; returns how many rows are whole.
 
-    times: start [s], step [s], steps a row. scratch: (7, 128). states: (n, STATES); extras: (n, AUX_SIZE), of each row's
+    times: start [s], step [s], steps a row. scratch: (5, 128) and work: (10, 8) are overwritten. states: (n, STATES); extras: (n, AUX_SIZE), of each row's
     instant. Ends early where the body has fallen (beyond 1.2 rad) or a state is not finite.
     """
     start, step, stride = times
     slope, trial = scratch[0, : at.STATES], scratch[1, : at.STATES]
     aux, unused = scratch[3, : at.AUX_SIZE], scratch[4, : at.AUX_SIZE]
-    work = scratch[5].reshape(16, 8)
     for row in range(states.shape[0]):
         for part in range(stride):
             now = start + (row * stride + part) * step

@@ -142,10 +142,10 @@ def run_from(
     stride = max(math.ceil(1 / (rate_hz * step_s) - 1e-9), 1)
     states, extras = np.empty((rows, at.STATES)), np.empty((rows, at.AUX_SIZE))
     times = (0.0, 1 / (rate_hz * stride), stride)
-    scratch = np.zeros((7, 128))
+    scratch, work = np.zeros((5, 128)), np.zeros((10, 8))
     whole = integrate(
-        state, times, setup.body, setup.wheels, setup.demand, setup.road, setup.grids, scratch, states, extras
-    )
+        state, times, setup.body, setup.wheels, setup.demand, setup.road, setup.grids, scratch, work, states, extras
+    )  # fmt: skip
     return states[:whole], extras[:whole]
 
 
