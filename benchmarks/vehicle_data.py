@@ -113,14 +113,18 @@ def paths(plant: PlantVehicle) -> dict[str, tuple[float, float]]:
     """True figure and std of the ways that wheels' loads and hubs go, and of the tyres' give along, by the vehicle file's keys.
 
     The plant's wheels are round: loads stand under hubs, which go along straight lines in the body's side view. Its tyres' patches lag by the rolling radius less
-    the hub's height, two thirds of the squash, of force over load.
+    the hub's height, two thirds of the squash, of force over load. What pads under wheels that stay upright feel holds the hubs' weight as well.
     """
     ahead, length = truth(plant, ())["cg_to_front_axle_m"], plant.wheelbase_m
+    springs = [sum(plant.preloads_n[i : i + 2]) / GRAVITY for i in (0, 2)]
+    hubs = plant.unsprung_mass_front_kg, plant.unsprung_mass_rear_kg
+    stay = plant.camber_compensation_front, plant.camber_compensation_rear
+    aside = [2 * m / s * c * plant.wheel_radius_m for m, s, c in zip(hubs, springs, stay, strict=True)]
     front, rear = plant.side_slope_drive_front, plant.side_slope_drive_rear
     vertical = 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm)
     return {
-        "patch_path_front_mprad": (plant.roll_center_height_front_m, EASED_STD_MPRAD),
-        "patch_path_rear_mprad": (plant.roll_center_height_rear_m, EASED_STD_MPRAD),
+        "patch_path_front_mprad": (plant.roll_center_height_front_m + aside[0], EASED_STD_MPRAD),
+        "patch_path_rear_mprad": (plant.roll_center_height_rear_m + aside[1], EASED_STD_MPRAD),
         "patch_path_pitch_mprad": (
             float(np.mean(plant.hub_heights_m)) + ahead * (length - ahead) / length * (front - rear),
             PATH_STD_MPRAD,

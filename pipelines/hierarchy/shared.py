@@ -85,7 +85,7 @@ RULES: Mapping[str, Belongs] = {
     "load": LOADED, "load_h": HEIGHT, "stuck": REST, "pitch_wound": WOUND, "banked_bends": ROAD, "air": ROAD, "towed": TRAILER, "hitch": TRAILER, "pushes": TRAILER,
     "offset": DRIFT, "zero": DRIFT, "suspension_zero": DRIFT, "tyre_zero": DRIFT, "axle_zero": DRIFT,
     "brake_zero": DRIFT, "pitch_bias": DRIFT,
-    "tyre_rate": TYRE, "radius": WHEEL, "bump": OIL, "rebound": OIL, "friction": OIL, "drag": AIR, "rolling": ROLLING,
+    "tyre_rate": TYRE, "radius": WHEEL, "hub_low": BUILT, "bump": OIL, "rebound": OIL, "friction": OIL, "drag": AIR, "rolling": ROLLING,
     "brake_gain": PADS, "pads": FADING,
 }  # fmt: skip
 """The unknown's name, or what it begins with up to an underscore (the longest that fits) -> to whom it belongs."""

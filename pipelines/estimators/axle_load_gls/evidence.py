@@ -30,7 +30,7 @@ PLACE_SHARE = 0.3
 SUM_ERROR = 0.001
 BODY = (
     "empty_mass", "empty_x", "empty_y", "empty_h", "load", "load_x", "load_y", "load_h", "unsprung_front",
-    "unsprung_rear", "wheelbase", "radius", "spring_front", "spring_rear",
+    "unsprung_rear", "wheelbase", "radius", "hub_low", "spring_front", "spring_rear",
 )  # fmt: skip
 """PLACE_SHARE: of the wheelbase, times the model's error: what the place may be wrong by. SUM_ERROR: what crests and the
 like leave in the mean of both axles. BODY: what mass, place and height of the loaded vehicle come from."""

@@ -29,7 +29,7 @@ from pipelines.estimators.brake_roll.slip import SlipFit
 from pipelines.estimators.brake_roll.vehicle import BrakeRollVehicle
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import Told, direct, evidence_of, loaded_body, without_prior
-from pipelines.joint.vehicle.body import even_factor
+from pipelines.joint.vehicle.body import even_factor, hub_height
 from pipelines.joint.vehicle.laden import axis_lever, roll_springs, side_patches
 from pipelines.joint.vehicle.outputs import roll_stiffness_of
 from pipelines.joint.vehicle.unknowns import TOWED
@@ -50,7 +50,7 @@ rolling resistance, which warms up. SCALE_DOUBT: by how much a torque's scale ch
 
 BODY = (
     "empty_mass", "empty_x", "empty_y", "empty_h", "load", "load_x", "load_y", "load_h", "unsprung_front",
-    "unsprung_rear", "wheelbase", "radius", "spring_front", "spring_rear",
+    "unsprung_rear", "wheelbase", "radius", "hub_low", "spring_front", "spring_rear",
 )  # fmt: skip
 LONGITUDINAL = ("mass", "brakes", "engine", "drag_area", "rolling")
 
@@ -140,7 +140,7 @@ def roll_gain(values: Values) -> float | FloatArray:
     lean = 1 - values["camber"]
     spin = 4 * values["wheel_inertia"] / values["radius"]
     patches = side_patches(values, body)
-    hubs = lean * (body.unsprung * values["radius"] + spin + patches)
+    hubs = lean * (body.unsprung * hub_height(values) + spin + patches)
     gain: float | FloatArray = (body.sprung * (body.h - axis) + hubs) / stiffness + (
         body.moment + spin + patches
     ) / tyres

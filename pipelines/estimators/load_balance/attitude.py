@@ -15,7 +15,7 @@ import numpy as np
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.forces import Terms, add, add_shafts, air_pressure
 from pipelines.estimators.load_balance.relations import Coefficients, Relation, make_relation
-from pipelines.joint.vehicle.body import body_inertias, held_rate
+from pipelines.joint.vehicle.body import body_inertias, held_rate, hub_height
 from pipelines.joint.vehicle.laden import patch_lag, rate_under_load
 from pipelines.joint.vehicle.poles import dip_levers, past_the_springs, pitch_centres
 from pipelines.joint.vehicle.unknowns import AXLES, Body, Known, Values, body_of
@@ -72,7 +72,7 @@ def attitude_terms(sag: float | None) -> Coefficients:
         springs, tyres = pitch_compliance(p)
         both = springs + tyres
         hubs = p["unsprung_front"] + p["unsprung_rear"]
-        path = hubs * p["radius"] + body.sprung * p["pitch_path"]
+        path = hubs * hub_height(p) + body.sprung * p["pitch_path"]
         add(terms, "tip", 1 + both * path * GRAVITY)
         lag = _damping_s(p)
         add(terms, "dtip", lag)

@@ -44,7 +44,7 @@ from pipelines.estimators.load_balance.forces import (
     stiffness_of,
 )
 from pipelines.estimators.load_balance.specific_force import forward, sideways, upward
-from pipelines.joint.vehicle.body import body_inertias
+from pipelines.joint.vehicle.body import body_inertias, hub_height
 from pipelines.joint.vehicle.laden import axis_lever, patch_lag, side_patches, widened
 from pipelines.joint.vehicle.poles import dip_levers, past_the_springs, pitch_centres
 from pipelines.joint.vehicle.unknowns import AXLES, BY_SPRINGS, TOWED, Body, Known, Values, body_of
@@ -128,7 +128,7 @@ def pitch_moments(kind: str, p: Values, body: Body) -> Terms:
         for name, lever_m in zip(("dip_brake", "dip_drive"), dip_levers(p, body), strict=True):
             add(terms, name, -gain * body.mass * lever_m)
     path = p["unsprung_front"] + p["unsprung_rear"]
-    add(terms, "fx_tilt", path * p["radius"] + body.sprung * p["pitch_path"])
+    add(terms, "fx_tilt", path * hub_height(p) + body.sprung * p["pitch_path"])
     add(terms, "vdot", 4 * p["wheel_inertia"] / p["radius"])
     lift = lever[0] * p["lift_front"] + lever[2] * p["lift_rear"]
     add(terms, "v2", pressure * (p["drag_height"] - links[1]) + air_pressure(p) * (0.0 if whole else lift))
@@ -197,7 +197,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         # the hubs' couples go into the springs as far as the wheels lean with the body; the tyres see all of them
         lean = 1.0 if whole else 1 - p["camber"]
         patches = lean * side_patches(p, body)
-        hubs = body.unsprung * p["radius"] * lean
+        hubs = body.unsprung * hub_height(p) * lean
         arm = gain * ((body.moment if whole else body.sprung * (body.h - axis) + hubs) + patches)
         inertia = body_inertias(p)[0] * (1 + p["swing_roll"])
         late = p[f"late_roll_{kind}"]
@@ -213,7 +213,7 @@ def roll_terms(kind: str, known: Known, sag: float | None) -> Coefficients:
         if shaft and not whole:
             _by_shaft(p, body, gain * p["shaft_roll"], terms)
         if whole:
-            add(terms, "fy_tilt", body.unsprung * p["radius"] + body.sprung * (axis + p["lean_path"]))
+            add(terms, "fy_tilt", body.unsprung * hub_height(p) + body.sprung * (axis + p["lean_path"]))
         add(terms, "vyaw", 4 * lean * p["wheel_inertia"] / p["radius"])
         mass, left = (body.mass, body.whole_y) if whole else (body.sprung, body.y)
         add(terms, "fz", -mass * left)

@@ -29,6 +29,7 @@ from pipelines.estimators.load_transfer.batch import ACROSS, ALONG, BRAKING, STA
 from pipelines.estimators.load_transfer.data import LEAN, LEANING, OFFSET_STD, TYRES, Known, StrutData
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
 from pipelines.joint.from_parameters import direct, evidence_of, hubs_past, loaded_body
+from pipelines.joint.vehicle.body import hub_height
 from pipelines.joint.vehicle.laden import axis_lever, forces_lever, patch_lag, roll_springs, side_patches
 from pipelines.joint.vehicle.outputs import roll_stiffness_of
 from pipelines.joint.vehicle.poles import POLES, pitch_centres
@@ -40,7 +41,7 @@ CARRIER = TITLES["suspension"]
 GAIN = "strut_pitch_gain"
 BODY = (
     "empty_mass", "empty_x", "empty_y", "empty_h", "load", "load_x", "load_y", "load_h", "unsprung_front",
-    "unsprung_rear", "wheelbase", "radius", "spring_front", "spring_rear",
+    "unsprung_rear", "wheelbase", "radius", "hub_low", "spring_front", "spring_rear",
 )  # fmt: skip
 SCALES = tuple(f"suspension_scale_{axle}" for axle in AXLES)
 ZEROS = tuple(f"suspension_zero_{wheel}" for wheel in CORNERS)
@@ -99,7 +100,7 @@ def pitch_moments(values: Values) -> tuple[float | FloatArray, float | FloatArra
     """Moment of the struts about the CG a m/s² of specific force while braking and while driving, kg m."""
     body, gain = loaded_body(values), values[GAIN]
     spin = 4 * values["wheel_inertia"] / values["radius"]
-    under = body.unsprung * values["radius"] + body.sprung * values["pitch_path"]
+    under = body.unsprung * hub_height(values) + body.sprung * values["pitch_path"]
     free = body.moment + body.mass * patch_lag(values) - hubs_past(values) - gain * under + (1 - gain) * spin
     braking, driving = pitch_centres(cast("Mapping[str, float]", values), body)
     return free - body.mass * braking, free - body.mass * driving
@@ -110,7 +111,7 @@ def roll_moment(values: Values) -> float | FloatArray:
     body = loaded_body(values)
     share = body.x / values["wheelbase"]
     spin = 4 * values["wheel_inertia"] / values["radius"]
-    hubs = (1 - values["camber"]) * (body.unsprung * values["radius"] + spin + side_patches(values, body))
+    hubs = (1 - values["camber"]) * (body.unsprung * hub_height(values) + spin + side_patches(values, body))
     whole = body.sprung * (body.h - axis_lever(values, share)) + hubs
     springs = roll_stiffness_of(values)
     told: float | FloatArray = whole * springs / roll_springs(values, body, springs)

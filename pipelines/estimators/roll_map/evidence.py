@@ -20,6 +20,7 @@ from pipelines.estimators.roll_map.answers import Coefficients, likelihood_of, q
 from pipelines.estimators.roll_map.tyre_share import off_banked_roads, turns_with_the_road
 from pipelines.evidence import Evidence, Unknown, Values
 from pipelines.joint.mirror import QUICK_ROLL
+from pipelines.joint.vehicle.body import hub_height
 from pipelines.joint.vehicle.book import AXLES
 from pipelines.joint.vehicle.laden import axis_lever, roll_springs
 from pipelines.joint.vehicle.outputs import (
@@ -41,7 +42,7 @@ RUBS = Unknown("roll_rubs", 0.5, 0.4)
 by more than the drive moves them."""
 
 DEPENDS = (
-    "wheelbase", "track_front", "track_rear", "spring_base_front", "spring_base_rear", "radius", "empty_mass", "empty_x", "empty_y", "empty_h",
+    "wheelbase", "track_front", "track_rear", "spring_base_front", "spring_base_rear", "radius", "hub_low", "empty_mass", "empty_x", "empty_y", "empty_h",
     "unsprung_front", "unsprung_rear", "load", "load_x", "load_y", "load_h", "load_wide", "spring_front", "spring_rear",
     "square_front", "square_rear", "cube_front", "cube_rear", "free_front", "free_rear", "stop_front", "stop_rear",
     "bar_front", "bar_rear", "bump_front", "bump_rear", "friction_front", "friction_rear", "rebound_front", "rebound_rear", "roll_center_front",
@@ -80,7 +81,7 @@ def _coefficients(values: Values, motion: Motion) -> list[FloatArray]:
     damping = _damping(values, motion)
     axis = np.asarray(axis_lever(values, np.asarray(body.whole_x) / values["wheelbase"]))
     own = body.sprung * (body.h - axis)
-    hub = body.unsprung * np.asarray(values["radius"])
+    hub = body.unsprung * np.asarray(hub_height(values))
     ground = body.sprung * axis + hub
     width = 0.5 * (np.asarray(values["track_front"]) + values["track_rear"])
     kappa = stiffness / (stiffness + values["tyre_rate"] * width**2)

@@ -19,6 +19,7 @@ from pipelines.estimators.roll_pitch_plane.fit import LinearFit
 from pipelines.estimators.roll_pitch_plane.known import FEET, NET_MOMENT, ROLL_CENTER, ROLL_RADPS
 from pipelines.evidence import Evidence, FloatArray, Kind, Values
 from pipelines.joint.from_parameters import evidence_of, hubs_past, loaded_body, without_prior
+from pipelines.joint.vehicle.body import hub_height
 from pipelines.joint.vehicle.laden import forces_lever
 from pipelines.joint.vehicle.outputs import INERTIA_BY_FORCES, inertias_of, roll_axis_of
 from pipelines.joint.vehicle.poles import POLES, pole_drop
@@ -27,7 +28,7 @@ from pipelines.models.roll import GRAVITY
 CARRIER = "suspension forces in quick motion"
 
 
-INERTIA = ("load_h", "load_x", "load_y", "load_wide", "load_long", "empty_h", "empty_y", "radius", "track_front", "track_rear")  # fmt: skip
+INERTIA = ("load_h", "load_x", "load_y", "load_wide", "load_long", "empty_h", "empty_y", "radius", "hub_low", "track_front", "track_rear")  # fmt: skip
 """What the body's inertia hangs on beside the masses: see `body_inertias`."""
 
 
@@ -81,9 +82,10 @@ def roll_evidence(
         above = values["imu_h"] - body.h
         lean = 1 - values["camber"]
         arm = body.h - roll_axis_of(values, body)
-        hubs = body.unsprung * values["radius"] * lean * (arm - lean * values["radius"])
+        hubs = body.unsprung * hub_height(values) * lean * (arm - lean * hub_height(values))
         lever: float | FloatArray = forces_lever(values) / mean_scale(values)
-        return (inertias_of(values)[0] - moment * above - hubs - left) * lever
+        told: float | FloatArray = (inertias_of(values)[0] - moment * above - hubs - left) * lever
+        return told
 
     names = (*INERTIA, "roll_inertia", *ROLL, "imu_h")
     made = _of(fit, "roll_acc", mass, errors, (doubt, feet), "roll", "roll_plane", inertia, names)
@@ -100,7 +102,7 @@ def pitch_evidence(fit: LinearFit, planes: Planes, mass: float, errors: SensorEr
         spin = 4 * values["wheel_inertia"] / values["radius"]
         moment = body.moment - body.mass * links - hubs_past(values) + spin
         above, ahead = values["imu_h"] - body.h, body.x - values["imu_x"]
-        hubs = (body.unsprung * values["radius"] + spin) * (body.h - values["radius"])
+        hubs = (body.unsprung * hub_height(values) + spin) * (body.h - hub_height(values))
         # the vertical accelerometer reads pitch where it sits ahead of the CG
         place = body.sprung * (body.x - 0.5 * values["wheelbase"]) * ahead
         told: float | FloatArray = (inertias_of(values)[1] - moment * above - hubs + place) / mean_scale(

@@ -66,7 +66,7 @@ def body_of(p: Values, sag: float | None) -> Body:
     unsprung = p["unsprung_front"] + p["unsprung_rear"]
     empty = p["empty_mass"] - unsprung
     sprung = empty + p["load"]
-    length, hub = p["wheelbase"], p["radius"]
+    length, hub = p["wheelbase"], hub_height(p)
     x = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * length + p["load"] * p["load_x"]) / sprung
     y = (p["empty_mass"] * p["empty_y"] + p["load"] * p["load_y"]) / sprung
     rest = p["empty_mass"] * p["empty_h"] - unsprung * hub
@@ -78,6 +78,11 @@ def body_of(p: Values, sag: float | None) -> Body:
         sprung * y / mass,
         (sprung * h + unsprung * hub) / mass,
     )  # fmt: skip
+
+
+def hub_height(p: Mapping[str, Any]) -> Any:
+    """Of the empty vehicle's wheel centres above ground, m: below the radius on which the wheels roll, as tyres are squashed."""
+    return p["radius"] - p["hub_low"]
 
 
 def empty_corner(p: Values, axle: str) -> float:
@@ -109,7 +114,7 @@ def body_inertias(p: Values) -> tuple[float, float]:
     """
     unsprung = p["unsprung_front"] + p["unsprung_rear"]
     empty = p["empty_mass"] - unsprung
-    hub, length = p["radius"], p["wheelbase"]
+    hub, length = hub_height(p), p["wheelbase"]
     x = (p["empty_mass"] * p["empty_x"] - p["unsprung_rear"] * length) / empty
     y = p["empty_mass"] * p["empty_y"] / empty
     h = (p["empty_mass"] * p["empty_h"] - unsprung * hub) / empty

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.joint.vehicle.body import Body, carrying
+from pipelines.joint.vehicle.body import Body, carrying, hub_height
 from pipelines.joint.vehicle.remembered import once
 from pipelines.joint.vehicle.suspension import STOP_POWER
 from pipelines.models.roll import GRAVITY
@@ -164,7 +164,9 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     A wheel that stays upright by the share c turns against the body by c times the roll, and where its foot stays in its plane, a
     radius R below the hub, the foot comes up by R c² roll²/2 beside the hub's travel: the weight then adds c² R times the roll to
     what the springs hold. Wide tyres that lean stand on their edges instead, and models of feet that are points have none of it
-    (`wheel_plane`: 1 a thin disc).
+    (`wheel_plane`: 1 a thin disc). And its hub goes across the body by c R times the roll, its own weight m_u against it: on straight
+    guides the springs hold g (m_s h_rc + m_u c R) a rad more, from S = Fz + Fy y'_foot - m_u (f_z + f_y y'_hub) with y'_hub less than
+    y'_foot by c R over half the track.
 
     Simple models' weight does not tip a leaning body, as if it eased nothing (`lean_path`, m above the roll axis).
 
@@ -173,8 +175,9 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     """
     behind = body.x / p["wheelbase"]
     weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)
-    disc = p["wheel_plane"] * p["camber"] ** 2 * p["radius"]
-    by_geometry = p["side_path"] * roll_center(p, axle) - disc
+    disc = p["wheel_plane"] * p["camber"] ** 2 * hub_height(p)
+    hub = GRAVITY * p[f"unsprung_{axle}"] / weight * p["camber"] * hub_height(p)
+    by_geometry = p["side_path"] * roll_center(p, axle) + hub - disc
     measured = p[f"path_{axle}"] + roll_center(p, axle) - p[f"roll_center_{axle}"]
     return weight * (by_geometry + p["paths_told"] * (measured - by_geometry) + p["lean_path"])
 

@@ -8,7 +8,7 @@ from typing import cast
 import numpy as np
 
 from pipelines.evidence import Values
-from pipelines.joint.vehicle.body import Body, body_inertias, body_of
+from pipelines.joint.vehicle.body import Body, body_inertias, body_of, hub_height
 from pipelines.joint.vehicle.laden import leans, rate_under_load, roll_center
 from pipelines.joint.vehicle.poles import pitch_centres
 from pipelines.joint.vehicle.unknowns import AXLES, CORNERS
@@ -70,7 +70,7 @@ def roll_inertia_of(values: Values, body: Body) -> FloatArray:
     """Of the whole vehicle about its CG: the body's own, and what body and wheels have by their distances."""
     hubs = sum(
         np.asarray(values[f"unsprung_{a}"])
-        * (0.25 * values[f"track_{a}"] ** 2 + (values["radius"] - body.whole_h) ** 2)
+        * (0.25 * values[f"track_{a}"] ** 2 + (hub_height(values) - body.whole_h) ** 2)
         for a in AXLES
     )
     return np.asarray(inertias_of(values)[0] + hubs + np.asarray(body.sprung) * (body.h - body.whole_h) ** 2)
@@ -90,7 +90,7 @@ def pitch_inertia_of(values: Values, body: Body) -> FloatArray:
     """Of the whole vehicle about its CG, as `roll_inertia_of`."""
     hubs = sum(
         np.asarray(values[f"unsprung_{a}"])
-        * ((at - body.whole_x) ** 2 + (values["radius"] - body.whole_h) ** 2)
+        * ((at - body.whole_x) ** 2 + (hub_height(values) - body.whole_h) ** 2)
         for a, at in zip(AXLES, (0.0, values["wheelbase"]), strict=True)
     )
     away = (body.x - body.whole_x) ** 2 + (body.h - body.whole_h) ** 2

@@ -21,6 +21,7 @@ _WORDS: Mapping[str, str] = {
     "spring_base": "distance between the springs over the track",
     "force_base": "distance between the springs that forces are logged of",
     "radius": "rolling radius",
+    "hub_low": "how far wheel centres stand below the rolling radius",
     "wheel_inertia": "wheels' inertia",
     "tyre_rate": "tyres' vertical rate",
     "rub": "share of the dry friction that holds the nodding body",

@@ -105,13 +105,12 @@ def _residual(q: FloatArray, body: FloatArray, wheels: FloatArray, lateral_mps2:
     weight = masses[:, None] * pull
     moments = _moment(contact, force) + _moment(hubs, np.broadcast_to(weight, hubs.shape))
     moment = (moments[:, None, :] @ turn)[:, 0]
-    # rolling wheels resist the turn: spin times yaw rate is acceleration over radius
-    moment[:, 0] += lateral_mps2 * (
-        wheels[:, at.WHEEL_INERTIA] / (wheels[:, at.FREE_RADIUS] - squash / 3)
-    ).sum(axis=1)
+    # rolling wheels resist the turn: spin times yaw rate is acceleration over radius; and turn their carriers along their guides
+    turned = lateral_mps2 * wheels[:, at.WHEEL_INERTIA] / (wheels[:, at.FREE_RADIUS] - squash / 3)
+    moment[:, 0] += turned.sum(axis=1)
     foot_path, hub_path = paths(wheels, q[:, 3:])
     guide = ((force @ turn) * foot_path).sum(axis=2) + ((weight @ turn) * hub_path).sum(axis=2)
-    guide += normal * aside * wheels[:, at.CAMBER_RATE] - spring_forces(q[:, 3:], body, wheels)
+    guide += (normal * aside + turned) * wheels[:, at.CAMBER_RATE] - spring_forces(q[:, 3:], body, wheels)
     lift = normal.sum(axis=1) + total * pull[2]
     return np.column_stack([lift, moment[:, 0], moment[:, 1], guide])
 

@@ -185,8 +185,9 @@ def tire_in_plane(
     # becomes force on the radius on which the wheel rolls, and what the load's lever does acts on the vehicle as well
     moment = -rolling - fx * (rolling_radius - (free - squash))
     spinning = wheels[i, at.WHEEL_INERTIA]
-    # the moment that turns the wheel's own spin is taken from the body
-    work[8, 1], work[8, 2] = spinning * y[at.SPIN + i] * r, -spinning * y[at.SPIN + i] * p
+    # the moment that turns the wheel's own spin is taken from the carrier, which leans less than the body
+    spin = spinning * y[at.SPIN + i]
+    work[8, 1], work[8, 2] = spin * r, -spin * (p + wheels[i, at.CAMBER_RATE] * v)
     # the middle of the load goes with the patch, which lies beside the wheel by the tyre's deflection across
     give = body[at.PATCH_GIVE] * y[at.U_Y + i]
     # a round wheel meets a slope ahead of its hub, and the road pushes it square to the slope: on a line through the hub
@@ -220,8 +221,8 @@ def wheel_into_body(
     d, v = y[at.DEFLECTION + i], y[at.DEFLECTION_RATE + i]
     turned, bent = wheels[i, at.SIDE_CURVE] * d, wheels[i, at.PATH_CURVE] * d
     push = (wheels[i, at.FOOT_PATH_X] + turned) * bx + (wheels[i, at.FOOT_PATH_Y] + bent) * by + bz
-    # a load beside its wheel turns the carrier, which takes the body's lean from the wheel as it goes along its guide
-    push += bz * work[8, 3] * wheels[i, at.CAMBER_RATE]
+    # what turns the carrier (a load beside its wheel, the wheel's spin) pushes it along its guide, on which it leans against the body
+    push += (bz * work[8, 3] + work[8, 1]) * wheels[i, at.CAMBER_RATE]
     push += brake * wheels[i, at.BRAKE_TURN] - aux[at.W_FORCE + i]
 
     ex, ey = wheels[i, at.HUB_PATH_X] + turned, wheels[i, at.HUB_PATH_Y] + bent
