@@ -1,9 +1,10 @@
-"""Inertial signals that are cut off at the end of a sensor's or a recorder's range: flat tops.
+"""Inertial signals, deflections and forces that are cut off at the end of a sensor's or a recorder's range: flat tops.
 
 What is cut off is smaller than it was, by an unknown amount, exactly where the vehicle is driven hardest: no sample at all is honester.
 It shows without knowing the range: a noisy signal never stands still at its largest value, again and again, unless it is held there. Signals that do
-stay at an extreme (brake pressure, pedals, speeds, stops of steering or springs) are not looked at, nor are those without noise, which
-a simulator may hold anywhere.
+stay at an extreme (brake pressure, pedals, speeds, stops of steering) are not looked at, nor are those without noise, which
+a simulator may hold anywhere. A spring on its stop still moves by more than the noise; a wheel that hangs at full droop may not, and
+is then as little the force that its deflection stands for.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import numpy as np
 from parsers.channels import FloatArray
 from parsers.checks.grid import BoolArray
 
-_RATES = ("roll_rate", "pitch_rate", "yaw_rate")
+_LOOKED_AT = ("roll_rate", "pitch_rate", "yaw_rate", "accel_", "suspension_deflection_", "suspension_force_", "tire_normal_force_")
 _RUN = 4
 _LEAST_RUNS = 3
 _LEAST_SAMPLES = 20
@@ -41,8 +42,8 @@ class Limits:
 
 
 def flat_tops(name: str, values: FloatArray) -> Limits | None:
-    """Where an inertial signal's values (n,) are cut off, or None. Stray values are to be taken out before."""
-    if not (name in _RATES or name.startswith("accel_")) or len(values) < _LEAST_NEAR:
+    """Where a signal's values (n,) are cut off, or None. Stray values are to be taken out before."""
+    if not name.startswith(_LOOKED_AT) or len(values) < _LEAST_NEAR:
         return None
     high, low = float(values.max()), float(values.min())
     above, below = high > 0 and _flat(values, high), low < 0 and _flat(-values, -low)
