@@ -1,20 +1,22 @@
-"""Does what is carried change in mid-drive? A step between two stands, beyond what friction, slopes and drift explain.
+"""Does what is carried change in mid-drive? Steps between two stands, beyond what friction, slopes and drift explain.
 
 What the wheels carry at stand i is, wheel by wheel and for their sum,
 
-    F_i = c + b_x f_x + b_y f_y + d_1 t + d_2 t² + s [i >= k] + e_i
+    F_i = c + b_x f_x + b_y f_y + d_1 t + d_2 t² + sum_k s_k [i >= k] + e_i
 
 with f_x, f_y what the accelerometers read (a slope, against held brakes and by links that lift), t over the drive in -1 to 1 (a sensor
 that drifts), and e_i what dry friction holds at that rest. b and d are known beforehand within the spreads below, so that two stands tell a
-step as well as twenty, if less well. s is estimated for every k at once by generalized least squares; the best k is a change
-of load where s is beyond doubt, where the stands right before and after it show it too (a drift does not), and where more than
-one wheel takes part (a body does not sink at one wheel alone; a sensor's lever slips so).
+step as well as twenty, if less well. Steps are taken in one after the other, each where it explains most beside those before it, all
+fitted together by generalized least squares: somebody who rides along for a part of the drive is two steps, of which neither explains
+much alone. A step is a change of load where s is beyond doubt, where the stands right before and after it show it too (a drift does
+not), and where more than one wheel takes part (a body does not sink at one wheel alone; a sensor's lever slips so).
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +51,8 @@ APART = (-0.5, 1.5)
 """Share of the rear axle: of loads behind it or ahead of the front one, as far as a vehicle reaches."""
 AGREES = 0.5
 """Where several carriers are there, each has to show that share of the step."""
+MOST_STEPS = 5
+"""More are not looked for: a drive of so many loads is told as weakly with five as with ten."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,7 @@ class LoadStep:
     """A load that came or went. after_s, before_s: between which instants, from the drive's start. change_kg: + what came; std_kg of it.
 
     rear, left: share of it on the rear axle and on the left wheels (left None where only axles are measured). source: signals.
+    others: of a drive with several the smaller ones, in the order of time.
     """
 
     after_s: float
@@ -65,10 +70,26 @@ class LoadStep:
     rear: float
     left: float | None
     source: str
+    others: tuple[LoadStep, ...] = ()
+
+    @property
+    def in_order(self) -> tuple[LoadStep, ...]:
+        """This one and the others as they came."""
+        return tuple(sorted((replace(self, others=()), *self.others), key=lambda step: step.after_s))
+
+    @property
+    def most_kg(self) -> float:
+        """By how much the heaviest load of the drive is beyond the lightest."""
+        loads = np.cumsum([0.0, *(step.change_kg for step in self.in_order)])
+        return float(loads.max() - loads.min())
 
     @property
     def found(self) -> str:
         """The sentence for the reader."""
+        return "the load changed " + " and ".join(step._when for step in self.in_order)
+
+    @property
+    def _when(self) -> str:
         where = (
             "more at the rear"
             if self.rear > 0.6
@@ -78,14 +99,15 @@ class LoadStep:
         )
         rounded = 10 * round(self.change_kg / 10)
         when = 0.5 * (self.after_s + self.before_s)
-        return f"the load changed at about {when:.0f} s (by about {rounded:+d} kg, {where})"
+        return f"at about {when:.0f} s (by about {rounded:+d} kg, {where})"
 
     @property
     def decision(self) -> Decision:
         """As it stands in the import record: nothing was done about it."""
-        evidence = (
-            f"{self.change_kg:+.0f} ± {self.std_kg:.0f} kg by {self.source} at rest, between {self.after_s:.0f} and {self.before_s:.0f} s; "
-            f"{100 * self.rear:.0f} % of it at the rear"
+        evidence = "; ".join(
+            f"{step.change_kg:+.0f} ± {step.std_kg:.0f} kg by {step.source} at rest, between {step.after_s:.0f} and {step.before_s:.0f} s, "
+            f"{100 * step.rear:.0f} % of it at the rear"
+            for step in self.in_order
         )
         action = "split the drive there; mass, place and heights are weak, with half of what the load changes in their spreads"
         return Decision("", "load", self.found, action, evidence, applied=False)
@@ -93,14 +115,43 @@ class LoadStep:
 
 @dataclass(frozen=True)
 class _Fit:
-    """The best step: index of its first stand, step of the sum and of each wheel (or axle), std of the sum's, N; residuals of
-    the sum with the step left in, (n,)."""
+    """One step among others. first: index of its first stand; begin, end: from and up to which stand no other step comes.
+
+    total, std: of the sum, N; parts: of each wheel (or axle). left_in: (n,) residuals of the sum with this step left in.
+    """
 
     first: int
+    begin: int
+    end: int
     total: float
     std: float
     parts: FloatArray
     left_in: FloatArray
+
+
+@dataclass(frozen=True)
+class _Sums:
+    """What generalized least squares need of one carrier. loads: (n, 1 + wheels) the sum and each; slopes: (n, 4) nuisances; once: (n,)
+    the weights of a mean; seen: (n, n) the inverse of all covariances, for what has no mean; stuck: what a rest's sum scatters by, N."""
+
+    loads: FloatArray
+    slopes: FloatArray
+    once: FloatArray
+    seen: FloatArray
+    stuck: float
+
+    def powers(self, steps: FloatArray, beside: FloatArray) -> FloatArray:
+        """(m,) what each of the steps (n, m) explains beside those that are there (n, k), in chi²."""
+        y = self.loads[:, 0]
+        power = np.einsum("ij,ij->j", steps, self.seen @ steps)
+        pull = steps.T @ (self.seen @ y)
+        if beside.shape[1]:
+            across = steps.T @ self.seen @ beside
+            inverse = np.linalg.inv(beside.T @ self.seen @ beside)
+            power = power - np.einsum("ij,jk,ik->i", across, inverse, across)
+            pull = pull - across @ inverse @ (beside.T @ self.seen @ y)
+        # a step that is there already explains nothing more
+        return np.where(power > 1e-9 * np.max(np.abs(power)), pull**2 / np.maximum(power, 1e-300), 0.0)
 
 
 def _friction(stands: Stands, carrier: str, vehicle: Vehicle) -> float:
@@ -120,48 +171,62 @@ def _nuisances(stands: Stands, weight: float) -> FloatArray:
     return np.column_stack([each - each.mean() for each in columns])
 
 
-def _scatter(left: FloatArray, rest: NDArray[np.int64], first: int) -> float:
-    """Root mean square of what the fit leaves, (n,) N, rest by rest: one that the step cuts counts as two, figures fitted as none."""
-    pieces = np.arange(len(rest))
-    _, group = np.unique(2 * rest + (pieces >= first), return_inverse=True)
-    means = np.bincount(group, weights=left) / np.bincount(group)
-    return math.sqrt(float(means @ means) / max(len(means) - FITTED, 1))
-
-
-def _fit(stands: Stands, carrier: str, vehicle: Vehicle, at: NDArray[np.int64]) -> _Fit:
-    """Generalized least squares for a step before each stand of `at`, and the best of them."""
+def _sums(stands: Stands, carrier: str, vehicle: Vehicle) -> _Sums:
     parts = stands.loads[carrier]
     stuck = _friction(stands, carrier, vehicle)
     slopes = _nuisances(stands, weight_of(stands, carrier, vehicle))
-    n = len(parts)
     # friction holds all of a rest alike; pieces of one rest differ by half as much (somebody moves, a brake is let go)
-    own = stuck**2 * (stands.rest[:, None] == stands.rest[None, :]) + (0.5 * stuck) ** 2 * np.eye(n)
+    own = stuck**2 * (stands.rest[:, None] == stands.rest[None, :]) + (0.5 * stuck) ** 2 * np.eye(len(parts))
     inverse = np.linalg.inv(own + slopes @ slopes.T)
     once = inverse.sum(axis=1)
     seen = inverse - np.outer(once, once) / once.sum()
-    steps = (np.arange(n)[:, None] >= at[None, :]).astype(np.float64)
-    columns = np.column_stack([parts.sum(axis=1), parts])
-    power = np.einsum("ij,ij->j", steps, seen @ steps)
-    found = (steps.T @ seen @ columns) / power[:, None]
-    best = int(np.argmax(found[:, 0] ** 2 * power))
-    rest = columns[:, 0] - found[best, 0] * steps[:, best]
-    without = columns[:, 0] - slopes @ (slopes.T @ seen @ rest)
-    left = without - found[best, 0] * steps[:, best]
-    left = left - float(once @ left) / float(once.sum())
-    scale = max(1.0, _scatter(left, stands.rest, int(at[best])) / stuck)
-    std = scale / math.sqrt(float(power[best]))
-    return _Fit(int(at[best]), float(found[best, 0]), std, found[best, 1:], without)
+    return _Sums(np.column_stack([parts.sum(axis=1), parts]), slopes, once, seen, stuck)
+
+
+def _steps(count: int, firsts: Sequence[int]) -> FloatArray:
+    """(n, m) 0 before a step, 1 from it on."""
+    return (np.arange(count)[:, None] >= np.asarray(firsts, dtype=np.int64)[None, :]).astype(np.float64)
+
+
+def _scatter(left: FloatArray, rest: NDArray[np.int64], firsts: Sequence[int]) -> float:
+    """Root mean square of what the fit leaves, (n,) N, rest by rest: one that a step cuts counts as two, figures fitted as none."""
+    level = _steps(len(rest), firsts).sum(axis=1).astype(np.int64)
+    _, group = np.unique((len(firsts) + 1) * rest + level, return_inverse=True)
+    means = np.bincount(group, weights=left) / np.bincount(group)
+    return math.sqrt(float(means @ means) / max(len(means) - FITTED - len(firsts) + 1, 1))
+
+
+def _fit(sums: _Sums, rest: NDArray[np.int64], firsts: Sequence[int]) -> tuple[_Fit, ...]:
+    """Generalized least squares for steps before the stands `firsts`, in the order of time."""
+    n = len(rest)
+    steps = _steps(n, firsts)
+    covariance = np.linalg.inv(steps.T @ sums.seen @ steps)
+    found = covariance @ (steps.T @ sums.seen @ sums.loads)
+    without = sums.loads[:, 0] - sums.slopes @ (
+        sums.slopes.T @ sums.seen @ (sums.loads[:, 0] - steps @ found[:, 0])
+    )
+    left = without - steps @ found[:, 0]
+    left = left - float(sums.once @ left) / float(sums.once.sum())
+    scale = max(1.0, _scatter(left, rest, firsts) / sums.stuck)
+    bounds = (0, *firsts, n)
+    return tuple(
+        _Fit(
+            first, bounds[m], bounds[m + 2], float(found[m, 0]), scale * math.sqrt(float(covariance[m, m])), found[m, 1:],
+            left + steps[:, m] * found[m, 0],
+        )
+        for m, first in enumerate(firsts)
+    )  # fmt: skip
 
 
 def _surely(stands: Stands, fit: _Fit, weight: float) -> bool:
     """Whether the step is large, beyond doubt, and there at once."""
-    before, after = stands.rest[: fit.first], stands.rest[fit.first :]
+    before, after = stands.rest[fit.begin : fit.first], stands.rest[fit.first : fit.end]
     single = min(len(np.unique(before)), len(np.unique(after))) < 2
     if abs(fit.total) < max(LEAST * weight, (SURE_ALONE if single else SURE) * fit.std):
         return False
     levels = fit.left_in
-    at_once = np.median(levels[fit.first : fit.first + NEAR]) - np.median(
-        levels[max(fit.first - NEAR, 0) : fit.first]
+    at_once = np.median(levels[fit.first : min(fit.first + NEAR, fit.end)]) - np.median(
+        levels[max(fit.first - NEAR, fit.begin) : fit.first]
     )
     return bool(at_once * np.sign(fit.total) > AT_ONCE * abs(fit.total))
 
@@ -175,26 +240,54 @@ def _of_a_body(fit: _Fit) -> bool:
     return len(size) == 2 or float(size.max()) < ALONE * float(size.sum())
 
 
+def _found(sums: _Sums, stands: Stands, weight: float) -> tuple[_Fit, ...]:
+    """The most steps that are all beyond doubt; none where there are none."""
+    n = len(stands.rest)
+    every, firsts = np.arange(1, n), list[int]()
+    best: tuple[_Fit, ...] = ()
+    for _ in range(min(MOST_STEPS, n - 1)):
+        explained = sums.powers(_steps(n, every.tolist()), _steps(n, firsts))
+        explained[np.isin(every, firsts)] = 0.0
+        if not explained.max() > 0:
+            break
+        firsts = sorted([*firsts, int(every[int(np.argmax(explained))])])
+        fits = _fit(sums, stands.rest, firsts)
+        if all(_surely(stands, fit, weight) and _of_a_body(fit) for fit in fits):
+            best = fits
+    return best
+
+
 def load_step(drive: Drive, vehicle: Vehicle) -> LoadStep | None:
-    """The largest change of load in mid-drive; None where there is none, or the log cannot tell."""
+    """The largest change of load in mid-drive, with the others beside it; None where there is none, or the log cannot tell."""
     stands = find_stands(drive, vehicle)
     if stands is None or len(np.unique(stands.rest)) < 2:
         return None
     carrier, *others = stands.loads
-    fit = _fit(stands, carrier, vehicle, np.arange(1, len(stands.rest)))
-    if not (_surely(stands, fit, weight_of(stands, carrier, vehicle)) and _of_a_body(fit)):
+    fits = _found(_sums(stands, carrier, vehicle), stands, weight_of(stands, carrier, vehicle))
+    if not fits:
         return None
-    again = (_fit(stands, other, vehicle, np.array([fit.first])) for other in others)
-    if any(each.total * np.sign(fit.total) < AGREES * abs(fit.total) for each in again):
-        return None
+    firsts = [fit.first for fit in fits]
+    for other in others:
+        again = _fit(_sums(stands, other, vehicle), stands.rest, firsts)
+        if any(
+            a.total * np.sign(fit.total) < AGREES * abs(fit.total) for a, fit in zip(again, fits, strict=True)
+        ):
+            return None
     # what the springs' rates are unsure by, and a twentieth for springs that stiffen and sensors' scales
     rates = spring_rates(vehicle)[1] if carrier == "suspension_deflection" else 0.0
+    steps = [_told(fit, stands, carrier, math.hypot(0.05, rates)) for fit in fits]
+    largest = max(steps, key=lambda step: abs(step.change_kg))
+    return replace(largest, others=tuple(step for step in steps if step is not largest))
+
+
+def _told(fit: _Fit, stands: Stands, carrier: str, unsure: float) -> LoadStep:
+    """A step in kg. unsure: share of it that rates and scales leave open."""
     half = len(fit.parts) // 2
     return LoadStep(
         after_s=float(stands.end_s[fit.first - 1]),
         before_s=float(stands.begin_s[fit.first]),
         change_kg=fit.total / GRAVITY,
-        std_kg=math.hypot(fit.std, math.hypot(0.05, rates) * fit.total) / GRAVITY,
+        std_kg=math.hypot(fit.std, unsure * fit.total) / GRAVITY,
         rear=float(fit.parts[half:].sum()) / fit.total,
         left=float(fit.parts[0::2].sum()) / fit.total if half > 1 else None,
         source=f"{carrier.replace(chr(95), chr(32))}s",

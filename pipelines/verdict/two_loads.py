@@ -1,6 +1,6 @@
-"""A drive whose load changed holds two vehicles: what rests on all of it is no surer than the way from one to the other.
+"""A drive whose load changed holds two vehicles or more: what rests on all of it is no surer than the way from one to the other.
 
-With the change dm of a mass m, the share r of it on the rear axle and the wheelbase L, half of what the change makes goes into each
+With the change dm of a mass m (from the lightest to the heaviest of several), the share r of it on the rear axle and the wheelbase L, half of what the change makes goes into each
 spread (so that 95 % intervals about either state or between them hold both):
 
     mass, sprung mass               dm / 2
@@ -66,7 +66,7 @@ def _about(verdict: Mapping[str, ParameterEstimate], vehicle: Vehicle) -> _About
 
 def half_of_it(name: str, value: float, step: LoadStep, about: _About) -> float | None:
     """Half of what the change makes of a parameter (module's head), in its own unit; None for what does not hang on the load."""
-    dm = abs(step.change_kg)
+    dm = step.most_kg
     share = dm / (2 * about.mass)
     off = abs(step.rear * about.length - about.x)
     if name in ("mass_kg", "sprung_mass_kg"):
