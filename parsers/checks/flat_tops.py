@@ -16,7 +16,15 @@ import numpy as np
 from parsers.channels import FloatArray
 from parsers.checks.grid import BoolArray
 
-_LOOKED_AT = ("roll_rate", "pitch_rate", "yaw_rate", "accel_", "suspension_deflection_", "suspension_force_", "tire_normal_force_")
+_LOOKED_AT = (
+    "roll_rate",
+    "pitch_rate",
+    "yaw_rate",
+    "accel_",
+    "suspension_deflection_",
+    "suspension_force_",
+    "tire_normal_force_",
+)
 _RUN = 4
 _LEAST_RUNS = 3
 _LEAST_SAMPLES = 20
