@@ -11,7 +11,18 @@ from parsers.channels import FloatArray, IntArray
 from parsers.importer import Status
 
 DecisionKind = Literal[
-    "sign", "unit", "spikes", "offset", "scale", "range", "choice", "load", "zero", "vehicle", "delay"
+    "sign",
+    "unit",
+    "spikes",
+    "offset",
+    "scale",
+    "range",
+    "choice",
+    "load",
+    "zero",
+    "vehicle",
+    "delay",
+    "mount",
 ]
 
 

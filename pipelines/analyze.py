@@ -38,6 +38,7 @@ from pipelines.prepare.deflection_zero import with_zero_open
 from pipelines.prepare.force_units import forces_in_newtons
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
+from pipelines.prepare.level_unit import with_level_unit
 from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.prepare.steered import steered
@@ -186,6 +187,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         request.logs,
         LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given, wheel_radius(vehicle)),
     )
+    drive = with_level_unit(drive, vehicle, fix=request.fix)
     drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
     lateral, angles = lateral_doubt(drive, vehicle), angle_doubts(drive)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())

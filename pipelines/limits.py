@@ -55,11 +55,11 @@ def _load_changed(record: ImportRecord) -> list[str]:
 
 
 def _zero_open(record: ImportRecord) -> list[str]:
-    """That the deflections look zeroed under the load (`prepare.deflection_zero`), and what to state."""
+    """That the deflections look zeroed under the load (`prepare.deflection_zero`) or the unit leans (`prepare.level_unit`), and what to state."""
     return [
         f"{d.found[:1].upper()}{d.found[1:]}. {d.action[:1].upper()}{d.action[1:]}."
         for d in record.decisions
-        if d.kind == "zero"
+        if d.kind in ("zero", "mount")
     ]
 
 

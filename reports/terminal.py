@@ -109,7 +109,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
     told += [
         f"{sentence(clean(d.found, 200)).rstrip('.')}: {clean(d.action, 200)}."
         for d in results.record.decisions
-        if d.kind == "zero"
+        if d.kind in ("zero", "mount")
     ]
     told += [
         f"{sentence(clean(d.found, 200)).rstrip('.')}: is the file this vehicle's?"
