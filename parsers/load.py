@@ -191,6 +191,12 @@ SHORT_S, MANY = 1.0, 500
 FAST_HZ = 2000.0
 """Rows of a table that come faster than this rather have a clock of another unit: no recorder of a vehicle's motion is as quick."""
 
+SLOW_S = 4.0
+"""Rows that come less often than this, in the mean, show no bend: hours in steps of 20 are rather two minutes in milliseconds."""
+
+ODD_UNIT = "is the unit of the time right?"
+"""Of a note that doubts it: words for a terminal to know it by."""
+
 DISORDER = 0.2
 """Share of rows whose stamps go back or repeat from which on the clock is rather another channel."""
 
@@ -201,13 +207,18 @@ def _odd_time(parts: Sequence[PartFacts], seconds: float) -> list[str]:
     rows = sum(part.opened.log.messages for part in tables)
     said = []
     if rows >= MANY and seconds < SHORT_S:
-        said.append(f"all {rows} rows lie within {seconds:.3g} s: is the unit of the time right?")
+        said.append(f"all {rows} rows lie within {seconds:.3g} s: {ODD_UNIT}")
     elif seconds > 0:
         # messages of several topics are no rows of one clock
         most = max((p.opened.log.messages for p in tables if p.opened.importer.name in _ONE_CLOCK), default=0)
         if most >= MANY and most / seconds > FAST_HZ:
             said.append(
-                f"{most} rows within {seconds:.3g} s are {most / seconds:.0f} Hz: is the unit of the time right? "
+                f"{most} rows within {seconds:.3g} s are {most / seconds:.0f} Hz: {ODD_UNIT} "
+                "A mapping file's [time] unit states it"
+            )
+        elif rows >= MANY and rows == most and seconds / most > SLOW_S:
+            said.append(
+                f"a row every {seconds / most:.3g} s: too seldom for a vehicle's motion; {ODD_UNIT} "
                 "A mapping file's [time] unit states it"
             )
     astray = sum(part.out_of_order + part.duplicates for part in tables)

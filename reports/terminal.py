@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
+from parsers.load import ODD_UNIT
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
@@ -96,6 +97,7 @@ def _left_out(results: DriveResults) -> list[str]:
 def _next_and_conflicts(results: DriveResults) -> list[str]:
     """A log that is not whole, signals turned or left out, a load that changed, what the drive speaks for, conflicts between relations, the measurement that would help most, and channels that nobody knows; nothing where there are none."""
     told = [*_log(results), *_turned(results), *_left_out(results)]
+    told += [sentence(clean(note, 300)) for note in results.record.notes if ODD_UNIT in note]
     told += [
         f"{sentence(clean(note, 600)).rstrip('.')}."
         for note in results.record.notes

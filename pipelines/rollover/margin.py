@@ -27,6 +27,9 @@ FAR = 5.0
 """Rows whose coefficient is this many standard deviations below the drive's peak cannot hold any draw's peak."""
 
 BLOCK = 4096
+MOST_NEAR = 200_000
+"""Rows that are looked at for a draw's peak, those that may be highest first: one of a hundred hours lies among so many."""
+
 AT_LIMIT = 0.1
 """Weight of the drives that reach the limit, over the even density of those that end below it."""
 EXCURSION, LIFTED = 0.8, 1.0
@@ -129,6 +132,9 @@ def peaks(table: FloatArray, factors: FloatArray, side: float) -> tuple[FloatArr
     kept = before_lift(centre)
     std = np.sqrt(np.maximum(np.einsum("ij,jk,ik->i", table, spread, table), 0.0))
     near = np.flatnonzero(kept & (centre + FAR * std >= np.max((centre - FAR * std)[kept])))
+    if len(near) > MOST_NEAR:
+        bound = (centre + FAR * std)[near]
+        near = np.sort(near[np.argpartition(bound, -MOST_NEAR)[-MOST_NEAR:]])
     best = np.full(factors.shape[1], -np.inf)
     for start in range(0, len(near), BLOCK):
         block = -side * (table[near[start : start + BLOCK]] @ factors)

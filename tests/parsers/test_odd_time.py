@@ -44,3 +44,12 @@ def test_rows_that_come_quicker_than_any_recorder_are_said(tmp_path: Path) -> No
         path, '[time]\nchannel = "time_s"\nunit = "s"\n'
     )
     assert "time right?" not in _notes(path, '[time]\nchannel = "time_s"\nunit = "min"\n')
+
+
+def test_rows_that_come_too_seldom_for_any_motion_are_said(tmp_path: Path) -> None:
+    """A blind checker's: a column `time_s` that holds milliseconds, 20 a row, made a day and a half of two minutes."""
+    path = _log(tmp_path, np.arange(6000) * 20.0)
+    assert "a row every 20 s: too seldom for a vehicle's motion; is the unit of the time right?" in _notes(
+        path, '[time]\nchannel = "time_s"\nunit = "s"\n'
+    )
+    assert "time right?" not in _notes(path, '[time]\nchannel = "time_s"\nunit = "ms"\n')
