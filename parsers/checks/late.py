@@ -39,6 +39,10 @@ MOVING_MPS = 10.0
 """In slower bends what is felt three metres ahead of the CG comes a third of a second early."""
 
 
+SPRINGS = "suspension_deflection"
+"""What stands for all four where they are late together."""
+
+
 @dataclass(frozen=True)
 class Late:
     """first comes seconds after what second says of the same motion; said: what that is, in words."""
@@ -59,6 +63,8 @@ def _pairs(grid: Grid) -> Iterator[tuple[str, str, str, FloatArray, FloatArray, 
             yield angle, f"{angle}_rate", f"{angle}_rate", grid.rate(tilt), rate, LEAST_S
         if tilt is not None and springs is not None:
             yield angle, "springs", "the suspension deflections", grid.rate(tilt), grid.rate(springs), LEAST_S
+        if rate is not None and springs is not None:
+            yield SPRINGS, f"{angle}_rate", f"{angle}_rate", grid.rate(springs), rate, LEAST_S
     if speed is not None and yaw is not None and across is not None:
         turning = np.where(np.abs(speed) > MOVING_MPS, yaw * speed, np.nan)
         yield "accel_y", "yaw_rate", "yaw_rate × speed", across, turning, SLOW_S
@@ -142,7 +148,8 @@ def late(grid: Grid, left_out: Collection[str]) -> list[Decision]:
             continue
         told.add(each.first)
         order = "after" if each.seconds > 0 else "before"
-        text = f"{each.first} comes {1000 * abs(each.seconds):.0f} ms {order} {each.said}"
+        what = "the suspension deflections come" if each.first == SPRINGS else f"{each.first} comes"
+        text = f"{what} {1000 * abs(each.seconds):.0f} ms {order} {each.said}"
         action = (
             "left as it is (fits of roll and pitch allow for a delay); put it right where the log is made"
         )

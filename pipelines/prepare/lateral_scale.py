@@ -94,6 +94,9 @@ def _delay(felt: FloatArray, turning: FloatArray) -> tuple[float, float, float] 
 def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
     """What speaks against the lateral acceleration, the yaw rate or the speed; None where they go together or are not there."""
     signals = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
+    if any(d.kind == "sign" and not d.applied and d.signal in signals for d in drive.record.decisions):
+        # with a sign known to be wrong and left so (`--no-fix`), gravity's part counts the wrong way: no scale is to blame
+        return None
     if not {"accel_y", "yaw_rate"} <= signals.keys():
         return None
     tilt = tilt_of(signals, "roll", vehicle)

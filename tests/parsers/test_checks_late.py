@@ -44,6 +44,23 @@ def test_a_late_roll_channel_is_told_by_how_much(seconds: float) -> None:
     )
 
 
+@pytest.mark.parametrize("seconds", [0.15, 0.3, -0.2])
+def test_late_deflections_are_told_by_the_gyro(seconds: float) -> None:
+    made = drive("slalom")
+    signals = {n: s for n, s in made.items() if n not in ("roll", "pitch")}
+    for wheel, side in (("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1)):
+        name = f"suspension_deflection_{wheel}"
+        spring = replace(made["roll"], name=name, values=side * 0.77 * made["roll"].values)
+        signals = held_back(signals | {name: spring}, name, seconds)
+    (late,) = said(signals)
+    (found,) = delays(make_grid(signals), ())
+    assert found.seconds == pytest.approx(seconds, abs=0.03)
+    side = "after" if seconds > 0 else "before"
+    assert (
+        late.found == f"the suspension deflections come {1000 * abs(found.seconds):.0f} ms {side} roll_rate"
+    )
+
+
 def test_small_delays_and_channels_that_are_left_out_are_said_nothing_of() -> None:
     assert said(held_back(drive("slalom"), "roll", 0.04)) == []
     grid = make_grid(held_back(drive("slalom"), "roll", 0.3))

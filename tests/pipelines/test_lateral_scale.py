@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from parsers.drive import Drive, ImportRecord, Signal
+from parsers.drive import Decision, Drive, ImportRecord, Signal
 from pipelines.joint.kept import KeptRelations
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
@@ -60,6 +60,15 @@ def test_a_wrong_scale_is_said_with_its_size(scale: float, roll: bool) -> None:
     assert doubt is not None
     assert "the scale of one of them is wrong" in doubt.found
     assert doubt.off == pytest.approx(abs(scale - 1), abs=0.03 if roll else 0.15)
+
+
+def test_a_sign_that_is_left_wrong_is_no_scale() -> None:
+    """With `--no-fix` gravity's part counts the wrong way, and a right accelerometer would seem a third too large."""
+    drive = _drive(lambda felt: 1.3 * felt)
+    assert lateral_doubt(drive, Vehicle()) is not None
+    wrong = Decision("roll", "sign", "sign of roll: does not go with the rest", "left in", "", applied=False)
+    record = replace(drive.record, decisions=(wrong,))
+    assert lateral_doubt(replace(drive, record=record), Vehicle()) is None
 
 
 def test_a_late_channel_is_said_and_no_gravity_is_added() -> None:
