@@ -110,6 +110,15 @@ def _answer(
         return None
     if _says_more_alone(drive, own, std):
         return own
+    # what a drive told by itself, with the tails of its own draws, other drives that narrow it do not take back
+    if (
+        status == "weak"
+        and own is not None
+        and own.status == "identified"
+        and own.std is not None
+        and std <= own.std
+    ):
+        status = "identified"
     wrong = refused(drive, name)
     if wrong and status == "identified":
         status = "weak"

@@ -9,9 +9,11 @@ import pytest
 
 from pipelines.hierarchy.common import RHO
 from pipelines.hierarchy.own_outputs import outputs_at
+from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.vehicle import join_vehicle
 from pipelines.joint.vehicle.empty import FIGURES, figure_at
 from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.results import Identification, Prior
 from tests.pipelines.hierarchy.hand_made_fleet import KNOWN, SEES, fleet, said, std_of
 from tests.pipelines.joint_parts import vehicle
 
@@ -42,6 +44,28 @@ def test_every_drive_is_known_better() -> None:
         assert height.low == pytest.approx(height.value - 1.96 * std_of(height))
     # slopes are taken where the joined drives lie, so that a single one may be a little wider
     assert all(np.mean(ratios) < 1 for ratios in narrower.values())
+
+
+def test_what_a_drive_told_alone_is_told_with_the_others_as_well() -> None:
+    """A blind checker's fleet: identified by the drive, weak with the others, and narrower."""
+    drives, _ = fleet(12)
+
+    def told(status: Identification) -> list[DriveTold]:
+        made = []
+        for drive in drives:
+            own = drive.verdict["cg_height_m"]
+            known = Prior(0.55, 1.5 * std_of(own), "known before")
+            height = replace(own, status=status, prior=known)
+            made.append(replace(drive, verdict={**drive.verdict, "cg_height_m": height}))
+        return made
+
+    sure = told("identified")
+    joined, plain = join_vehicle("v", sure).drives, join_vehicle("v", told("weak")).drives
+    assert any(plain[d.drive_id]["cg_height_m"].status == "weak" for d in drives)
+    for drive in sure:
+        mine, own = joined[drive.drive_id]["cg_height_m"], drive.verdict["cg_height_m"]
+        if std_of(mine) <= std_of(own):
+            assert mine.status == "identified"
 
 
 def test_vehicle_gets_sharper_with_drives_but_not_than_its_model() -> None:
