@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from benchmarks.vehicle_data import upright
-from pipelines.joint.vehicle.body import SOFTEST, body_of
+from pipelines.joint.vehicle.body import SOFTEST, body_of, hub_height
 from pipelines.joint.vehicle.laden import (
     axis_lever,
     leans,
@@ -44,6 +44,7 @@ def values_of(plant: PlantVehicle, load: Load | None) -> dict[str, Any]:
     values: dict[str, Any] = {
         "empty_mass": empty["mass_kg"], "empty_x": empty["cg_to_front_axle_m"], "empty_y": empty["cg_lateral_offset_m"],
         "empty_h": empty["cg_height_m"], "wheelbase": plant.wheelbase_m, "radius": plant.wheel_radius_front_m,
+        "hub_low": plant.wheel_radius_front_m - float(np.mean(plant.hub_heights_m)), "camber": upright(plant),
         "tyre_rate": 0.5 * (plant.tire_vertical_rate_front_npm + plant.tire_vertical_rate_rear_npm),
         "load": 0.0, "load_x": 1.0, "load_y": 0.0, "load_h": 1.0, "pitch_path": float(np.mean(plant.hub_heights_m)), "track_grows": 1.0, "axis_sinks": 0.0,
         "sinks_front": plant.roll_center_drop_front, "sinks_rear": plant.roll_center_drop_rear, "paths_told": 0.0, "path_front": 0.0, "path_rear": 0.0, "lean_path": 0.0,
@@ -185,7 +186,13 @@ def test_what_a_rig_says_of_the_loads_paths_takes_the_place_of_geometry() -> Non
     weight = GRAVITY * body.sprung * body.x / plant.wheelbase_m
     told = p | {"paths_told": 1.0, "path_rear": 0.07, "sinks_front": 0.0, "sinks_rear": 0.0}
     assert side_moment(told, body, "rear") == pytest.approx(0.07 * weight)
-    geometry = 0.3 * plant.roll_center_height_rear_m - 0.9 * 0.36 * plant.wheel_radius_front_m
+    # discs that lean, and the hub's own weight
+    height, hubs = float(np.mean(plant.hub_heights_m)), GRAVITY * 2 * plant.unsprung_mass_rear_kg
+    geometry = (
+        0.3 * plant.roll_center_height_rear_m
+        - 0.9 * 0.36 * height
+        + 0.6 * (1 - 0.9 * 0.6) * height * hubs / weight
+    )
     assert side_moment(p, body, "rear") == pytest.approx(geometry * weight)
     # and it sinks with the roll centre
     laden = told | {"load": 300.0, "load_x": 2.0, "axis_sinks": 1.5}
@@ -217,17 +224,21 @@ def straight(plant: PlantVehicle) -> PlantVehicle:
     return replace(plant, roll_center_drop_front=0.0, roll_center_drop_rear=0.0)
 
 
+BEND = 1.0
+"""m/s²: in quicker bends outer feet, which are nearer to the CG, take more of the side force, half a percent of the moment at 3."""
+
+
 def held(plant: PlantVehicle, carried: list[Load], side_path: float, track_grows: float) -> float:
-    """The springs' moment in a bend of 3 m/s², with what the feet's paths ease, over what the roll balance expects of it."""
+    """The springs' moment in a slow bend, with what the feet's paths ease, over what the roll balance expects of it."""
     full = loaded(plant, carried)
     pack, wheels = at.pack(full)
-    rest, turn = posture(full).coordinates, posture(full, 3.0).coordinates
+    rest, turn = posture(full).coordinates, posture(full, BEND).coordinates
     # what a CG beside the middle has them carry at rest is no roll moment
     force = spring_forces(turn[3:], pack, wheels) - spring_forces(rest[3:], pack, wheels)
-    lateral = float((rotation(float(turn[1]), float(turn[2])).T @ [0.0, 3.0, GRAVITY])[1])
+    lateral = float((rotation(float(turn[1]), float(turn[2])).T @ [0.0, BEND, GRAVITY])[1])
     p = values_of(plant, carried[0] if carried else None)
     # the plant's feet are below its hubs
-    p |= {"side_path": side_path, "track_grows": track_grows, "wheel_plane": 0.0, "camber": 0.0}
+    p |= {"side_path": side_path, "track_grows": track_grows, "wheel_plane": 0.0}
     body, true, moment = body_of(p, None), truth(plant, carried), 0.0
     for axle, first in (("front", 0), ("rear", 2)):
         moment += 0.5 * p[f"track_{axle}"] * widened(p, axle) * float(force[first] - force[first + 1])
@@ -237,8 +248,8 @@ def held(plant: PlantVehicle, carried: list[Load], side_path: float, track_grows
     arm = true["sprung_mass_kg"] * (true["sprung_cg_height_m"] - axis_lever(p, share))
     spin = 2 * (plant.wheel_inertia_front_kgm2 + plant.wheel_inertia_rear_kgm2) / plant.wheel_radius_front_m
     lean = 1 - upright(plant)
-    hubs = lean * (p["unsprung_front"] + p["unsprung_rear"]) * plant.wheel_radius_front_m
-    return abs(moment) / ((arm + hubs) * abs(lateral) + lean * spin * 3.0) - 1
+    hubs = lean * (p["unsprung_front"] + p["unsprung_rear"]) * hub_height(p)
+    return abs(moment) / ((arm + hubs) * abs(lateral) + lean * spin * BEND) - 1
 
 
 def test_the_roll_balance_is_the_plants_with_a_load_and_without() -> None:
@@ -247,14 +258,14 @@ def test_the_roll_balance_is_the_plants_with_a_load_and_without() -> None:
         bent = plain(seed)
         load = Load(0.25 * bent.mass_kg, 0.95 * bent.wheelbase_m, 0.0, 0.8)
         # paths that bend add what is of second order in the travel
-        assert np.abs([held(bent, [], 1.0, 1.0), held(bent, [load], 1.0, 1.0)]) == pytest.approx(0, abs=0.018)
+        assert np.abs([held(bent, [], 1.0, 1.0), held(bent, [load], 1.0, 1.0)]) == pytest.approx(0, abs=0.011)
         plant = straight(bent)
         whole = held(plant, [], 1.0, 1.0), held(plant, [load], 1.0, 1.0)
         found.append((*whole, held(plant, [], 0.0, 0.0), held(plant, [load], 0.0, 0.0)))
-        assert np.abs(whole) == pytest.approx(0, abs=0.014)
+        assert np.abs(whole) == pytest.approx(0, abs=0.01)
     empty, laden, plain_empty, plain_laden = np.array(found).mean(axis=0)
     assert empty == pytest.approx(0, abs=0.003)
-    assert laden == pytest.approx(0, abs=0.006)
+    assert laden == pytest.approx(0, abs=0.003)
     # a body that merely turns about an axis between the roll centres would lean 1 to 3 % more than this
-    assert plain_empty < -0.01
-    assert plain_laden < -0.025
+    assert plain_empty < -0.008
+    assert plain_laden < -0.02

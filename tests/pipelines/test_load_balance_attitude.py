@@ -21,7 +21,7 @@ from pipelines.estimators.load_balance.estimator import LoadBalance
 from pipelines.estimators.load_balance.nodding import QUICK, nodding_columns
 from pipelines.estimators.load_balance.relations import pitch_moments, vertical_forces
 from pipelines.estimators.load_balance.smoothing import Smoother, friction_state
-from pipelines.joint.vehicle.body import BRAKED_FRONT, even_factor
+from pipelines.joint.vehicle.body import BRAKED_FRONT, even_factor, hub_height
 from pipelines.joint.vehicle.poles import dip_levers
 from pipelines.joint.vehicle.unknowns import TOWED, Known, before_the_log, body_of
 from pipelines.models.roll import GRAVITY
@@ -110,7 +110,7 @@ def test_links_take_from_the_nose_and_the_patch_adds() -> None:
     )
     assert nod(p | {"patch_lag": 0.01}, "brake", None) < bare
     # with all of the moment in the links the tyres alone give
-    high = {"pitch_center_brake": body.whole_h, "hubs_past": body.whole_h / p["radius"]}
+    high = {"pitch_center_brake": body.whole_h, "hubs_past": body.whole_h / hub_height(p)}
     stiff = nod(p | high, "brake", None)
     assert stiff == pytest.approx(bare + springs * body.moment)
 
@@ -169,7 +169,7 @@ def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArr
     body = body_of(p, None)
     springs, tyres = pitch_compliance(p)
     both = springs + tyres
-    path = (p["unsprung_front"] + p["unsprung_rear"]) * p["radius"] + body.sprung * p["pitch_path"]
+    path = (p["unsprung_front"] + p["unsprung_rear"]) * hub_height(p) + body.sprung * p["pitch_path"]
     moment = body.mass * (height + p["patch_lag"])
     v2 = 0.5 * 1.204 * p["air"] * p["drag"] * speed**2
     force = np.zeros(n)
@@ -180,7 +180,7 @@ def made(seconds: float, known: Known, height: float) -> tuple[Columns, FloatArr
         links = np.where(slope < -0.05, p["pitch_center_brake"], p["pitch_center_drive"])
         load = moment * force + path * 9.80665 * theta + 4 * p["wheel_inertia"] / p["radius"] * slope
         load += v2 * p["drag_height"]
-        hubs = body.unsprung * (p["hubs_past"] * p["radius"] - p["pitch_center_brake"])
+        hubs = body.unsprung * (p["hubs_past"] * hub_height(p) - p["pitch_center_brake"])
         theta = -(both * load - springs * (links * (body.mass * force + v2) + hubs * force))
     zero = np.zeros(n)
     columns = {

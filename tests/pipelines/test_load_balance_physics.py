@@ -13,6 +13,7 @@ from pipelines.estimators.load_balance.attitude import nod, pitch_compliance
 from pipelines.estimators.load_balance.data import Columns
 from pipelines.estimators.load_balance.relations import YAW_OVER_PITCH, Relation, pitch_terms, roll_terms
 from pipelines.estimators.load_balance.solve import solve
+from pipelines.joint.vehicle.body import hub_height
 from pipelines.joint.vehicle.unknowns import Known, before_the_log, body_of
 from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Quantity, Vehicle
@@ -28,7 +29,7 @@ def test_drag_and_rolling_resistance_do_not_reach_the_brakes_links() -> None:
         "jack_brake": 0.0, "jack_drive": 0.0, "poles_sink": 0.0,
     }  # fmt: skip
     # arms whose poles stand as high as the hubs: no moment of the hubs' inertia about them
-    p["hubs_past"] = 0.2 / p["radius"]
+    p["hubs_past"] = 0.2 / hub_height(p)
     body, speed, f_x = body_of(p, None), 20.0, -2.0
     drag = 0.5 * 1.204 * p["air"] * p["drag"] * speed**2
     rolling = p["rolling"] * body.mass * G
@@ -83,14 +84,14 @@ def test_hubs_on_swing_arms_pass_the_springs_by() -> None:
         "poles_sink": 0.0,
     }
     hubs = p["unsprung_front"] + p["unsprung_rear"]
-    for kind, missed in (("suspension", hubs * p["radius"]), ("tyre", 0.0)):
+    for kind, missed in (("suspension", hubs * hub_height(p)), ("tyre", 0.0)):
         terms = pitch_terms(kind, known, None)
         assert terms(p | {"hubs_past": 0.0})["fx_brake"] - terms(p | {"hubs_past": 1.0})[
             "fx_brake"
         ] == pytest.approx(missed)
     springs, _ = pitch_compliance(p)
     bare, all_past = (nod(p | {"hubs_past": past}, "brake", None) for past in (0.0, 1.0))
-    assert all_past - bare == pytest.approx(springs * hubs * p["radius"])
+    assert all_past - bare == pytest.approx(springs * hubs * hub_height(p))
     body = body_of(p, None)
     terms = pitch_terms("suspension", known, None)(p | {"hubs_past": 1.0, "patch_lag": 0.0})
     assert terms["fx_brake"] == pytest.approx(body.sprung * (body.h - 0.1))
@@ -102,7 +103,7 @@ def test_springs_of_a_car_on_swing_arms_bear_what_free_bodies_say(drives: bool) 
     pole, arm, accel = 0.45, 1.1, 1.0
     known = before_the_log(vehicle_file(Car(), None))
     p = known.at(np.zeros(len(known.names))) | {
-        "patch_lag": 0.0, "gain_pitch_suspension": 0.0, "jack_brake": 0.0, "jack_drive": 0.0, "wheel_inertia": 0.0, "poles_sink": 0.0,
+        "patch_lag": 0.0, "gain_pitch_suspension": 0.0, "jack_brake": 0.0, "jack_drive": 0.0, "wheel_inertia": 0.0, "poles_sink": 0.0, "hub_low": 0.0,
     }  # fmt: skip
     half, radius = p["wheelbase"] / 2, p["radius"]
     # a shaft's torque turns the wheel about its hub, so its force has a lever of the pole's height above the hub only

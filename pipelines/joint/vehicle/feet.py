@@ -119,8 +119,23 @@ def _patch_lag(book: Book) -> None:
     book.put("patch_lag", 1.2 * third, 1.0 * third)
 
 
+HUB_LOW = (2 / 3, 1 / 3)
+"""How much lower than the radius on which a wheel rolls its centre stands, over its tyre's squash: a belt does not shorten as it is
+squashed, and rolls on a third of the squash less than its free radius. Files (and simulators) that state the free radius, or that height, are one spread off."""
+MOST_SQUASH = 0.2
+"""Of its radius: no tyre is squashed by more, whatever rate a file states."""
+
+
+def hub_low(book: Book) -> tuple[float, float]:
+    """m that wheel centres stand below the rolling radius, and how sure that is."""
+    squash = 0.25 * GRAVITY * book.rows["empty_mass"][0] / book.rows["tyre_rate"][0]
+    squash = min(squash, MOST_SQUASH * book.rows["radius"][0])
+    share, unsure = HUB_LOW
+    return share * squash, unsure * squash
+
+
 def _hubs(book: Book) -> None:
-    """What part of the braked hubs' inertia their links take past the springs (`body.past_the_springs`), over the radius."""
+    """What part of the braked hubs' inertia their links take past the springs (`poles.past_the_springs`), over the hubs' height."""
     stated = [book.vehicle.get(f"wheel_recession_{axle}") for axle in AXLES]
     front, rear = stated
     if front is None or rear is None:
@@ -134,12 +149,12 @@ def _hubs(book: Book) -> None:
     # hubs push forward along the way that their links let them go: anti-dive that a rising wheel's way back undoes
     centre = -(levers[0] * front.value + levers[1] * rear.value) / sum(weights)
     spread = float(np.hypot(levers[0] * front.std, levers[1] * rear.std)) / sum(weights)
-    radius = book.rows["radius"][0]
+    height = book.rows["radius"][0] - hub_low(book)[0]
     carried = book.rows["pitch_center_brake"][0] - centre
     book.put(
         "hubs_past",
-        carried / radius,
-        spread / radius,
+        carried / height,
+        spread / height,
         "hubs past the springs by wheel_recession_front and _rear, a share",
         front.source,
     )

@@ -166,7 +166,7 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     what the springs hold. Wide tyres that lean stand on their edges instead, and models of feet that are points have none of it
     (`wheel_plane`: 1 a thin disc). And its hub goes across the body by c R times the roll, its own weight m_u against it: on straight
     guides the springs hold g (m_s h_rc + m_u c R) a rad more, from S = Fz + Fy y'_foot - m_u (f_z + f_y y'_hub) with y'_hub less than
-    y'_foot by c R over half the track.
+    y'_foot by c R over half the track; a disc's hub comes up with it, which takes c² R of that.
 
     Simple models' weight does not tip a leaning body, as if it eased nothing (`lean_path`, m above the roll axis).
 
@@ -176,7 +176,8 @@ def side_moment(p: Values, body: Body, axle: str) -> Number:
     behind = body.x / p["wheelbase"]
     weight = GRAVITY * body.sprung * (1 - behind if axle == "front" else behind)
     disc = p["wheel_plane"] * p["camber"] ** 2 * hub_height(p)
-    hub = GRAVITY * p[f"unsprung_{axle}"] / weight * p["camber"] * hub_height(p)
+    across = p["camber"] * (1 - p["wheel_plane"] * p["camber"]) * hub_height(p)
+    hub = GRAVITY * p[f"unsprung_{axle}"] / weight * across
     by_geometry = p["side_path"] * roll_center(p, axle) + hub - disc
     measured = p[f"path_{axle}"] + roll_center(p, axle) - p[f"roll_center_{axle}"]
     return weight * (by_geometry + p["paths_told"] * (measured - by_geometry) + p["lean_path"])

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pipelines.joint.vehicle.body import BRAKED_FRONT, TYRE_SHARE, Body, Values
+from pipelines.joint.vehicle.body import BRAKED_FRONT, TYRE_SHARE, Body, Values, hub_height
 from pipelines.joint.vehicle.book import AXLES, Book
 from pipelines.joint.vehicle.laden import pressed
 from pipelines.joint.vehicle.suspension import levels
@@ -100,5 +100,5 @@ def past_the_springs(p: Values) -> float:
     lower for it), and not the hub's own.
     """
     hubs = p["unsprung_front"] + p["unsprung_rear"]
-    past: float = hubs * (p["hubs_past"] * p["radius"] - p["pitch_center_brake"] + pole_drop(p))
+    past: float = hubs * (p["hubs_past"] * hub_height(p) - p["pitch_center_brake"] + pole_drop(p))
     return past

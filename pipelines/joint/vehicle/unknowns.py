@@ -9,6 +9,7 @@ import numpy as np
 
 from pipelines.joint.vehicle.body import TYRE_SHARE, Body, Values, body_of
 from pipelines.joint.vehicle.book import AXLES, Book
+from pipelines.joint.vehicle.feet import hub_low
 from pipelines.joint.vehicle.links import inertias, links
 from pipelines.joint.vehicle.load_places import LoadPlace, in_words, places, usual_height
 from pipelines.joint.vehicle.poles import poles
@@ -294,18 +295,6 @@ def _trailer(book: Book) -> None:
         )
 
 
-HUB_LOW = (2 / 3, 1 / 3)
-"""How much lower than the radius on which a wheel rolls its centre stands, over its tyre's squash: a belt does not shorten as it is
-squashed, and rolls on a third of the squash less than its free radius. Files (and simulators) that state the free radius, or that height, are one spread off."""
-
-
-def _hub_low(book: Book, kilos: float) -> None:
-    # no tyre is squashed by more than a fifth of its radius, whatever rate a file states
-    squash = min(0.25 * GRAVITY * kilos / book.rows["tyre_rate"][0], 0.2 * book.rows["radius"][0])
-    share, unsure = HUB_LOW
-    book.put("hub_low", share * squash, unsure * squash)
-
-
 def before_the_log(vehicle: Vehicle) -> Known:
     """Every unknown of the balances with what the vehicle file, the measured vehicles or custom say of it."""
     book = Book(vehicle)
@@ -322,7 +311,7 @@ def before_the_log(vehicle: Vehicle) -> Known:
     poles(book)
     book.put("recovered", *usual_recovery(vehicle))
     _trailer(book)
-    _hub_low(book, kilos)
+    book.put("hub_low", *hub_low(book))
     table = np.array(list(book.rows.values()))
     return Known(
         tuple(book.rows), table[:, 0], table[:, 1], tuple(book.assumptions), springs,
