@@ -28,9 +28,11 @@ def _bound(binding: Binding, columns: Mapping[str, FloatArray], *, in_place: boo
     main = columns[binding.channels[0]]
     n = len(main)
     values = main if in_place else np.empty(n)
-    for start in range(0, n, _BLOCK):
-        part = {name: column[start : start + _BLOCK] for name, column in columns.items()}
-        values[start : start + _BLOCK] = bind(binding, part)
+    # bytes that damage put there may be no numbers at all (signalling ones warn): what is not finite is dropped later
+    with np.errstate(invalid="ignore", over="ignore"):
+        for start in range(0, n, _BLOCK):
+            part = {name: column[start : start + _BLOCK] for name, column in columns.items()}
+            values[start : start + _BLOCK] = bind(binding, part)
     return values
 
 
