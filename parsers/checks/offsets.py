@@ -25,11 +25,16 @@ _MOST_WEIGHTLESS = 0.3
 _KEPT = "left in: estimators take it as a parameter"
 
 
+def standing(grid: Grid, speed: FloatArray | None) -> BoolArray:
+    """(n,) where the vehicle stands; nowhere without a speed."""
+    return np.zeros(len(grid.time_s), dtype=np.bool_) if speed is None else np.abs(speed) < STANDSTILL
+
+
 def offsets(grid: Grid) -> list[Decision]:
     """Offsets of the rates and of the roll angle, and of accelerations where they are larger than roads make them."""
     decisions: list[Decision] = []
     speed = vehicle_speed(grid)
-    still = np.zeros(len(grid.time_s), dtype=np.bool_) if speed is None else np.abs(speed) < STANDSTILL
+    still = standing(grid, speed)
     turning = path_turn_rate(grid)
     references: dict[str, FloatArray | None] = {"yaw_rate": turning}
     for rate, angle in (("roll_rate", "roll"), ("pitch_rate", "pitch")):

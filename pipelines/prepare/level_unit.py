@@ -16,10 +16,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from parsers.checks.grid import Grid, make_grid
+from parsers.checks.grid import make_grid
 from parsers.checks.leaning_units import LEANS, Reading, readings
 from parsers.checks.motion import vehicle_speed
-from parsers.checks.offsets import STANDSTILL
+from parsers.checks.offsets import standing
 from parsers.drive import Decision, Drive, Signal
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
@@ -72,10 +72,6 @@ def turned_up(gravity: FloatArray) -> FloatArray:
     return np.asarray(np.eye(3) + cross + cross @ cross / (1 + z))
 
 
-def _still(grid: Grid, speed: FloatArray | None) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
-    return np.zeros(len(grid.time_s), dtype=np.bool_) if speed is None else np.abs(speed) < STANDSTILL
-
-
 def with_level_unit(drive: Drive, vehicle: Vehicle, *, fix: bool = True) -> Drive:
     """The drive with its inertial unit's axes turned level where it leans, and that in its record in place of what the import said.
 
@@ -89,7 +85,7 @@ def with_level_unit(drive: Drive, vehicle: Vehicle, *, fix: bool = True) -> Driv
         return drive
     grid = make_grid({n: drive.signals[n] for n in (*ACCELS, "yaw_rate", *SPEEDS) if n in drive.signals})
     speed = vehicle_speed(grid)
-    still = _still(grid, speed)
+    still = standing(grid, speed)
     found = readings(grid, speed, still)
     column = grid.get("accel_z")
     if not found or column is None:
