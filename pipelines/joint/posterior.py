@@ -24,8 +24,11 @@ MOST_STEPS = 60
 SETTLED = 1e-3
 """Nats that a full step would still gain, below which the search has ended."""
 
-ENOUGH = 0.05
-"""The same while the relations are taken as less sharp than they are."""
+ENOUGH = 1.0
+"""The same while the relations are taken as less sharp than they are: those places are only passed through."""
+
+NEARLY = 5.0
+"""The same below which a full step is tried by itself."""
 
 LADDER = np.array([0.01, 0.1, 1.0, 10.0, 100.0])
 BLUNT = (30.0, 5.0, 1.0)
@@ -156,6 +159,12 @@ def part_at(evidence: Evidence, known: Known, u: FloatArray, whitener: FloatArra
     return parts_at((evidence,), known, u, (whitener,))[0]
 
 
+def _possible(u: FloatArray, cost: FloatArray) -> FloatArray:
+    """(n,) cost (n,), infinite where u (n, k) is farther than anything that is known."""
+    possible = np.isfinite(cost) & (np.abs(u).max(axis=1) < FARTHEST)
+    return np.asarray(np.where(possible, cost, np.inf))
+
+
 def _cost(
     evidence: Sequence[Evidence], whiteners: Sequence[FloatArray], known: Known, u: FloatArray
 ) -> FloatArray:
@@ -165,8 +174,7 @@ def _cost(
     for e, whitener in zip(evidence, whiteners, strict=True):
         r = whitener @ (e.observed[:, None] - e.predict(values))
         cost = cost + 0.5 * np.sum(r * r, axis=0)
-    possible = np.isfinite(cost) & (np.abs(u).max(axis=1) < FARTHEST)
-    return np.asarray(np.where(possible, cost, np.inf))
+    return _possible(u, cost)
 
 
 def log_density(joint: Joint) -> LogDensity:
@@ -179,30 +187,45 @@ def log_density(joint: Joint) -> LogDensity:
     return density
 
 
+@dataclass(frozen=True)
+class _At:
+    """A place of the search. u: (k,); damping: of the next step; parts: the relations there, where they were asked."""
+
+    u: FloatArray
+    cost: float
+    damping: float
+    parts: tuple[Part, ...] | None = None
+
+
 def _step(
-    evidence: Sequence[Evidence],
-    whiteners: Sequence[FloatArray],
-    known: Known,
-    u: FloatArray,
-    cost: float,
-    damping: float,
-) -> tuple[FloatArray, float, float, float]:
-    """One damped Gauss-Newton step: the new u, its cost, the next damping, and what a full step would gain at most."""
-    parts = parts_at(evidence, known, u, whiteners)
+    evidence: Sequence[Evidence], whiteners: Sequence[FloatArray], known: Known, at: _At
+) -> tuple[_At, float]:
+    """One damped Gauss-Newton step: where it leads, and the nats that a full one would gain at most."""
+    u, parts = at.u, at.parts or parts_at(evidence, known, at.u, whiteners)
     slope = np.concatenate([np.zeros((0, len(u))), *(p.slope for p in parts)])
     curvature = np.eye(len(u)) + slope.T @ slope
     gradient = u - slope.T @ np.concatenate([np.zeros(0), *(p.residual for p in parts)])
-    left = 0.5 * float(gradient @ np.linalg.solve(curvature, gradient))
+    whole = np.linalg.solve(curvature, -gradient)
+    left = -0.5 * float(gradient @ whole)
+    if left < NEARLY and at.damping <= 1:
+        # a full step will do: asked with its slopes at once, as the next step needs them
+        trial = np.clip(u + whole, -FARTHEST + 0.01, FARTHEST - 0.01)
+        there = parts_at(evidence, known, trial, whiteners)
+        misfit = float(trial @ trial) + sum(float(p.residual @ p.residual) for p in there)
+        if 0.5 * misfit < at.cost:
+            return _At(trial, 0.5 * misfit, max(0.01 * at.damping, 1e-9), there), left
+        if left < SETTLED:
+            return replace(at, parts=parts), left
     # several dampings at once: a call for many vehicles costs little more than one for a single one
-    ladder = damping * LADDER
+    ladder = at.damping * LADDER
     damped = curvature + ladder[:, None, None] * np.diag(np.diag(curvature))
     moves = np.linalg.solve(damped, -gradient[:, None])[:, :, 0]
     trials = np.clip(u + moves, -FARTHEST + 0.01, FARTHEST - 0.01)
     costs = _cost(evidence, whiteners, known, trials)
     best = int(np.argmin(costs))
-    if not costs[best] < cost:
-        return u, cost, damping * 100, left
-    return trials[best], float(costs[best]), float(np.clip(ladder[best], 1e-9, 1e3)), left
+    if not costs[best] < at.cost:
+        return _At(u, at.cost, at.damping * 100, parts), left
+    return _At(trials[best], float(costs[best]), float(np.clip(ladder[best], 1e-9, 1e3))), left
 
 
 def _climb(
@@ -217,17 +240,17 @@ def _climb(
     The relations are first taken as less sharp than they are: products of unknowns make a narrow curved valley of them, in
     which straight steps are short. That also takes the search back to what is usual: `blunted` = (1,) stays near the start.
     """
-    u, cost, settled = start.copy(), math.inf, False
+    at, settled = _At(start.copy(), math.inf, 1e-3), False
     for blunt in blunted:
         softer = [w / blunt for w in whiteners]
-        cost = float(_cost(evidence, softer, known, u[None])[0])
-        damping, settled = 1e-3, False
+        at = _At(at.u, float(_cost(evidence, softer, known, at.u[None])[0]), 1e-3)
+        settled = False
         for _ in range(MOST_STEPS):
-            u, cost, damping, left = _step(evidence, softer, known, u, cost, damping)
+            at, left = _step(evidence, softer, known, at)
             settled = left < (SETTLED if blunt == 1 else ENOUGH)
-            if settled or damping > 1e8:
+            if settled or at.damping > 1e8:
                 break
-    return u, cost, parts_at(evidence, known, u, whiteners), settled
+    return at.u, at.cost, at.parts or parts_at(evidence, known, at.u, whiteners), settled
 
 
 def find_mode(
