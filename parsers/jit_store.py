@@ -25,7 +25,11 @@ from parsers.jit import Kernel, Primitive
 
 SUFFIX = ".kernel"
 _MARK = b"cogest kernel 5\n"
-_FOREIGN = ("numpy", "math", "numba", "builtins")
+_FOREIGN = sys.stdlib_module_names | {"numpy", "numba"}
+"""What comes with Python, numpy and numba: its versions are in `environment`."""
+
+_DOOR = "parsers.jit"
+"""Where `kernel` and its like are: no kernel calls them, and what they ask of the environment is no part of any."""
 
 
 def key_of(kernel: Kernel, *more: object) -> str:
@@ -82,16 +86,21 @@ def _value(value: Any, code: CodeType, seen: set[int]) -> Iterator[str]:
             yield from _value(each, code, seen)
     elif isinstance(value, ModuleType):
         yield value.__name__
-        if value.__name__.partition(".")[0] not in _FOREIGN:
+        if not _foreign(value.__name__):
             for name in sorted(_names(code)):
                 if hasattr(value, name):
                     yield from _value(getattr(value, name), code, seen)
-    elif isinstance(value, FunctionType) and value.__module__.partition(".")[0] not in _FOREIGN:
+    elif isinstance(value, FunctionType) and not _foreign(value.__module__):
         yield from _code(value, seen)
     elif isinstance(value, (type, FunctionType, BuiltinFunctionType)):
         yield f"{value.__module__} {value.__qualname__} {getattr(value, '_fields', '')}"
     else:
         yield f"{type(value).__qualname__} {value!r}"
+
+
+def _foreign(module: str) -> bool:
+    """Whether what a module holds is told by its name alone."""
+    return module == _DOOR or module.partition(".")[0] in _FOREIGN
 
 
 @cache

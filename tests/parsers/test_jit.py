@@ -231,6 +231,41 @@ def test_the_key_sees_closures_and_endless_circles():
     assert key_of(loop) == key_of(loop)
 
 
+ALL_KEYS = """
+import importlib, pkgutil
+import parsers, pipelines
+from parsers.jit import Kernel
+from parsers.jit_store import key_of
+
+for package in (parsers, pipelines):
+    for module in pkgutil.walk_packages(package.__path__, package.__name__ + "."):
+        for name, value in sorted(vars(importlib.import_module(module.name)).items()):
+            if isinstance(value, Kernel):
+                print(module.name, name, key_of(value))
+"""
+
+
+def test_no_kernels_key_hangs_on_the_terminal_that_it_is_started_from(tmp_path):
+    """One that did was compiled anew, for half a minute, in every other shell."""
+    found = []
+    for seed in ("1", "2"):
+        told = {
+            **os.environ,
+            "PYTHONPATH": str(ROOT),
+            "PYTHONHASHSEED": seed,
+            "TERM_SESSION_ID": seed * 3,
+            "NUMBA_DISABLE_JIT": "0",
+        }
+        place = tmp_path / seed
+        place.mkdir()
+        done = subprocess.run(
+            [sys.executable, "-c", ALL_KEYS], capture_output=True, text=True, env=told, cwd=place, check=True
+        )
+        found.append(done.stdout.splitlines())
+    assert len(found[0]) > 400
+    assert found[0] == found[1]
+
+
 def test_damaged_files_count_as_none(monkeypatch, tmp_path):
     monkeypatch.setattr("parsers.jit_store._folder", lambda _: tmp_path)
     assert read_code(total, "k") is None
