@@ -13,6 +13,7 @@ from parsers.checks.force_scales import unlike_gains
 from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
+from parsers.checks.impossible_speed import impossible_speed
 from parsers.checks.late import late
 from parsers.checks.mounting import judge_signs
 from parsers.checks.net_torque import net_torque
@@ -170,6 +171,7 @@ def _in_units(
     factors, more = unit_faults(work, grid.scaled(sized), told, taken)
     units += more
     factors = sized | factors
+    units += impossible_speed(grid.scaled(factors), stated, factors)
     pressure = pressure_faults(grid.scaled(factors), stated, units)
     units += [each for each in pressure if not each.applied]
     units += speed_scale(grid.scaled(factors), {each.signal for each in units if each.kind == "unit"})
@@ -186,6 +188,7 @@ def decide(
     first = _in_units(signals, stated, taken)
     work, spikes, wild, limits = _cleaned(first.work, first.spans)
     wild |= {each.signal: each for each in first.pressure if each.applied} | scrambled(work)
+    wild |= {each.signal: each for each in first.units if each.applied and each.kind == "range"}
     if wild:
         # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
         own = {each.signal: each.found for each in first.units if not each.applied}

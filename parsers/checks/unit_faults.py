@@ -15,6 +15,7 @@ from itertools import combinations
 
 from parsers.checks.evidence import Evidence, collect
 from parsers.checks.grid import Grid
+from parsers.checks.road_wheels import COST, FACTOR, STEERING, road_wheels
 from parsers.drive import Decision, Signal
 from parsers.signals import SIGNALS
 from parsers.units import STANDARD_GRAVITY
@@ -67,6 +68,9 @@ class UnitProblem:
         for sensor in self.sensors:
             used = [factors.get(name, 1.0) for name in sensor]
             for factor in set(used) - {1.0}:
+                if sensor == (STEERING,) and factor == FACTOR:
+                    total += COST
+                    continue
                 stated = any(
                     self.stated.get(n, True) for n, f in zip(sensor, used, strict=True) if f == factor
                 )
@@ -98,6 +102,10 @@ def unit_faults(
         if felt and _fits(felt[0], others):
             decisions += [_not_the_speed(name, felt[0], each) for each in felt[1:]]
             continue
+        if name == STEERING and best[name] == FACTOR:
+            about = [e for e in problem.evidence if name in e.powers and e.penalty({}) > _FELT]
+            decisions.append(road_wheels("; ".join(e.words() for e in about), sure=sure))
+            continue
         for signal in _members(name, signals):
             decisions.append(_decision(signal, name, best[name], problem, sure))
             if sure:
@@ -128,6 +136,8 @@ def _problem(
         name: (1.0, *(row[0] for row in _MISTAKES[_quantity(name)] if flags[name] or row[2] in _SI_TAKEN))
         for name in named
     }
+    if STEERING in choices:
+        choices[STEERING] = (*choices[STEERING], FACTOR)
     return UnitProblem(evidence, choices, flags, tuple(sensors))
 
 

@@ -55,8 +55,29 @@ def test_what_was_taken_for_si_is_not_said_to_be_si() -> None:
     """The road wheels' angle in rad is no steering-wheel angle, but it was not taken for degrees."""
     signals = only(drive(), "accel_y", "yaw_rate", "speed", "steering_wheel_angle")
     _, decisions = check(scaled(signals, steering_wheel_angle=1 / 16), stated=False)
-    assert [each.kind for each in decisions] == ["scale"]
-    assert not decisions[0].applied
+    assert [(each.kind, each.applied) for each in decisions] == [("range", True)]
+    assert "road wheels" in decisions[0].found
+
+
+@pytest.mark.parametrize("factor", [3.6, 1 / 0.44704])
+@pytest.mark.parametrize("beside", [(), ("roll_rate",), ("roll", "roll_rate")])
+def test_a_speed_that_no_vehicle_has_is_left_out_where_nothing_tells_its_unit(factor, beside) -> None:
+    """`drive("brake")` brakes with 9 m/s² and no more."""
+    wrong = scaled(only(drive("brake"), "speed", *beside), speed=factor)
+    fixed, decisions = check(wrong, stated=False)
+    assert [(each.signal, each.kind, each.applied) for each in decisions] == [("speed", "range", True)]
+    assert "km/h or mph" in decisions[0].found
+    assert fixed.keys() == set(beside)
+
+
+@pytest.mark.parametrize("stated", [False, True])
+def test_a_speed_in_metres_a_second_and_a_receivers_jump_are_left_alone(stated) -> None:
+    signals = only(drive("brake"), "speed")
+    values = signals["speed"].values.copy()
+    values[1000:] += 20.0
+    jumped = {"speed": replace(signals["speed"], values=values)}
+    for each in (signals, jumped):
+        assert not [d for d in check(each, stated)[1] if d.kind == "range"]
 
 
 @pytest.mark.parametrize("stated", [False, True])

@@ -216,3 +216,32 @@ def test_a_yaw_rate_that_is_off_is_no_matter_of_a_speed_that_is_felt():
     assert (said.signal, said.kind, said.applied) == ("yaw_rate", "scale", False)
     assert "speed is right by accel_x" in said.found
     assert same(fixed, wrong)
+
+
+@pytest.mark.parametrize("stated", [True, False])
+@pytest.mark.parametrize(
+    "few",
+    [
+        ("steering_wheel_angle", "yaw_rate", "speed"),
+        ("steering_wheel_angle", "yaw_rate", "speed", "accel_y"),
+        ("steering_wheel_angle", "yaw_rate", "speed", "roll", "roll_rate"),
+        ("steering_wheel_angle", "yaw_rate", "speed", "accel_y", "wheel_speed_rl", "wheel_speed_rr", "roll"),
+    ],
+)
+def test_the_angle_of_the_road_wheels_is_left_out_and_costs_no_other_its_unit(few, stated):
+    wrong = scaled(only(drive(), *few), steering_wheel_angle=1 / 16)
+    fixed, decisions = check(wrong, stated)
+    assert [(each.signal, each.kind, each.applied) for each in decisions] == [
+        ("steering_wheel_angle", "range", True)
+    ]
+    assert "angle of the road wheels" in decisions[0].found
+    assert fixed.keys() == wrong.keys() - {"steering_wheel_angle"}
+    assert all(np.allclose(fixed[name].values, wrong[name].values) for name in fixed)
+
+
+def test_beside_the_angle_of_the_road_wheels_a_wrong_unit_is_still_found():
+    signals = only(drive(), "steering_wheel_angle", "yaw_rate", "speed", "accel_y")
+    fixed, decisions = check(scaled(signals, steering_wheel_angle=1 / 16, yaw_rate=1 / DEG))
+    assert found(decisions, "unit") == {"yaw_rate"}
+    assert found(decisions, "range") == {"steering_wheel_angle"}
+    assert np.allclose(fixed["yaw_rate"].values, signals["yaw_rate"].values)
