@@ -20,12 +20,16 @@ _SHARP = 0.2
 _SURE = 6.0
 _MOST = 4.0
 _HINT = 2.0
+_SELDOM = 1.2
+"""More than a mistake in a unit that the log does not state, less than one in a unit that it does."""
 _VARIED, _ALIKE = 0.1, 0.5
 _TURNS_ALIKE = 0.85
 _LEAST_ALONG = 0.85
 _LEAST_PUSHED, _LEAST_LOOSELY = 0.75, 0.4
 _LEAST_BY_ROADS, _MOST_BY_ROADS = 0.001, 0.4
 """Rad per m/s²: drives on roads of all kinds come to 0.002 to 0.05."""
+_LEAST_LEAN = 0.0002
+"""Rad per m/s²: 0.1 °/g."""
 _TWO_THIRDS = 0.68
 _LEAST_RATE, _MOST_RATE = 0.0006, 0.5
 """rad/s: 0.001 (standing, a gyro's noise) to 0.1 in drives; in deg/s 0.5 to 4."""
@@ -42,7 +46,7 @@ class Evidence:
     """A ratio that must lie between low and high.
 
     powers: how the ratio changes with each signal's factor. cost: at most this much for a ratio out of range. text:
-    the finding in words, with "{ratio}" for the ratio.
+    the finding in words, with "{ratio}" for the ratio. seldom: below that the ratio is one that few vehicles have.
     """
 
     powers: Mapping[str, float]
@@ -51,6 +55,7 @@ class Evidence:
     high: float
     cost: float
     text: str
+    seldom: float = 0.0
 
     def after(self, factors: Mapping[str, float]) -> float:
         """The ratio when signals are multiplied by factors."""
@@ -62,10 +67,13 @@ class Evidence:
     def penalty(self, factors: Mapping[str, float]) -> float:
         """How badly the ratio fits when signals are multiplied by factors: 0 in range, `cost` far outside."""
         ratio = self.after(factors)
+        unusual = 0.0
+        if ratio < self.seldom:
+            unusual = min((math.log(self.seldom / ratio) / _SHARP) ** 2, _SELDOM)
         if self.low <= ratio <= self.high:
-            return 0.0
+            return unusual
         outside = math.log(self.low / ratio if ratio < self.low else ratio / self.high)
-        return float(min((outside / _SHARP) ** 2, self.cost))
+        return float(min(unusual + (outside / _SHARP) ** 2, self.cost))
 
     def words(self) -> str:
         """The finding with its figure."""
@@ -93,10 +101,11 @@ def _related(
     span: tuple[float, float],
     text: str,
     least: float = 0.9,
+    seldom: float = 0.0,
 ) -> Iterator[Evidence]:
     if found is not None and abs(found.correlation) >= least:
         text = f"{text} {{ratio}} (correlation {found.correlation:.2f} over {found.seconds:.0f} s)"
-        yield Evidence(powers, found.ratio, span[0], span[1], _SURE, text)
+        yield Evidence(powers, found.ratio, span[0], span[1], _SURE, text, seldom)
 
 
 def _magnitudes(grid: Grid) -> Iterator[Evidence]:
@@ -200,11 +209,11 @@ def _long(grid: Grid) -> Iterator[Evidence]:
 def _angles(grid: Grid) -> Iterator[Evidence]:
     """Roll and pitch against their rates and against the acceleration that makes them.
 
-    A body leans 2 to 12 °/g; on a banked road a level-headed attitude sensor sees 1 rad per g (0.102 rad per m/s²).
+    A body leans 2 to 12 °/g, a racing car's 0.2 to 1; on a banked road a level-headed attitude sensor sees 1 rad per g (0.102 rad per m/s²).
     """
-    for angle, rate, drive, span in (
-        ("roll", "roll_rate", "accel_y", (0.002, 0.125)),
-        ("pitch", "pitch_rate", "accel_x", (0.0003, 0.15)),
+    for angle, rate, drive, span, seldom in (
+        ("roll", "roll_rate", "accel_y", (_LEAST_LEAN, 0.125), 0.002),
+        ("pitch", "pitch_rate", "accel_x", (0.0003, 0.15), 0.0),
     ):
         tilt, turning, push = grid.get(angle), grid.get(rate), grid.get(drive)
         if tilt is not None and turning is not None:
@@ -214,15 +223,16 @@ def _angles(grid: Grid) -> Iterator[Evidence]:
         if tilt is not None and push is not None:
             found = compare(tilt, push)
             powers = {angle: 1.0, drive: -1.0}
-            yield from _related(found, powers, span, f"{angle} over {drive} is [rad per m/s²]", 0.75)
+            yield from _related(found, powers, span, f"{angle} over {drive} is [rad per m/s²]", 0.75, seldom)
         elif turning is not None and push is not None:
             found = compare(turning, grid.rate(push))
             powers = {rate: 1.0, drive: -1.0}
             text = f"{rate} over the change of {drive} is [rad per m/s²]"
             if found is not None and abs(found.correlation) < _LEAST_PUSHED:
                 # roads turn the body as well, by no more than a few times what pushes it
-                span = (min(span[0], _LEAST_BY_ROADS), _MOST_BY_ROADS)
-            yield from _related(found, powers, span, text, _LEAST_LOOSELY)
+                seldom = min(seldom, _LEAST_BY_ROADS)
+                span = (max(span[0], 0.5 * seldom), _MOST_BY_ROADS)
+            yield from _related(found, powers, span, text, _LEAST_LOOSELY, seldom)
 
 
 def _rates(grid: Grid) -> Iterator[Evidence]:

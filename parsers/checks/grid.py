@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from parsers.channels import FloatArray, IntArray
+from parsers.checks.far_lags import better_elsewhere
 from parsers.drive import Signal
 from parsers.quantiles import distinct, median_step, quantile, quantiles
 
@@ -23,6 +24,8 @@ BRIDGE_S = 0.5
 _SLOWEST_BRIDGE_S = 2.2
 _MAX_LAG = 3
 MIN_CELLS = 20
+_SAYS, _NO_SIGN = 0.3, 1e-9
+"""Least correlation that any check looks at; what is left of one that has no sign."""
 EITHER_WAY = 0.8
 """Share of the best correlation from which on the best of the other sign, at another lag, leaves the sign open."""
 
@@ -169,7 +172,7 @@ def compare(
 
     centred: take the means away first (for angles with a mounting offset); not for turn rates, where a steady circle
     has no variation but a clear sign. What swings so quickly that a lag turns it round has no sign: its correlation is what the
-    one is better by than the other.
+    one is better by than the other. Nor has what goes together better the other way round some seconds apart: there it is next to nought.
     """
     best: Together | None = None
     ends = [0.0, 0.0]
@@ -194,7 +197,19 @@ def compare(
     against, along = sorted(abs(end) for end in ends)
     if best is not None and against > EITHER_WAY * along:
         return replace(best, correlation=best.sign * (along - against))
+    if best is None or abs(best.correlation) < _SAYS:
+        return best
+    # all of both, as what was picked by one of them is at another place in the other
+    if better_elsewhere(_usual(first), _usual(second), best.sign, _MAX_LAG, centred=centred):
+        return replace(best, correlation=best.sign * _NO_SIGN)
     return best
+
+
+def _usual(values: FloatArray) -> FloatArray:
+    """A column with stray values at the border of what is usual."""
+    result, there = values.copy(), np.isfinite(values)
+    result[there] = clip(values[there])
+    return result
 
 
 def go_together(a: FloatArray, b: FloatArray, centred: bool) -> Together | None:

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from parsers.channels import FloatArray
+from parsers.checks import far_lags
+from parsers.checks.far_lags import at_far_lags
 from parsers.checks.grid import CELL_S, MIN_CELLS, Grid, clip, go_together
 from parsers.checks.motion import smooth
 from parsers.checks.springs import springs_tilt
@@ -23,11 +25,20 @@ LEAST_S = 0.08
 SLOW_S = 0.2
 """The same for motions between which a vehicle's own dynamics lie: slip grows, tyres give way, a tall body leans late (157 ms were a lorry's own)."""
 
+ALLOWED_S = 0.2
+"""The most that fits look for."""
+
+LOOSE_S = 0.5
+"""The same where one makes the other by way of tyres or springs."""
+
 FARTHEST = 8
-"""Cells that are looked over either way."""
+"""Cells that are looked over one by one, either way; further off, to five seconds, what is most alike is brought next to each other first."""
 
 ALIKE = 0.8
 """Least correlation at the best lag."""
+
+NEARER = 0.02
+"""Likeness that a second more must bring: a weave is as like itself a wave later."""
 
 LEAVES = 0.5
 """Share of what is unlike without a lag that may be left at the best one."""
@@ -68,6 +79,12 @@ def _pairs(grid: Grid) -> Iterator[tuple[str, str, str, FloatArray, FloatArray, 
     if speed is not None and yaw is not None and across is not None:
         turning = np.where(np.abs(speed) > MOVING_MPS, yaw * speed, np.nan)
         yield "accel_y", "yaw_rate", "yaw_rate × speed", across, turning, SLOW_S
+    steering, rolling = grid.get("steering_wheel_angle"), grid.get("roll_rate")
+    if steering is not None and yaw is not None and speed is not None:
+        curvature = yaw / np.where(np.abs(speed) > MOVING_MPS, speed, np.nan)
+        yield "steering_wheel_angle", "yaw_rate", "yaw_rate over speed", steering, curvature, LOOSE_S
+    if rolling is not None and across is not None and grid.get("roll") is None:
+        yield "roll_rate", "accel_y", "the change of accel_y", rolling, grid.rate(across), LOOSE_S
     if speed is not None and along is not None:
         change = grid.rate(smooth(speed, 3))
         yield "speed", "accel_x", "accel_x", change, smooth(along, 3), SLOW_S
@@ -111,13 +128,35 @@ def _peak(correlations: FloatArray) -> tuple[float, float] | None:
     return (best - FARTHEST + part) * CELL_S, top
 
 
+def _coarse(first: FloatArray, second: FloatArray) -> int:
+    """Cells that first comes after second, where that is more than `_at_lags` looks over; of lags that are as good, the least."""
+    found = at_far_lags(first, second)
+    if found is None:
+        return 0
+    lags = np.arange(-far_lags.FARTHEST, far_lags.FARTHEST + 1)
+    best = int(lags[np.argmax(found - NEARER * CELL_S * np.abs(lags))])
+    return best if abs(best) > FARTHEST - 2 else 0
+
+
 def _delay(first: FloatArray, second: FloatArray) -> tuple[float, float] | None:
     """Seconds that first comes after second, and their correlation; None where a drive's parts do not say the same."""
+    at_hand = _at_lags(first, second)
+    far = _coarse(first, second)
+    if far and at_hand is not None:
+        apart = (first[far:], second[:-far]) if far > 0 else (first[:far], second[-far:])
+        found = _agreed(*apart, float(at_hand[FARTHEST]))
+        if found is not None and found[1] > 0:
+            return found[0] + far * CELL_S, found[1]
+    return None if at_hand is None else _agreed(first, second, float(at_hand[FARTHEST]))
+
+
+def _agreed(first: FloatArray, second: FloatArray, unmoved: float) -> tuple[float, float] | None:
+    """`_delay` of columns that are brought next to each other. unmoved: correlation without a lag."""
     whole = _at_lags(first, second)
     found = None if whole is None else _peak(whole)
     if whole is None or found is None or found[1] < ALIKE:
         return None
-    if 1 - found[1] ** 2 > LEAVES * (1 - float(whole[FARTHEST]) ** 2):
+    if 1 - found[1] ** 2 > LEAVES * (1 - unmoved**2):
         return None
     own = [_at_lags(a, b) for a, b in zip(np.array_split(first, PARTS), np.array_split(second, PARTS), strict=True)]  # fmt: skip
     lags = [peak[0] for c in own if c is not None and (peak := _peak(c)) is not None and peak[1] > ALIKE]
@@ -150,9 +189,10 @@ def late(grid: Grid, left_out: Collection[str]) -> list[Decision]:
         order = "after" if each.seconds > 0 else "before"
         what = "the suspension deflections come" if each.first == SPRINGS else f"{each.first} comes"
         text = f"{what} {1000 * abs(each.seconds):.0f} ms {order} {each.said}"
-        action = (
-            "left as it is (fits of roll and pitch allow for a delay); put it right where the log is made"
-        )
+        allowed = "fits of roll and pitch allow for a delay"
+        if abs(each.seconds) > ALLOWED_S:
+            allowed = "more than any fit allows for: what holds the two together is wrong"
+        action = f"left as it is ({allowed}); put it right where the log is made"
         evidence = f"correlation {each.correlation:.2f} there"
         found.append(Decision(each.first, "delay", text, action, evidence, applied=False))
     return found

@@ -27,6 +27,9 @@ def demand(kind, t, speed):
     if kind == "slalom":
         v = speed + 4 * np.sin(2 * np.pi * t / 25) + 1.5 * np.sin(2 * np.pi * t / 7)
         steer = 0.6 * np.sin(2 * np.pi * 0.4 * t) * (t > 4)
+    elif kind == "weave":
+        v = speed + 4 * np.sin(2 * np.pi * t / 25) + 1.5 * np.sin(2 * np.pi * t / 7)
+        steer = 0.4 * np.sin(2 * np.pi * 0.15 * t) + 0.3 * np.sin(2 * np.pi * 0.4 * t)
     elif kind == "circle":
         steer = np.clip((t - 5) * 0.2, 0, 0.9)
     elif kind == "step":

@@ -78,3 +78,38 @@ def test_channels_of_nothing_but_noise_go_together_at_no_lag() -> None:
     signals = drive("slalom")
     noise = {n: replace(signals[n], values=rng.standard_normal(len(signals[n].values))) for n in ("roll", "roll_rate")}  # fmt: skip
     assert delays(make_grid(signals | noise), ()) == []
+
+
+LATE = ("accel_y", "yaw_rate", "roll", "roll_rate", "steering_wheel_angle", "speed")
+
+
+@pytest.mark.parametrize("seconds", [0.7, 1.0, 1.7, 3.0, -0.9])
+@pytest.mark.parametrize("name", LATE)
+def test_a_channel_that_is_seconds_late_turns_no_sign_and_is_told_by_how_much(
+    name: str, seconds: float
+) -> None:
+    """Half a wave late is as good as inverted, to a check that looks at what is at hand only."""
+    few = ("accel_x", "accel_y", "yaw_rate", "roll_rate", "speed", "steering_wheel_angle", "roll")
+    made = {n: s for n, s in drive("weave", seconds=120.0).items() if n in few}
+    if name == "roll_rate":
+        del made["roll"]
+    signals = held_back(made, name, seconds)
+    fixed, decisions = check(signals)
+    assert not [each.found for each in decisions if each.kind == "sign"]
+    assert all(np.array_equal(fixed[n].values, signals[n].values) for n in signals)
+    told = delays(make_grid(signals), ())
+    assert told
+    apart = [abs(each.seconds) for each in told if name in (each.first, each.second)]
+    # tyres and springs hold back what they make by a tenth of a second
+    assert apart
+    assert all(abs(each - abs(seconds)) < 0.15 for each in apart)
+    assert any("more than any fit allows" in each.action for each in decisions if each.kind == "delay")
+
+
+@pytest.mark.parametrize("kind", ["weave", "slalom"])
+@pytest.mark.parametrize("name", ["accel_y", "yaw_rate", "roll", "steering_wheel_angle"])
+def test_what_is_inverted_is_so_for_all_that(kind: str, name: str) -> None:
+    signals = drive(kind)
+    fixed, decisions = check(signals | {name: replace(signals[name], values=-signals[name].values)})
+    assert [(each.signal, each.kind) for each in decisions] == [(name, "sign")]
+    assert np.allclose(fixed[name].values, signals[name].values)

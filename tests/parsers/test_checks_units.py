@@ -245,3 +245,24 @@ def test_beside_the_angle_of_the_road_wheels_a_wrong_unit_is_still_found():
     assert found(decisions, "unit") == {"yaw_rate"}
     assert found(decisions, "range") == {"steering_wheel_angle"}
     assert np.allclose(fixed["yaw_rate"].values, signals["yaw_rate"].values)
+
+
+@pytest.mark.parametrize(
+    "few",
+    [
+        ("speed", "accel_y", "roll"),
+        ("speed", "accel_y", "yaw_rate", "roll"),
+        ("accel_y", "roll", "roll_rate"),
+        ("speed", "accel_x", "accel_y", "accel_z", "roll_rate", "pitch_rate", "yaw_rate"),
+        ("speed", "accel_x", "accel_y", "accel_z", "roll_rate", "pitch_rate", "yaw_rate", "roll", "pitch"),
+    ],
+)
+def test_a_racing_cars_lean_overrules_no_unit_that_the_log_states(few):
+    """0.6 degrees a g; a made drive's is 4."""
+    taken = {"accel_x": G, "accel_y": G, "accel_z": G} | dict.fromkeys(
+        ("roll", "pitch", "roll_rate", "pitch_rate", "yaw_rate"), DEG
+    )
+    signals = scaled(only(drive(), *few), **{name: 0.15 for name in few if name.startswith("roll")})
+    checked = check_all(signals, fix=True, units_stated={}, units_taken=taken)
+    assert not [each for each in checked.decisions if each.kind in ("unit", "scale")]
+    assert all(np.allclose(checked.signals[name].values, signals[name].values) for name in few)
