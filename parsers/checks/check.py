@@ -19,6 +19,7 @@ from parsers.checks.net_torque import net_torque
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
+from parsers.checks.slow_speed import slow_speeds
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.torque_signs import torque_signs
@@ -183,6 +184,9 @@ def decide(
 ) -> tuple[Findings, dict[str, Signal]]:
     """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
     taken = taken or {}
+    if slow := slow_speeds(signals):
+        # as a speed it would say that rates are in another unit
+        return _beside(slow, *decide({n: s for n, s in signals.items() if n not in slow}, stated, taken))
     first = _in_units(signals, stated, taken)
     work, spikes, wild, limits = _cleaned(first.work, first.spans)
     wild |= {each.signal: each for each in first.pressure if each.applied} | scrambled(work)

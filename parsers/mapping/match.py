@@ -21,7 +21,8 @@ _WORSE = 4
 @dataclass(frozen=True)
 class Refusal:
     """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit.
-    damper: whether since it is measured at a damper. alone: whether for want of a channel beside it that would tell what it is."""
+    damper: whether since it is measured at a damper. alone: whether for want of a channel beside it that would tell what it is.
+    told: whether it is said where the log lacks the signal."""
 
     channel: str
     signal: str
@@ -29,6 +30,7 @@ class Refusal:
     unit: bool = False
     damper: bool = False
     alone: bool = False
+    told: bool = False
 
 
 @dataclass(frozen=True)

@@ -14,6 +14,7 @@ from parsers.mapping.contexts import blocking_words, without_device
 from parsers.mapping.dampers import damper_reason
 from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
+from parsers.mapping.name_units import without_suffix
 from parsers.mapping.wheel_radius import TURN_RATE
 from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
 from parsers.signals import COLUMNS, SIGNALS, WHEEL_SPEEDS, WHEELS
@@ -26,19 +27,6 @@ RANK_CANONICAL_NAME = 2
 RANK_NAME = 60
 _RANK_WORSE = 10
 _RANK_WEAK = 8
-_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
-# ways in which a unit is glued to a name: "accel_y_mps2"
-_SUFFIX_UNITS = {
-    "mps2": "m/s2", "ms2": "m/s2", "m_s2": "m/s2", "radps": "rad/s", "rads": "rad/s", "rad_s": "rad/s",
-    "degps": "deg/s", "dps": "deg/s", "deg_s": "deg/s", "degs": "deg/s", "mps": "m/s", "m_s": "m/s", "kmh": "km/h",
-    "kph": "km/h", "km_h": "km/h", "mph": "mph", "kn": "kn", "kts": "kn", "deg": "deg", "rad": "rad",
-    "degp_sec": "deg/s", "degp_s": "deg/s", "radp_sec": "rad/s", "radp_s": "rad/s", "mp_s2": "m/s2", "mp_sec2": "m/s2",
-    "mp_s": "m/s", "mp_sec": "m/s", "kmp_h": "km/h", "bar": "bar", "kpa": "kPa",
-    "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
-    "km_per_h": "km/h", "km_per_hour": "km/h", "m_per_s": "m/s", "m_per_sec": "m/s", "m_per_s2": "m/s2", "m_per_s_2": "m/s2",
-    "m_per_s^2": "m/s2", "m_per_sec2": "m/s2", "deg_per_s": "deg/s", "deg_per_sec": "deg/s", "rad_per_s": "rad/s", "rad_per_sec": "rad/s",
-    "knots": "kn", "knot": "kn", "kmph": "km/h", "psi": "psi", "cm": "cm", "lbft": "lb·ft", "ftlb": "lb·ft", "pct": "%", "percent": "%",
-}  # fmt: skip
 
 
 def vendor_prefixes(channels: Sequence[ChannelInfo]) -> frozenset[tuple[str, str]]:
@@ -151,7 +139,7 @@ def _blocked(channel: ChannelInfo, last: str, table: NameTable) -> frozenset[str
     found = blocking_words(channel, last)
     if any(ending in last.lower() for ending in table.blocked_endings):
         # the last word that is no unit: "ref" of "YawRateRef [deg/s]" and of "yaw_rate_ref_degps"
-        *_, (text, _) = _without_suffix(split_unit(last)[0])
+        *_, (text, _) = without_suffix(split_unit(last)[0])
         found |= table.blocked_endings & set(words_of(text, table)[-1:])
     return found
 
@@ -181,7 +169,7 @@ class _Found:
 
 def _find(name: str, table: NameTable) -> _Found | None:
     """Look a name up, with and without a unit glued to its end; a command as what it commands, so that it can be said."""
-    for text, suffix in _without_suffix(name):
+    for text, suffix in without_suffix(name):
         words = [word for word in words_of(text, table) if not known_words([word], table.commands)]
         kept = [word for word in words if word not in table.worse]
         if tuple(sorted(kept)) not in table.sets:
@@ -202,20 +190,6 @@ def _spelt_out(name: str, table: NameTable) -> bool:
     return any(
         table.words.get(each) in ("lateral", "long") and each not in table.abbreviated for each in pieces
     )
-
-
-def _without_suffix(name: str) -> Iterator[tuple[str, str | None]]:
-    yield name, None
-    pieces = name.rstrip().split("_") if "_" in name else name.split()
-    if len(pieces) == 1:
-        # "yawRateDegPerSec", "speedKmh", "accelYMps2"
-        pieces = _CAMEL.sub(" ", name.replace("Per", "p")).split()
-    for count in (4, 3, 2, 1):
-        ending = "_".join(pieces[-count:])
-        # a kilonewton is no knot: this unit alone needs its capital letter
-        unit = ending if ending == "kN" else _SUFFIX_UNITS.get(ending.lower())
-        if unit is not None and len(pieces) > count:
-            yield "_".join(pieces[:-count]), unit
 
 
 def _canonical(channel: ChannelInfo, name: str) -> Binding | None:

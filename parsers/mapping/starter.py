@@ -10,7 +10,7 @@ from parsers.mapping.axle_means import axle_of
 from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.propose import candidates
-from parsers.mapping.reasons import unmapped_reason
+from parsers.mapping.reasons import reasons_beside, unmapped_reason
 from parsers.mapping.wheel_radius import turn_rate
 from parsers.mapping.words import load_names, words_of
 from parsers.signals import SIGNALS, WHEELS, SignalSpec
@@ -60,10 +60,12 @@ def _left(channels: Sequence[ChannelInfo], used: set[str]) -> list[str]:
     left = [channel for channel in channels if channel.kind == "number" and channel.name not in used]
     if not left:
         return []
+    reasons = reasons_beside(channels)
     lines = ["", "# Channels of numbers that no signal takes, as they are written here, and why:"]
     for channel in left[:_MOST_LEFT]:
         unit = f" [{_comment(channel.unit)}]" if channel.unit else ""
-        lines += [f"# {_comment(quote(channel.name))}{unit}: {_comment(unmapped_reason(channel))}"]
+        reason = reasons.get(channel.name) or unmapped_reason(channel)
+        lines += [f"# {_comment(quote(channel.name))}{unit}: {_comment(reason)}"]
     if len(left) > _MOST_LEFT:
         lines += [f"# and {len(left) - _MOST_LEFT} more, which `cogest inspect` lists"]
     return lines
