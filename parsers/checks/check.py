@@ -16,6 +16,7 @@ from parsers.checks.held import fixes
 from parsers.checks.late import late
 from parsers.checks.mounting import judge_signs
 from parsers.checks.net_torque import net_torque
+from parsers.checks.no_places import no_places
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
@@ -184,9 +185,9 @@ def decide(
 ) -> tuple[Findings, dict[str, Signal]]:
     """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
     taken = taken or {}
-    if slow := slow_speeds(signals):
+    if other := slow_speeds(signals) | no_places(signals, stated):
         # as a speed it would say that rates are in another unit
-        return _beside(slow, *decide({n: s for n, s in signals.items() if n not in slow}, stated, taken))
+        return _beside(other, *decide({n: s for n, s in signals.items() if n not in other}, stated, taken))
     first = _in_units(signals, stated, taken)
     work, spikes, wild, limits = _cleaned(first.work, first.spans)
     wild |= {each.signal: each for each in first.pressure if each.applied} | scrambled(work)

@@ -27,6 +27,8 @@ RANK_CANONICAL_NAME = 2
 RANK_NAME = 60
 _RANK_WORSE = 10
 _RANK_WEAK = 8
+_LAST = 12
+"""The place of a name that is less than all others of its signal."""
 
 
 def vendor_prefixes(channels: Sequence[ChannelInfo]) -> frozenset[tuple[str, str]]:
@@ -73,7 +75,7 @@ def name_bindings(
     found, bracket = None, None
     for text in texts:
         plain, bracket = split_unit(text)
-        found = _find(plain, table)
+        found = _directed(plain, channel.unit or bracket, table) or _find(plain, table)
         if found is not None:
             break
     canonical = _canonical(channel, split_unit(last)[0]) if last else None
@@ -181,6 +183,17 @@ def _find(name: str, table: NameTable) -> _Found | None:
             continue
         if hit is not None:
             return _Found(hit[0], tuple(sorted(kept)), hit[1], len(kept) < len(words), suffix)
+    return None
+
+
+def _directed(name: str, unit: str | None, table: NameTable) -> _Found | None:
+    """A direction alone, where the unit tells of what: "Lat [g]"."""
+    for text, suffix in without_suffix(name):
+        words = [word for word in words_of(text, table) if word not in table.noise]
+        key = tuple(sorted(word for word in words if word not in table.worse))
+        signal = table.directions.get(key)
+        if signal is not None and find_unit(unit or suffix, SIGNALS[signal].quantity) is not None:
+            return _Found(signal, key, _LAST, len(key) < len(words), suffix)
     return None
 
 

@@ -24,6 +24,7 @@ class NameTable:
     noise: frozenset[str]
     worse: frozenset[str]
     sets: Mapping[tuple[str, ...], tuple[str, int]]
+    directions: Mapping[tuple[str, ...], str]
     weak: frozenset[tuple[str, ...]]
     unit_free: frozenset[tuple[str, ...]]
     abbreviated: frozenset[str]
@@ -54,6 +55,7 @@ def load_names() -> NameTable:
         noise=frozenset(data["noise"]["words"].split()),
         worse=frozenset(data["noise"]["worse"].split()),
         sets=sets,
+        directions={_key(row): name for name, rows in data["directions"].items() for row in rows},
         weak=_spread(data["weak"]["sets"]),
         unit_free=_spread(data["weak"]["without_unit"]),
         abbreviated=frozenset(data["weak"]["abbreviated"].split()),
