@@ -13,6 +13,7 @@ from parsers.checks.force_scales import unlike_gains
 from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
+from parsers.checks.hubs import hub_motion
 from parsers.checks.late import late
 from parsers.checks.mounting import judge_signs
 from parsers.checks.net_torque import net_torque
@@ -190,7 +191,9 @@ def decide(
         return _beside(other, *decide({n: s for n, s in signals.items() if n not in other}, stated, taken))
     first = _in_units(signals, stated, taken)
     work, spikes, wild, limits = _cleaned(first.work, first.spans)
-    wild |= {each.signal: each for each in first.pressure if each.applied} | scrambled(work)
+    wild |= (
+        {each.signal: each for each in first.pressure if each.applied} | scrambled(work) | hub_motion(work)
+    )
     if wild:
         # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
         own = {each.signal: each.found for each in first.units if not each.applied}

@@ -10,6 +10,7 @@ from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
 from parsers.mapping.axle_means import axle_means, say_axle_means
 from parsers.mapping.bindings import Binding
+from parsers.mapping.corners import say_corners
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
 from parsers.mapping.joints import say_joints
@@ -101,7 +102,7 @@ def propose_all(
     known = refusals | needed | told | of_axles.keys()
     unknown = say_unknown(channels, known, {each.channel for each in left_out if each.unit})
     sentences = (
-        *said, *texts, *say_dampers(at_dampers, channels), *say_axle_means(of_axles), *joints, *turning, *missed,
+        *said, *texts, *say_dampers(at_dampers, channels), *say_axle_means(of_axles), *say_corners(proposals), *joints, *turning, *missed,
     )  # fmt: skip
     return Proposals(proposals, sentences, unknown)
 
