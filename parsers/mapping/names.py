@@ -11,7 +11,7 @@ from functools import cache
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words, without_device
-from parsers.mapping.dampers import damper_reason
+from parsers.mapping.dampers import at_which, reason_at
 from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
 from parsers.mapping.name_units import without_suffix
@@ -97,8 +97,8 @@ def name_bindings(
         yield Refusal(channel.name, found.signal, doubt)
     elif found is not None:
         named = _named(channel, found, bracket or found.suffix, table, sure=channel.name in rates)
-        damper = damper_reason(found.signal, found.key) if isinstance(named, Binding) else None
-        yield named if damper is None else Refusal(channel.name, found.signal, damper, damper=True)
+        at = at_which(found.signal, found.key) if isinstance(named, Binding) else None
+        yield named if at is None else Refusal(channel.name, found.signal, reason_at(found.signal, at), at=at)
 
 
 def ambiguous_name(channel: ChannelInfo) -> str | None:

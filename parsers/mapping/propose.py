@@ -81,7 +81,7 @@ def propose_all(
             refusals.add(candidate.channel)
         if candidate.unit or candidate.told:
             refused.setdefault(candidate.signal, candidate)
-        elif candidate.damper:
+        elif candidate.at:
             dampers.setdefault(candidate.signal, candidate)
     proposals = with_signs(_ranked(found, channels), channels)
     if user is not None:
