@@ -17,7 +17,7 @@ from parsers.checks.hubs import hub_motion
 from parsers.checks.late import late
 from parsers.checks.mounting import judge_signs
 from parsers.checks.net_torque import net_torque
-from parsers.checks.no_places import no_places
+from parsers.checks.no_places import no_altitude, no_places
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
@@ -186,9 +186,16 @@ def decide(
 ) -> tuple[Findings, dict[str, Signal]]:
     """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
     taken = taken or {}
-    if other := slow_speeds(signals) | no_places(signals, stated):
+    if other := slow_speeds(signals) | no_places(signals, stated) | no_altitude(signals, stated):
         # as a speed it would say that rates are in another unit
         return _beside(other, *decide({n: s for n, s in signals.items() if n not in other}, stated, taken))
+    return _decide(signals, stated, taken)
+
+
+def _decide(
+    signals: Mapping[str, Signal], stated: Mapping[str, bool], taken: Mapping[str, float]
+) -> tuple[Findings, dict[str, Signal]]:
+    """`decide`, of signals that are what their names say."""
     first = _in_units(signals, stated, taken)
     work, spikes, wild, limits = _cleaned(first.work, first.spans)
     wild |= (

@@ -1,4 +1,4 @@
-"""Latitudes and longitudes that are none: accelerations in columns called Lat and Long, which as places would fly.
+"""Places that are none: accelerations in columns called Lat and Long, which would fly, and heights over the axle, which would leap.
 
 Only places whose unit the log does not state are looked at: a receiver's are in degrees, and mostly say so.
 """
@@ -9,12 +9,15 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from parsers.checks.grid import size
+from parsers.checks.grid import make_grid, size
 from parsers.drive import Decision, Signal
 
 PLACE = ("latitude", "longitude")
 FASTEST_MPS = 1000.0
 """No vehicle's place moves as quickly, and no receiver's noise: that is some metres, and not at every row of a quick log."""
+
+CLIMBS_MPS = 30.0
+"""No road makes a vehicle rise as quickly, and no receiver's noise between means over 0.1 s."""
 
 CLOSE_NS = 2_000_000_000
 FEWEST = 50
@@ -48,6 +51,23 @@ def no_places(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> dict
         name: Decision(name, "range", f"latitude and longitude {text}", action, evidence, applied=True)
         for name in PLACE
     }
+
+
+def no_altitude(signals: Mapping[str, Signal], stated: Mapping[str, bool]) -> dict[str, Decision]:
+    """The altitude with its decision, where it is the body's height in mm. stated: as in `no_places`."""
+    altitude = signals.get("altitude")
+    if altitude is None or stated.get("altitude", True):
+        return {}
+    grid = make_grid({"altitude": altitude})
+    climbs = np.abs(grid.rate(grid.columns["altitude"]))
+    climbs = climbs[np.isfinite(climbs)]
+    usual = float(np.median(climbs)) if len(climbs) >= FEWEST else 0.0
+    if usual < CLIMBS_MPS:
+        return {}
+    text = f"altitude would rise and fall by {usual:.2g} m/s most of the time: it is no height above the sea"
+    action = "left out; name the right channel and its unit in a mapping file"
+    evidence = "the log states no unit"
+    return {"altitude": Decision("altitude", "range", text, action, evidence, applied=True)}
 
 
 def _flies_mps(latitude: Signal, longitude: Signal) -> float:

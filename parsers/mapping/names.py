@@ -27,6 +27,8 @@ RANK_CANONICAL_NAME = 2
 RANK_NAME = 60
 _RANK_WORSE = 10
 _RANK_WEAK = 8
+_LEAST_HEIGHT_M = 0.1
+"""Unit of a height from which on it can be one above the sea: feet are, inches, cm and mm are not."""
 _LAST = 12
 """The place of a name that is less than all others of its signal."""
 
@@ -262,6 +264,10 @@ def _named(
         unit = Unit(SI_TEXT[TURN_RATE], TURN_RATE, 1.0)
     if unit_from == "assumed SI" and "g" in found.key and quantity == "acceleration":
         unit, unit_from = Unit("g", quantity, STANDARD_GRAVITY), "name"
+    if found.signal == "altitude" and found.key == ("height",) and unit.scale < _LEAST_HEIGHT_M:
+        # a receiver's fields in mm are called so with more words, or altitude
+        reason = f"a height in {unit.text} is the body's over the road or the axle, and no altitude"
+        return Refusal(channel.name, found.signal, reason, told=True)
     weak = found.key in table.weak
     guessed = unit_from == "assumed SI"
     if guessed and (channel.family == "can" or (weak and not sure and found.key not in table.unit_free)):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from parsers.checks import check_all
-from parsers.checks.no_places import no_places
+from parsers.checks.no_places import no_altitude, no_places
 from parsers.drive import Signal
 
 T = np.arange(3000) / 50
@@ -52,3 +52,19 @@ def test_places_stay(north: np.ndarray, east: np.ndarray) -> None:
 
 def test_places_whose_unit_is_stated_are_not_doubted() -> None:
     assert no_places(places(*ACCELS), {}) == {}
+
+
+def height(values: np.ndarray) -> dict[str, Signal]:
+    return {"altitude": Signal("altitude", (T * 1e9).astype(np.int64), values, "Height")}
+
+
+def test_a_body_s_height_in_mm_is_no_altitude() -> None:
+    body = height(120 + 20 * np.sin(2 * np.pi * 1.3 * T))
+    assert "no height above the sea" in no_altitude(body, {"altitude": False})["altitude"].found
+    assert no_altitude(body, {}) == {}
+
+
+def test_an_altitude_stays() -> None:
+    noise = np.random.default_rng(2).standard_normal(3000)
+    for values in (300 + 4 * T, np.round(300 + 3 * T), 300 + noise, 300 + 0 * T):
+        assert no_altitude(height(values), {"altitude": False}) == {}
