@@ -13,7 +13,7 @@ _SUFFIX_UNITS = {
     "kph": "km/h", "km_h": "km/h", "mph": "mph", "kn": "kn", "kts": "kn", "deg": "deg", "rad": "rad",
     "degp_sec": "deg/s", "degp_s": "deg/s", "radp_sec": "rad/s", "radp_s": "rad/s", "mp_s2": "m/s2", "mp_sec2": "m/s2",
     "mp_s": "m/s", "mp_sec": "m/s", "kmp_h": "km/h", "bar": "bar", "kpa": "kPa",
-    "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
+    "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "dan": "daN", "kgf": "kgf", "lbf": "lbf", "kg": "kg", "nm": "Nm", "g": "g",
     "km_per_h": "km/h", "km_per_hour": "km/h", "m_per_s": "m/s", "m_per_sec": "m/s", "m_per_s2": "m/s2", "m_per_s_2": "m/s2",
     "m_per_s^2": "m/s2", "m_per_sec2": "m/s2", "deg_per_s": "deg/s", "deg_per_sec": "deg/s", "rad_per_s": "rad/s", "rad_per_sec": "rad/s",
     "knots": "kn", "knot": "kn", "kmph": "km/h", "psi": "psi", "cm": "cm", "lbft": "lb·ft", "ftlb": "lb·ft", "pct": "%", "percent": "%",

@@ -16,7 +16,7 @@ from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
 from parsers.mapping.name_units import without_suffix
 from parsers.mapping.wheel_radius import TURN_RATE
-from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
+from parsers.mapping.words import NameTable, is_japanese, known_words, load_names, plain_letters, words_of
 from parsers.signals import COLUMNS, SIGNALS, WHEEL_SPEEDS, WHEELS
 from parsers.table_names import split_header, split_unit
 from parsers.unit_words import is_remark, says_unit
@@ -201,6 +201,8 @@ def _directed(name: str, unit: str | None, table: NameTable) -> _Found | None:
 
 def _spelt_out(name: str, table: NameTable) -> bool:
     """Whether a name says "lateral" or "longitudinal" in full: a direction, and no coordinate."""
+    if is_japanese(name):
+        return True
     pieces = re.split(r"[^a-z]+", plain_letters(name).lower())
     return any(
         table.words.get(each) in ("lateral", "long") and each not in table.abbreviated for each in pieces
