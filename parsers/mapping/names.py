@@ -190,6 +190,9 @@ def _find(name: str, table: NameTable) -> _Found | None:
 
 def _directed(name: str, unit: str | None, table: NameTable) -> _Found | None:
     """A direction alone, where the unit tells of what: "Lat [g]"."""
+    quantities = {SIGNALS[signal].quantity for signal in table.directions.values()}
+    if says_unit(unit) and not any(find_unit(unit, quantity) for quantity in quantities):
+        return None
     for text, suffix in without_suffix(name):
         words = [word for word in words_of(text, table) if word not in table.noise]
         key = tuple(sorted(word for word in words if word not in table.worse))

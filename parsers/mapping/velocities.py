@@ -5,6 +5,7 @@ A `v` alone is a speed. Beside `u` it is not: taken for one, a vehicle that driv
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,6 +22,7 @@ from parsers.units import find_unit
 
 _AHEAD, _ACROSS = "u", "v"
 _RATES = ("p", "q", "r")
+_MAY_BE = re.compile(r"(?<![A-Za-z])[Uu](?![A-Za-z])")
 _RANK = 75
 """Behind any channel that is called a speed: u and v are a wind's, too."""
 _SURE = "u and v are the velocities ahead and to the side: the latter is no speed of the vehicle"
@@ -40,6 +42,8 @@ def velocities(channels: Sequence[ChannelInfo]) -> Velocities:
 
     Where only one of them has a unit of speed they are no pair (u is a voltage or what a controller puts out).
     """
+    if not any(_MAY_BE.search(channel.name) for channel in channels):
+        return Velocities((), frozenset())
     found: list[Binding | Refusal] = []
     names: set[str] = set()
     for beside in _letters(channels).values():
