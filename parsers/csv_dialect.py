@@ -204,7 +204,7 @@ def _name_columns(
     """Names and units from the lines above the first row; also the rules, with what the header taught."""
     notes: list[str] = []
     empty_end = rules.width > 2 and all(not row[-1] for row in rows if len(row) == rules.width)
-    above = []
+    above: list[tuple[list[str], str | None]] = []
     other_width = 0
     for line in [line for line in lines[:first] if line.strip(' \t,;|"')][-_HEADER_LINES:][::-1]:
         header, note = _fit_header(
