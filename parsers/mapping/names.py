@@ -29,6 +29,7 @@ _RANK_WORSE = 10
 _RANK_WEAK = 8
 _LEAST_HEIGHT_M = 0.1
 """Unit of a height from which on it can be one above the sea: feet are, inches, cm and mm are not."""
+_OF_BODY = frozenset({"body", "chassis", "car", "vehicle", "veh", "cg", "cog"})
 _LAST = 12
 """The place of a name that is less than all others of its signal."""
 
@@ -256,6 +257,15 @@ def _vocabulary() -> frozenset[str]:
     return table.noise | table.worse | table.commands | {*table.words.values(), *WHEELS, "x", "y", "z"}
 
 
+def _low_height(channel: ChannelInfo, unit: Unit) -> str | None:
+    """Why a height is the body's over the road or the axle, and no altitude; None where it may be one."""
+    if unit.scale < _LEAST_HEIGHT_M:
+        # a receiver's fields in mm are called so with more words, or altitude
+        return f"a height in {unit.text} is the body's over the road or the axle, and no altitude"
+    whose = _OF_BODY & set(words_of(channel.name, load_names()))
+    return f"the height of the {max(whose, key=len)} is over the road, and no altitude" if whose else None
+
+
 def _named(
     channel: ChannelInfo, found: _Found, text: str | None, table: NameTable, *, sure: bool
 ) -> Binding | Refusal:
@@ -269,10 +279,9 @@ def _named(
         unit = Unit(SI_TEXT[TURN_RATE], TURN_RATE, 1.0)
     if unit_from == "assumed SI" and "g" in found.key and quantity == "acceleration":
         unit, unit_from = Unit("g", quantity, STANDARD_GRAVITY), "name"
-    if found.signal == "altitude" and found.key == ("height",) and unit.scale < _LEAST_HEIGHT_M:
-        # a receiver's fields in mm are called so with more words, or altitude
-        reason = f"a height in {unit.text} is the body's over the road or the axle, and no altitude"
-        return Refusal(channel.name, found.signal, reason, told=True)
+    low = _low_height(channel, unit) if found.key == ("height",) else None
+    if low is not None:
+        return Refusal(channel.name, found.signal, low, told=True)
     weak = found.key in table.weak
     guessed = unit_from == "assumed SI"
     if guessed and (channel.family == "can" or (weak and not sure and found.key not in table.unit_free)):
