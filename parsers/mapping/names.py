@@ -184,6 +184,10 @@ def _find(name: str, table: NameTable) -> _Found | None:
         hit = table.sets.get(tuple(sorted(kept)))
         if hit is not None and hit[0] in ("latitude", "longitude") and _spelt_out(text, table):
             continue
+        one = suffix is not None and len(suffix) == 1
+        if hit is not None and one and find_unit(suffix, SIGNALS[hit[0]].quantity) is None:
+            # "N" behind a velocity is north, and no newton
+            continue
         if hit is not None:
             return _Found(hit[0], tuple(sorted(kept)), hit[1], len(kept) < len(words), suffix)
     return None

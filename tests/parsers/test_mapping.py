@@ -196,6 +196,8 @@ def test_a_reference_instrument_is_measured():
         ("r", None, "too general"),
         ("Height", "mm", "no altitude"),
         ("Body Height [cm]", None, "no altitude"),
+        ("Velocity N", "m/s", "no profile knows it"),
+        ("vel_n", "m/s", "no profile knows it"),
         ("CG height [m]", None, "no altitude"),
         ("vehicle_height", "m", "no altitude"),
         ("p", "bar", "unit bar"),
