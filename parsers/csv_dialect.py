@@ -29,6 +29,9 @@ _OPEN_QUOTE = re.compile(rb'(?:^|[\t;,|]) *"[^"]*$')
 _ROW_START = re.compile(rb"^[ \t\"']*[-+.]?\d")
 _SEP_LINE = re.compile(r'^\s*"?sep=(.)"?\s*$', re.IGNORECASE)
 _TYPE = re.compile(r"[fiu][1248]|float(32|64)?|double|u?int(8|16|32|64)?", re.IGNORECASE)
+_NUMBERS_IN_NAMES, _DIGITS_IN_NAMES = 0.2, 0.5
+"""Share of a header's cells that may be numbers, and below which they may be names of one or two digits."""
+_DIGITS = re.compile(r"\d{1,2}")
 _COMMENT_START = re.compile(r"^\s*(?:#+|//|%%?(?=\s))\s*")
 
 
@@ -201,23 +204,20 @@ def _name_columns(
     """Names and units from the lines above the first row; also the rules, with what the header taught."""
     notes: list[str] = []
     empty_end = rules.width > 2 and all(not row[-1] for row in rows if len(row) == rules.width)
-    above = []
+    above: list[tuple[list[str], str | None]] = []
     other_width = 0
     for line in [line for line in lines[:first] if line.strip(' \t,;|"')][-_HEADER_LINES:][::-1]:
         header, note = _fit_header(
             split_cells(_COMMENT_START.sub("", line), rules), rules.width, empty_end, rows
         )
-        if header is None or value_share(header, style) > 0.2:
+        if header is None or not _may_name(header, style, nearest=not above):
             other_width = other_width or len(split_cells(line, rules))
             break
         above.append((header, note))
     if not above:
-        words = (
-            f"the line above the rows has {other_width} columns and the rows {rules.width}, so"
-            if other_width
-            else "no header:"
+        notes.append(
+            f"{_why_nameless(other_width, rules.width)} the columns are called column_1 to column_{rules.width}"
         )
-        notes.append(f"{words} the columns are called column_1 to column_{rules.width}")
         plain = tuple(ColumnName("", f"column_{k + 1}") for k in range(rules.width))
         return plain, rules, notes
     above = [each for each in above if not _is_type_row(each[0])] or above
@@ -237,6 +237,32 @@ def _name_columns(
     if empty_end and not header[-1]:
         rules = replace(rules, min_width=rules.width - 1)
     return names, rules, notes
+
+
+def _why_nameless(above: int, width: int) -> str:
+    """Why the columns get names of cogest's own. above: cells of the line above the rows, 0 without one."""
+    if not above:
+        return "no header:"
+    if above == width:
+        return "the line above the rows holds numbers where names would stand, so"
+    return f"the line above the rows has {above} columns and the rows {width}, so"
+
+
+def _may_name(row: Sequence[str], style: NumberStyle, *, nearest: bool) -> bool:
+    """Whether a row above the table names its columns, or their units. nearest: it stands right above the rows.
+
+    There some names may be digits ("1", "2" of an exporter that names a sensor's first axis alone), if most are words and
+    none is twice.
+    """
+    share = value_share(row, style)
+    if share <= _NUMBERS_IN_NAMES or not nearest:
+        return share <= _NUMBERS_IN_NAMES
+    if share >= _DIGITS_IN_NAMES:
+        return False
+    words = [cell.casefold() for cell in row if any(letter.isalpha() for letter in cell)]
+    others = [cell for cell in row if cell and not any(letter.isalpha() for letter in cell)]
+    named = len(set(words)) == len(words) and not any(map(is_missing, words))
+    return (named or _is_unit_row(row)) and all(_DIGITS.fullmatch(cell) for cell in others)
 
 
 def _with_time(

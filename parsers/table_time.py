@@ -40,6 +40,9 @@ _TIME_WORDS = """
     elapseds timeelapseds datenum exceltime serialdate xvalue
 """
 _TIME_NAMES = frozenset(_TIME_WORDS.split())
+_JAPANESE_TIMES = frozenset(
+    ("時間", "時刻", "日時", "経過時間", "計測時間", "測定時間", "記録時間", "タイム")
+)
 _STAMP_SECONDS = re.compile(r"^(?P<head>(?:.*(?:stamp|time)[._/])?)(?:sec(?:ond)?s?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(
     r"^(?P<head>(?:.*(?:stamp|time)[._/])?)(?:n(?:ano)?sec(?:ond)?s?|tv_nsec)$", re.IGNORECASE
@@ -170,7 +173,7 @@ def _plain(column: ColumnName) -> str:
 
 def is_called_time(column: ColumnName) -> bool:
     """Whether a column's name is one of those that a time has."""
-    return _plain(column) in _TIME_NAMES
+    return _plain(column) in _TIME_NAMES or column.name.strip() in _JAPANESE_TIMES
 
 
 def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:

@@ -12,7 +12,7 @@ from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.drive import Drive, MappedChannel
 from parsers.errors import LogError
 from parsers.load import LoadOptions, load_drive, open_log, read_chunks
-from parsers.mapping import Binding, propose, starter_map, unmapped_reason
+from parsers.mapping import Binding, propose, reasons_beside, starter_map, unmapped_reason
 from parsers.timebase import GAP_PERIODS, JUMP_AHEAD_NS, JUMP_BACK_NS, MIN_GAP_S, NS
 from pipelines.estimators.registry import estimators
 from pipelines.needs import Readiness, readiness
@@ -225,7 +225,8 @@ def inspect_log(path: Path, options: LoadOptions, vehicle: Vehicle | None) -> In
         problem = error.problem + (f"; {error.hint}" if error.hint else "")
     proposals = propose(channels, options.map, options.radius)
     signals = drive.signals.keys() if drive else ()
-    fate = _fates(proposals, drive)
+    beside: dict[str, _Fate] = {name: (None, reason) for name, reason in reasons_beside(channels).items()}
+    fate = beside | _fates(proposals, drive)
     return Inspection(
         path=path,
         format=opened.importer.title,

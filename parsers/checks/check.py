@@ -13,13 +13,16 @@ from parsers.checks.force_scales import unlike_gains
 from parsers.checks.frozen import SPEEDS, frozen
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.held import fixes
+from parsers.checks.hubs import hub_motion
 from parsers.checks.impossible_speed import impossible_speed
 from parsers.checks.late import late
 from parsers.checks.mounting import judge_signs
 from parsers.checks.net_torque import net_torque
+from parsers.checks.no_places import no_altitude, no_places
 from parsers.checks.offsets import offsets, stuck, weightless
 from parsers.checks.scrambled import scrambled
 from parsers.checks.sizes import pressure_faults, size_faults
+from parsers.checks.slow_speed import slow_speeds
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
 from parsers.checks.torque_signs import torque_signs
@@ -185,10 +188,21 @@ def decide(
 ) -> tuple[Findings, dict[str, Signal]]:
     """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
     taken = taken or {}
+    if other := slow_speeds(signals) | no_places(signals, stated) | no_altitude(signals, stated):
+        # as a speed it would say that rates are in another unit
+        return _beside(other, *decide({n: s for n, s in signals.items() if n not in other}, stated, taken))
+    return _decide(signals, stated, taken)
+
+
+def _decide(
+    signals: Mapping[str, Signal], stated: Mapping[str, bool], taken: Mapping[str, float]
+) -> tuple[Findings, dict[str, Signal]]:
+    """`decide`, of signals that are what their names say."""
     first = _in_units(signals, stated, taken)
     work, spikes, wild, limits = _cleaned(first.work, first.spans)
-    wild |= {each.signal: each for each in first.pressure if each.applied} | scrambled(work)
+    wild |= {each.signal: each for each in first.pressure if each.applied}
     wild |= {each.signal: each for each in first.units if each.applied and each.kind == "range"}
+    wild |= scrambled(work) | hub_motion(work)
     if wild:
         # what they seemed to say of the others' units is worth nothing; what was said of their own is the likeliest reason
         own = {each.signal: each.found for each in first.units if not each.applied}

@@ -3,7 +3,7 @@
 from parsers.mapping.bindings import Binding, bind, needed_channels
 from parsers.mapping.map_file import MapEntry, MapFile, read_map
 from parsers.mapping.propose import missing_channels, propose, propose_all, propose_and_say
-from parsers.mapping.reasons import unmapped_reason
+from parsers.mapping.reasons import reasons_beside, unmapped_reason
 from parsers.mapping.starter import starter_map
 from parsers.mapping.wheel_radius import WheelRadius
 
@@ -19,6 +19,7 @@ __all__ = [
     "propose_all",
     "propose_and_say",
     "read_map",
+    "reasons_beside",
     "starter_map",
     "unmapped_reason",
 ]

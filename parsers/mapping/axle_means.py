@@ -18,7 +18,7 @@ _ENDS = {
 _MEANT = tuple(
     frozenset(each.split())
     for each in (
-        "suspension", "damper", "level", "axle travel", "frontaxle travel", "rearaxle travel", "wheel travel", "travel va",
+        "suspension", "spring", "damper", "level", "axle travel", "frontaxle travel", "rearaxle travel", "wheel travel", "travel va",
         "travel ha", "ride height", "axle height", "height va", "height ha",
     )
 )  # fmt: skip

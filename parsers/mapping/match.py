@@ -21,14 +21,16 @@ _WORSE = 4
 @dataclass(frozen=True)
 class Refusal:
     """A rule that fits a channel, and why the channel still cannot be the signal. unit: whether for its unit.
-    damper: whether since it is measured at a damper. alone: whether for want of a channel beside it that would tell what it is."""
+    at: where it is measured, if that is why ("damper", "spring"). alone: whether for want of a channel beside it that would tell what it is.
+    told: whether it is said where the log lacks the signal."""
 
     channel: str
     signal: str
     reason: str
     unit: bool = False
-    damper: bool = False
+    at: str | None = None
     alone: bool = False
+    told: bool = False
 
 
 @dataclass(frozen=True)

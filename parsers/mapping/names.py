@@ -11,11 +11,12 @@ from functools import cache
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words, without_device
-from parsers.mapping.dampers import damper_reason
+from parsers.mapping.dampers import at_which, reason_at
 from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
+from parsers.mapping.name_units import without_suffix
 from parsers.mapping.wheel_radius import TURN_RATE
-from parsers.mapping.words import NameTable, known_words, load_names, plain_letters, words_of
+from parsers.mapping.words import NameTable, is_japanese, known_words, load_names, plain_letters, words_of
 from parsers.signals import COLUMNS, SIGNALS, WHEEL_SPEEDS, WHEELS
 from parsers.table_names import split_header, split_unit
 from parsers.unit_words import is_remark, says_unit
@@ -26,19 +27,11 @@ RANK_CANONICAL_NAME = 2
 RANK_NAME = 60
 _RANK_WORSE = 10
 _RANK_WEAK = 8
-_CAMEL = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
-# ways in which a unit is glued to a name: "accel_y_mps2"
-_SUFFIX_UNITS = {
-    "mps2": "m/s2", "ms2": "m/s2", "m_s2": "m/s2", "radps": "rad/s", "rads": "rad/s", "rad_s": "rad/s",
-    "degps": "deg/s", "dps": "deg/s", "deg_s": "deg/s", "degs": "deg/s", "mps": "m/s", "m_s": "m/s", "kmh": "km/h",
-    "kph": "km/h", "km_h": "km/h", "mph": "mph", "kn": "kn", "kts": "kn", "deg": "deg", "rad": "rad",
-    "degp_sec": "deg/s", "degp_s": "deg/s", "radp_sec": "rad/s", "radp_s": "rad/s", "mp_s2": "m/s2", "mp_sec2": "m/s2",
-    "mp_s": "m/s", "mp_sec": "m/s", "kmp_h": "km/h", "bar": "bar", "kpa": "kPa",
-    "mpa": "MPa", "pa": "Pa", "mm": "mm", "m": "m", "n": "N", "kg": "kg", "nm": "Nm", "g": "g",
-    "km_per_h": "km/h", "km_per_hour": "km/h", "m_per_s": "m/s", "m_per_sec": "m/s", "m_per_s2": "m/s2", "m_per_s_2": "m/s2",
-    "m_per_s^2": "m/s2", "m_per_sec2": "m/s2", "deg_per_s": "deg/s", "deg_per_sec": "deg/s", "rad_per_s": "rad/s", "rad_per_sec": "rad/s",
-    "knots": "kn", "knot": "kn", "kmph": "km/h", "psi": "psi", "cm": "cm", "lbft": "lb·ft", "ftlb": "lb·ft", "pct": "%", "percent": "%",
-}  # fmt: skip
+_LEAST_HEIGHT_M = 0.1
+"""Unit of a height from which on it can be one above the sea: feet are, inches, cm and mm are not."""
+_OF_BODY = frozenset({"body", "chassis", "car", "vehicle", "veh", "cg", "cog"})
+_LAST = 12
+"""The place of a name that is less than all others of its signal."""
 
 
 def vendor_prefixes(channels: Sequence[ChannelInfo]) -> frozenset[tuple[str, str]]:
@@ -85,7 +78,7 @@ def name_bindings(
     found, bracket = None, None
     for text in texts:
         plain, bracket = split_unit(text)
-        found = _find(plain, table)
+        found = _directed(plain, channel.unit or bracket, table) or _find(plain, table)
         if found is not None:
             break
     canonical = _canonical(channel, split_unit(last)[0]) if last else None
@@ -107,8 +100,8 @@ def name_bindings(
         yield Refusal(channel.name, found.signal, doubt)
     elif found is not None:
         named = _named(channel, found, bracket or found.suffix, table, sure=channel.name in rates)
-        damper = damper_reason(found.signal, found.key) if isinstance(named, Binding) else None
-        yield named if damper is None else Refusal(channel.name, found.signal, damper, damper=True)
+        at = at_which(found.signal, found.key) if isinstance(named, Binding) else None
+        yield named if at is None else Refusal(channel.name, found.signal, reason_at(found.signal, at), at=at)
 
 
 def ambiguous_name(channel: ChannelInfo) -> str | None:
@@ -151,7 +144,7 @@ def _blocked(channel: ChannelInfo, last: str, table: NameTable) -> frozenset[str
     found = blocking_words(channel, last)
     if any(ending in last.lower() for ending in table.blocked_endings):
         # the last word that is no unit: "ref" of "YawRateRef [deg/s]" and of "yaw_rate_ref_degps"
-        *_, (text, _) = _without_suffix(split_unit(last)[0])
+        *_, (text, _) = without_suffix(split_unit(last)[0])
         found |= table.blocked_endings & set(words_of(text, table)[-1:])
     return found
 
@@ -181,7 +174,7 @@ class _Found:
 
 def _find(name: str, table: NameTable) -> _Found | None:
     """Look a name up, with and without a unit glued to its end; a command as what it commands, so that it can be said."""
-    for text, suffix in _without_suffix(name):
+    for text, suffix in without_suffix(name):
         words = [word for word in words_of(text, table) if not known_words([word], table.commands)]
         kept = [word for word in words if word not in table.worse]
         if tuple(sorted(kept)) not in table.sets:
@@ -191,31 +184,37 @@ def _find(name: str, table: NameTable) -> _Found | None:
         hit = table.sets.get(tuple(sorted(kept)))
         if hit is not None and hit[0] in ("latitude", "longitude") and _spelt_out(text, table):
             continue
+        one = suffix is not None and len(suffix) == 1
+        if hit is not None and one and find_unit(suffix, SIGNALS[hit[0]].quantity) is None:
+            # "N" behind a velocity is north, and no newton
+            continue
         if hit is not None:
             return _Found(hit[0], tuple(sorted(kept)), hit[1], len(kept) < len(words), suffix)
     return None
 
 
+def _directed(name: str, unit: str | None, table: NameTable) -> _Found | None:
+    """A direction alone, where the unit tells of what: "Lat [g]"."""
+    quantities = {SIGNALS[signal].quantity for signal in table.directions.values()}
+    if says_unit(unit) and not any(find_unit(unit, quantity) for quantity in quantities):
+        return None
+    for text, suffix in without_suffix(name):
+        words = [word for word in words_of(text, table) if word not in table.noise]
+        key = tuple(sorted(word for word in words if word not in table.worse))
+        signal = table.directions.get(key)
+        if signal is not None and find_unit(unit or suffix, SIGNALS[signal].quantity) is not None:
+            return _Found(signal, key, _LAST, len(key) < len(words), suffix)
+    return None
+
+
 def _spelt_out(name: str, table: NameTable) -> bool:
     """Whether a name says "lateral" or "longitudinal" in full: a direction, and no coordinate."""
+    if is_japanese(name):
+        return True
     pieces = re.split(r"[^a-z]+", plain_letters(name).lower())
     return any(
         table.words.get(each) in ("lateral", "long") and each not in table.abbreviated for each in pieces
     )
-
-
-def _without_suffix(name: str) -> Iterator[tuple[str, str | None]]:
-    yield name, None
-    pieces = name.rstrip().split("_") if "_" in name else name.split()
-    if len(pieces) == 1:
-        # "yawRateDegPerSec", "speedKmh", "accelYMps2"
-        pieces = _CAMEL.sub(" ", name.replace("Per", "p")).split()
-    for count in (4, 3, 2, 1):
-        ending = "_".join(pieces[-count:])
-        # a kilonewton is no knot: this unit alone needs its capital letter
-        unit = ending if ending == "kN" else _SUFFIX_UNITS.get(ending.lower())
-        if unit is not None and len(pieces) > count:
-            yield "_".join(pieces[:-count]), unit
 
 
 def _canonical(channel: ChannelInfo, name: str) -> Binding | None:
@@ -262,6 +261,15 @@ def _vocabulary() -> frozenset[str]:
     return table.noise | table.worse | table.commands | {*table.words.values(), *WHEELS, "x", "y", "z"}
 
 
+def _low_height(channel: ChannelInfo, unit: Unit) -> str | None:
+    """Why a height is the body's over the road or the axle, and no altitude; None where it may be one."""
+    if unit.scale < _LEAST_HEIGHT_M:
+        # a receiver's fields in mm are called so with more words, or altitude
+        return f"a height in {unit.text} is the body's over the road or the axle, and no altitude"
+    whose = _OF_BODY & set(words_of(channel.name, load_names()))
+    return f"the height of the {max(whose, key=len)} is over the road, and no altitude" if whose else None
+
+
 def _named(
     channel: ChannelInfo, found: _Found, text: str | None, table: NameTable, *, sure: bool
 ) -> Binding | Refusal:
@@ -275,6 +283,9 @@ def _named(
         unit = Unit(SI_TEXT[TURN_RATE], TURN_RATE, 1.0)
     if unit_from == "assumed SI" and "g" in found.key and quantity == "acceleration":
         unit, unit_from = Unit("g", quantity, STANDARD_GRAVITY), "name"
+    low = _low_height(channel, unit) if found.key == ("height",) else None
+    if low is not None:
+        return Refusal(channel.name, found.signal, low, told=True)
     weak = found.key in table.weak
     guessed = unit_from == "assumed SI"
     if guessed and (channel.family == "can" or (weak and not sure and found.key not in table.unit_free)):

@@ -10,6 +10,7 @@ from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
 from parsers.mapping.axle_means import axle_means, say_axle_means
 from parsers.mapping.bindings import Binding
+from parsers.mapping.corners import say_corners
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
 from parsers.mapping.joints import say_joints
@@ -23,6 +24,7 @@ from parsers.mapping.sign_channels import with_signs
 from parsers.mapping.triads import triads
 from parsers.mapping.turning import as_speed, say_turning, with_radius
 from parsers.mapping.unknown import say_unknown
+from parsers.mapping.velocities import velocities
 from parsers.mapping.wheel_radius import HOW, TURN_RATE, WheelRadius
 from parsers.signals import SIGNALS, WHEEL_SPEEDS
 
@@ -77,9 +79,9 @@ def propose_all(
         if not candidate.alone:
             # a reason is known of it, and `inspect` gives it
             refusals.add(candidate.channel)
-        if candidate.unit:
+        if candidate.unit or candidate.told:
             refused.setdefault(candidate.signal, candidate)
-        elif candidate.damper:
+        elif candidate.at:
             dampers.setdefault(candidate.signal, candidate)
     proposals = with_signs(_ranked(found, channels), channels)
     if user is not None:
@@ -98,9 +100,9 @@ def propose_all(
     texts, joints = texts_of_signals(channels, wanted), say_joints(proposals, channels)
     turning = say_turning(proposals, radius)
     known = refusals | needed | told | of_axles.keys()
-    unknown = say_unknown(channels, known, {each.channel for each in left_out})
+    unknown = say_unknown(channels, known, {each.channel for each in left_out if each.unit})
     sentences = (
-        *said, *texts, *say_dampers(at_dampers, channels), *say_axle_means(of_axles), *joints, *turning, *missed,
+        *said, *texts, *say_dampers(at_dampers, channels), *say_axle_means(of_axles), *say_corners(proposals), *joints, *turning, *missed,
     )  # fmt: skip
     return Proposals(proposals, sentences, unknown)
 
@@ -149,8 +151,10 @@ def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
     pitches, rates = attitudes(index.channels), triads(index.channels) | quads(index.channels)
+    letters = velocities(index.channels)
+    yield from letters.found
     for channel, tags in zip(index.channels, index.tags, strict=True):
-        if may_be_named(channel, tags):
+        if channel.name not in letters.names and may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches, rates)
 
 

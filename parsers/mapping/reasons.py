@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from parsers.channels import ChannelInfo
 from parsers.mapping.axle_means import REASON, axle_of
 from parsers.mapping.bindings import Binding
@@ -9,6 +11,7 @@ from parsers.mapping.match import Refusal
 from parsers.mapping.names import ambiguous_name
 from parsers.mapping.profiles import tags_of, unusable_reason
 from parsers.mapping.propose import candidates
+from parsers.mapping.velocities import velocities
 
 
 def unmapped_reason(channel: ChannelInfo) -> str:
@@ -32,3 +35,13 @@ def unmapped_reason(channel: ChannelInfo) -> str:
     if axle_of(channel) is not None:
         return REASON
     return ambiguous_name(channel) or "no profile knows it"
+
+
+def reasons_beside(channels: Sequence[ChannelInfo]) -> dict[str, str]:
+    """Channel -> why it is not mapped, of those that mean something else alone than beside the log's others."""
+    numbers = [channel for channel in channels if channel.kind == "number"]
+    return {
+        each.channel: f"{each.signal}: {each.reason}"
+        for each in velocities(numbers).found
+        if isinstance(each, Refusal)
+    }

@@ -10,7 +10,7 @@ from parsers.mapping.axle_means import axle_of
 from parsers.mapping.bindings import Binding
 from parsers.mapping.match import Refusal
 from parsers.mapping.propose import candidates
-from parsers.mapping.reasons import unmapped_reason
+from parsers.mapping.reasons import reasons_beside, unmapped_reason
 from parsers.mapping.wheel_radius import turn_rate
 from parsers.mapping.words import load_names, words_of
 from parsers.signals import SIGNALS, WHEELS, SignalSpec
@@ -46,7 +46,7 @@ def starter_map(channels: Sequence[ChannelInfo], proposals: Mapping[str, tuple[B
         if signal in proposals:
             continue
         if signal in dampers:
-            lines += ["", *_damper(spec, dampers[signal])]
+            lines += ["", *_damper(spec, *dampers[signal])]
         elif signal in lengths:
             lines += ["", *_length(spec, lengths[signal])]
         else:
@@ -60,10 +60,12 @@ def _left(channels: Sequence[ChannelInfo], used: set[str]) -> list[str]:
     left = [channel for channel in channels if channel.kind == "number" and channel.name not in used]
     if not left:
         return []
+    reasons = reasons_beside(channels)
     lines = ["", "# Channels of numbers that no signal takes, as they are written here, and why:"]
     for channel in left[:_MOST_LEFT]:
         unit = f" [{_comment(channel.unit)}]" if channel.unit else ""
-        lines += [f"# {_comment(quote(channel.name))}{unit}: {_comment(unmapped_reason(channel))}"]
+        reason = reasons.get(channel.name) or unmapped_reason(channel)
+        lines += [f"# {_comment(quote(channel.name))}{unit}: {_comment(reason)}"]
     if len(left) > _MOST_LEFT:
         lines += [f"# and {len(left) - _MOST_LEFT} more, which `cogest inspect` lists"]
     return lines
@@ -127,20 +129,20 @@ def _open(spec: SignalSpec, free: Sequence[ChannelInfo]) -> list[str]:
     return [*lines, '# channel = ""', f"# unit = {quote(SI_TEXT[spec.quantity])}"]
 
 
-def _dampers(channels: Sequence[ChannelInfo]) -> dict[str, ChannelInfo]:
-    """The channels of dampers' travel, by the signal that they are with the installation's ratio."""
+def _dampers(channels: Sequence[ChannelInfo]) -> dict[str, tuple[ChannelInfo, str]]:
+    """The channels of dampers' and springs' travel and of which it is, by the signal that they are with the installation's ratio."""
     by_name = {channel.name: channel for channel in channels}
     return {
-        each.signal: by_name[each.channel]
+        each.signal: (by_name[each.channel], each.at)
         for each in candidates(channels)
-        if isinstance(each, Refusal) and each.damper and SIGNALS[each.signal].quantity == "length"
+        if isinstance(each, Refusal) and each.at and SIGNALS[each.signal].quantity == "length"
     }
 
 
-def _damper(spec: SignalSpec, channel: ChannelInfo) -> list[str]:
-    # the scale is left empty, so that nobody takes a damper's travel for the wheel's without having said so
-    scale = "# scale =         # to be filled in: wheel travel over damper travel, by the installation"
-    return _by_hand(spec, channel, "travel at the damper", scale)
+def _damper(spec: SignalSpec, channel: ChannelInfo, at: str) -> list[str]:
+    # the scale is left empty, so that nobody takes its travel for the wheel's without having said so
+    scale = f"# scale =         # to be filled in: wheel travel over {at} travel, by the installation"
+    return _by_hand(spec, channel, f"travel at the {at}", scale)
 
 
 def _lengths(free: Sequence[ChannelInfo]) -> dict[str, ChannelInfo]:

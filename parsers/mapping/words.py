@@ -15,15 +15,25 @@ from parsers.signals import WHEELS
 
 _UMLAUTS = str.maketrans({"ä": "ae", "ö": "oe", "ü": "ue", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ß": "ss"})
 
+_JAPANESE = re.compile(r"[\u3040-\u30ff\u3400-\u9fff]+")
+_UNKNOWN = "untranslated"
+_DIMENSIONS = re.compile(r"(?<![A-Za-z0-9])([23])D(?![A-Za-z0-9])")
+"""Of a "GPS (2D)": one word, and no second one called D."""
+
+_PARTICLES = re.compile(r"(?<=[A-Za-z])[ _](?:di|del|della|dei|delle|du|au)(?=[ _][A-Za-z])", re.IGNORECASE)
+"""Between two words of a name: "Velocità di imbardata". No "des": that is what somebody desires ("v_des_x")."""
+
 
 @dataclass(frozen=True)
 class NameTable:
     """The table: spelling -> word, and word sets -> signal with its place in the list."""
 
     words: Mapping[str, str]
+    japanese: Mapping[str, str]
     noise: frozenset[str]
     worse: frozenset[str]
     sets: Mapping[tuple[str, ...], tuple[str, int]]
+    directions: Mapping[tuple[str, ...], str]
     weak: frozenset[tuple[str, ...]]
     unit_free: frozenset[tuple[str, ...]]
     abbreviated: frozenset[str]
@@ -51,9 +61,11 @@ def load_names() -> NameTable:
                 sets.setdefault(key, (name, place))
     return NameTable(
         words=words,
+        japanese={each: word for word, row in data["japanese"].items() for each in row.split()},
         noise=frozenset(data["noise"]["words"].split()),
         worse=frozenset(data["noise"]["worse"].split()),
         sets=sets,
+        directions={_key(row): name for name, rows in data["directions"].items() for row in rows},
         weak=_spread(data["weak"]["sets"]),
         unit_free=_spread(data["weak"]["without_unit"]),
         abbreviated=frozenset(data["weak"]["abbreviated"].split()),
@@ -92,9 +104,38 @@ def plain_letters(name: str) -> str:
     return "".join(letter for letter in apart if not unicodedata.combining(letter))
 
 
+def is_japanese(text: str) -> bool:
+    """Whether a text holds kana or Chinese characters."""
+    return not text.isascii() and _JAPANESE.search(unicodedata.normalize("NFKC", text)) is not None
+
+
+def _from_japanese(name: str, table: NameTable) -> str:
+    """A name with its Japanese in the table's words; what the table does not know becomes a word that nothing is called."""
+    text = unicodedata.normalize("NFKC", name)
+    known = _phrases(tuple(table.japanese))
+    latin = {piece.lower() for piece in re.findall(r"[A-Za-z]+", text)}
+
+    def put(found: re.Match[str]) -> str:
+        words = table.japanese.get(found[0], _UNKNOWN).split()
+        # "車速 Speed" says it twice
+        return f" {' '.join(word for word in words if word not in latin)} "
+
+    return _JAPANESE.sub(lambda run: f" {_UNKNOWN} ", known.sub(put, text))
+
+
+@cache
+def _phrases(phrases: tuple[str, ...]) -> re.Pattern[str]:
+    return re.compile("|".join(map(re.escape, sorted(phrases, key=len, reverse=True))))
+
+
+def _particles_out(name: str) -> str:
+    return _PARTICLES.sub("", _DIMENSIONS.sub(r"\1d", name))
+
+
 def words_of(name: str, table: NameTable) -> list[str]:
     """A name's words, each in the table's spelling: "LatAcc" -> ["lateral", "accel"]."""
-    text = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", plain_letters(name))
+    name = _from_japanese(name, table) if is_japanese(name) else name
+    text = re.sub(r"([a-z0-9])([A-Z])", r"\1 \2", _particles_out(plain_letters(name)))
     text = re.sub(r"([A-Z]+)([A-Z][a-z])", r"\1 \2", text)
     pieces = [piece for piece in re.split(r"[^A-Za-z0-9]+", text) if piece]
     words: list[str] = []

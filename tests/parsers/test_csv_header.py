@@ -58,6 +58,31 @@ def test_comma_inside_header_brackets(tmp_path: Path) -> None:
     assert "brackets" in table.said
 
 
+ROWS = "".join(f"{k}.0,{k}.5,3,4,{k}.25,1\n" for k in range(12))
+
+
+@pytest.mark.parametrize(
+    "head",
+    [
+        "Time [s],Speed [km/h],1,2,Accel X [g],Gear",
+        '"time","Accelerometer [m/s2]","1","2","lens","temperature"',
+        "Time,Speed,1,2,Accel X,Gear\ns,km/h,1,1,g,1",
+    ],
+)
+def test_some_names_may_be_digits(head: str, tmp_path: Path) -> None:
+    table = read(tmp_path, f"{head}\n{ROWS}")
+    assert {"1", "2"} <= {c.name for c in table.reader.channels}
+    assert table.columns["1"].tolist() == [3.0] * 12
+    assert "column_" not in table.said
+
+
+@pytest.mark.parametrize("above", ["0.5,0.5,3,4,on,on", "start,12.5,ok,run,0.5,on", "1,2,3,4,5,x"])
+def test_a_row_of_values_is_no_header(above: str, tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="column_1") as raised:
+        read(tmp_path, f"{above}\n# rows\n" + ROWS.replace(",", ".5,"))
+    assert "and the rows 6" not in str(raised.value)
+
+
 @pytest.mark.parametrize("end", ["\n", "\r\n"])
 def test_line_ends_within_a_header_cell(end: str, tmp_path: Path) -> None:
     header = f'time,"ay{end}[m/s2]","yaw{end}rate [deg/s]"'

@@ -38,6 +38,28 @@ def test_travel_at_a_damper_is_not_the_wheels(name):
     assert "at the damper" in unmapped_reason(channel)
 
 
+@pytest.mark.parametrize(
+    "name",
+    ["Spring travel FL", "Spring deflection FL", "x_spring_fl", "SpringCompressionFL", "Susp Spring Pos FL"],
+)
+def test_travel_at_a_spring_is_not_the_wheels_either(name):
+    channel = column(name, "mm")
+    proposals, said = propose_and_say([channel], None)
+    assert proposals == {}
+    (sentence,) = said
+    assert sentence.startswith(f"{name}: measured at the spring")
+    assert "wheel travel over spring travel" in sentence
+    assert "at the spring" in unmapped_reason(channel)
+    assert "# to be filled in: wheel travel over spring travel" in starter_map([channel], {})
+
+
+def test_the_wheel_s_travel_comes_before_both_and_each_part_has_its_sentence():
+    channels = [column("Spring travel FL", "mm"), column("Federweg VL", "mm")]
+    assert propose_and_say(channels, None)[0]["suspension_deflection_fl"][0].channels == ("Federweg VL",)
+    _, said = propose_and_say([column("Spring travel FL", "mm"), column("Damper Pos FR", "mm")], None)
+    assert [each.split(": ")[1][:22] for each in said] == ["measured at the damper", "measured at the spring"]
+
+
 def test_all_wheels_are_told_in_one_sentence():
     _, said = propose_and_say([column(f"Damper {wheel}", "mm") for wheel in ("FL", "FR", "RL", "RR")], None)
     (sentence,) = said
