@@ -45,7 +45,8 @@ def _require_mapped(parts: Sequence[PartFacts], mapping: MapFile | None) -> None
 def _no_signal(parts: Sequence[PartFacts]) -> LogError:
     """The error for logs in which nothing maps to a signal: what is there, and how to say what it is."""
     path = parts[0].opened.path
-    notes = [note for part in parts for note in part.opened.log.notes][:3]
+    every = [note for part in parts for note in part.opened.log.notes]
+    notes = every[:3]
     rejected = [f"{count} x {reason}" for part in parts for reason, count in part.opened.log.rejected.items()]
     short = list(dict.fromkeys(name for part in parts for name in part.short))
     if short:
@@ -56,11 +57,14 @@ def _no_signal(parts: Sequence[PartFacts]) -> LogError:
     numbers = [info.name for info in channels if info.kind == "number"]
     found = f"{len(numbers)} numeric channels ({', '.join(numbers[:6])}{', …' if len(numbers) > 6 else ''})"
     hint = "run `cogest inspect LOG --write-map map.toml`, name the channels there and give it with --map"
-    return LogError(
-        "no channel maps to a signal: found " + (found if numbers else "no numeric channel"),
-        path=path,
-        hint="; ".join([*notes, hint]) if numbers else "; ".join(notes) or None,
-    )
+    if not numbers:
+        return LogError(no_numbers(every), path=path, hint="; ".join(every[:-1][-2:]) or None)
+    return LogError(f"no channel maps to a signal: found {found}", path=path, hint="; ".join([*notes, hint]))
+
+
+def no_numbers(notes: Sequence[str]) -> str:
+    """Why a log gives no channel with numbers: its last note is of what is missing or damaged, those before it are of its clock."""
+    return f"no numbers could be read: {notes[-1] if notes else 'it holds none'}"
 
 
 def nothing_left(path: Path, decisions: Sequence[Decision]) -> LogError:

@@ -19,12 +19,14 @@ _SHOWN: dict[str, tuple[float, str]] = {
     "torque": (1.0, " N·m"),
 }
 
+_LONG = 1e9
+
 
 def show(signal: str, value: float) -> str:
-    """A signal's SI value as text, with unit, three significant figures or whole numbers."""
+    """A signal's SI value as text, with unit, three significant figures or whole numbers of up to nine digits (damage holds any)."""
     factor, unit = _SHOWN.get(SIGNALS[signal].quantity, (1.0, ""))
     shown = value * factor
-    text = f"{shown:.0f}" if abs(shown) >= 100 else f"{shown:.3g}"
+    text = f"{shown:.0f}" if 100 <= abs(shown) < _LONG else f"{shown:.3g}"
     return text + unit
 
 

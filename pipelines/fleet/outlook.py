@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from parsers.errors import CogestError, LogError
 from parsers.importer import Importer
-from parsers.load import LoadOptions, OpenedLog, open_log
+from parsers.load import LoadOptions, OpenedLog, no_numbers, open_log
 from parsers.mapping import propose, read_map
 from parsers.registry import find_importer
 from pipelines.estimators.base import Estimator
@@ -75,7 +75,8 @@ def outlook(
             radius=wheel_radius(vehicle),
         )
         signals: set[str] = set()
-        dated = False
+        notes: list[str] = []
+        numbers = dated = False
         for place in drive.logs:
             path = path_of(place)
             importer = find_importer(path)
@@ -83,7 +84,11 @@ def outlook(
                 return Outlook(problem=f"not looked at: {drive.size / 1e9:.1f} GB of CAN frames")
             opened = open_log(path, options)
             dated |= _has_date(opened)
+            notes += opened.log.notes
+            numbers |= any(each.kind == "number" for each in opened.reader.channels)
             signals |= propose(opened.reader.channels, options.map, options.radius).keys()
+        if not signals and not numbers:
+            return Outlook(problem=no_numbers(notes))
         if not signals:
             return Outlook(problem="no channel maps to a signal: name the channels in a map.toml")
         return replace(_compared(signals, vehicle, estimators() if chosen is None else chosen), dated=dated)

@@ -87,7 +87,8 @@ def test_a_can_log_without_a_database_says_how_to_give_one(inside, tmp_path):
     log.write_text(
         "".join(f"({1.0 + i / 100:.6f}) can0 123#0011223344556677\n" for i in range(50)), encoding="utf-8"
     )
-    assert one_line(inside("analyze", log, "--out", tmp_path / "out"), log, "--dbc")
+    why = "no numbers could be read: the log holds 1 CAN identifier"
+    assert one_line(inside("analyze", log, "--out", tmp_path / "out"), log, why, "--dbc")
     absent = tmp_path / "absent.dbc"
     assert one_line(inside("analyze", log, "--dbc", absent), f"{absent}: no such file")
 

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from check_drives import DEG, check, drive, found, only, scaled
 
+from parsers.checks.wording import show
+
 SECOND = slice(500, 550)
 CODES = [
     ("steering_wheel_angle", 3276.7 * DEG),
@@ -85,3 +87,8 @@ def test_a_steering_wheel_in_degrees_that_is_mostly_straight_is_no_code():
     )
     assert found(decisions, "unit") == {"steering_wheel_angle"}
     assert np.allclose(fixed["steering_wheel_angle"].values, steering.values)
+
+
+def test_a_number_that_damage_left_is_shown_in_three_figures() -> None:
+    assert show("accel_x", 8.5246934786344e304) == "8.52e+304 m/s²"
+    assert show("suspension_force_fl", 123456.0) == "123456 N"

@@ -55,6 +55,14 @@ def test_what_hangs_on_a_mass_that_nobody_states_is_not_promised(samples, tmp_pa
     assert "cg_height_m" not in dict(outlook(drives(tmp_path)["drive.csv"]).cannot)
 
 
+def test_a_can_log_without_a_database_is_told_what_it_lacks(tmp_path):
+    lines = "".join(f"({1.0 + i / 100:.6f}) can0 123#0011223344556677\n" for i in range(50))
+    (tmp_path / "can.log").write_text(lines)
+    told = outlook(drives(tmp_path)["can.log"])
+    assert told.problem.startswith("no numbers could be read")
+    assert "--dbc" in told.problem
+
+
 def test_problems_are_told_not_raised(samples, tmp_path):
     (tmp_path / "a.csv").write_text("time_s,colour\n0,1\n0.1,2\n0.2,3\n")
     (tmp_path / "empty.csv").write_text("")
