@@ -74,8 +74,13 @@ def _pieces(path: Path, body: int, size: int, encoding: Encoding) -> list[list[s
         for k in range(_PIECES):
             start = body + (size - body) * k // _PIECES
             file.seek(start)
-            lines = file.read(_PIECE_BYTES).split(b"\n")[(1 if k else 0) : -1]
+            data = file.read(_PIECE_BYTES)
+            # a second drive's head, behind which the columns may be others
+            head = data.find(b"\n[")
+            lines = data[: head if head >= 0 else len(data)].split(b"\n")[(1 if k else 0) : -1]
             found.append([decode(line, encoding) for line in lines])
+            if head >= 0:
+                break
     return found
 
 

@@ -22,17 +22,17 @@ from parsers.table_cells import split_cells
 from parsers.table_clock import TableClock, write_counts
 from parsers.table_lines import HHMMSS
 from parsers.table_names import ColumnName, unique_names
-from parsers.table_ranges import RangeRows, read_table
+from parsers.table_ranges import RangeRows, read_again, read_table
 from parsers.table_rows import RowBlock, RowPlan, RowRules
 from parsers.table_stamps import DAY_NS
 from parsers.table_text import Encoding, decode, find_encoding
 from parsers.vbo_degrees import told_degrees
 from parsers.vbo_fix import NAVIGATION, TOLD_BY, NoFix
-from parsers.vbo_header import VboColumn, name_columns, read_head
+from parsers.vbo_header import VboColumn, VboHead, name_columns, read_head
+from parsers.vbo_heads import HEAD_LIMIT, FurtherHead, ended_by, further_heads, goes_on
 from parsers.wide_text import narrow, narrow_text
 
 _GROUP = "vbo"
-_HEAD_LIMIT = 4 * 1024 * 1024
 _ROWS_BYTES = 64 * 1024
 _SECOND_NS = 1_000_000_000
 _POSITIONS = ("lat", "long", "_lat", "_long")
@@ -102,7 +102,7 @@ class VboImporter:
             for n, c in zip(names, columns, strict=True)
         )
         return VboReader(
-            path, encoding, named, time_at, rules, body - encoding.mark, midnight, options, log, size
+            path, encoding, head, named, time_at, rules, body - encoding.mark, midnight, options, log, size
         )
 
 
@@ -111,7 +111,7 @@ def _read_start(path: Path) -> tuple[bytes, int]:
     with path.open("rb") as file:
         start = file.read(_ROWS_BYTES)
         at = start.lower().find(b"[data]")
-        while at < 0 and len(start) < _HEAD_LIMIT and (more := file.read(len(start))):
+        while at < 0 and len(start) < HEAD_LIMIT and (more := file.read(len(start))):
             start += more
             at = start.lower().find(b"[data]")
         return start + file.read(_ROWS_BYTES), at
@@ -187,6 +187,7 @@ class VboReader:
         self,
         path: Path,
         encoding: Encoding,
+        head: VboHead,
         columns: tuple[VboColumn, ...],
         time_at: int,
         rules: RowRules,
@@ -198,6 +199,7 @@ class VboReader:
     ) -> None:
         self._path = path
         self._encoding = encoding
+        self._head = head
         self._columns = columns
         self._time_at = time_at
         self._rules = rules
@@ -247,7 +249,7 @@ class VboReader:
         plan = RowPlan(self._rules, numbers, (self._time_at,), _CLOCK)
         clock = TableClock(self._log, time_of_day=True, midnight=self._midnight or 0)
         rows = 0
-        for part in read_table(self._path, self._encoding, self._body, self._size, plan):
+        for part in self._parts(plan):
             write_counts(part.counts, self._log)
             whole = self._whole_rows(part)
             blocks = [kept for block in whole if (kept := _with_time(block)) is not None]
@@ -272,6 +274,42 @@ class VboReader:
             raise LogError(
                 "no row of [data] could be read", path=self._path, hint="cogest inspect shows what was found"
             )
+
+    def _parts(self, plan: RowPlan) -> Iterator[RangeRows]:
+        """The rows part by part, on over further heads with the same columns; one with others ends the log."""
+        heads: Iterator[FurtherHead] = iter(())
+        found: FurtherHead | None = None
+        looked = False
+        for part in read_table(self._path, self._encoding, self._body, self._size, plan):
+            counts, place = part.counts, part.place
+            if not looked and place is not None and (counts.too_few or counts.too_many or counts.no_time):
+                looked = True
+                heads = further_heads(self._path, place.start, self._encoding)
+                found = self._next(heads)
+            if found is not None and place is not None and found.at < place.stop:
+                yield read_again(self._path, plan, place, found.at)
+                break
+            yield part
+        passed = 0
+        while found is not None:
+            if not goes_on(self._head, found.head):
+                self._log.worsen("malformed", ended_by(self._path, found, self._head, self._size))
+                break
+            passed += 1
+            body, found = found.body - self._encoding.mark, self._next(heads)
+            stop = self._size if found is None else found.at
+            yield from read_table(self._path, self._encoding, body, stop, plan)
+        if passed:
+            self._log.note(
+                f"{passed} further head{'s' if passed > 1 else ''} with the same columns stand{'' if passed > 1 else 's'} among "
+                "the rows, which go on behind"
+            )
+
+    def _next(self, heads: Iterator[FurtherHead]) -> FurtherHead | None:
+        try:
+            return next(heads, None)
+        except OSError as error:
+            raise LogError(f"cannot be read ({error.strerror})", path=self._path) from error
 
     def _whole_rows(self, part: RangeRows) -> list[RowBlock]:
         """The blocks without a last row that has no end: "1.2E" of "1.2E-03" would be a number too, and a wrong one."""
