@@ -21,6 +21,7 @@ _SCORED_LINES = 80
 _BROKEN_ROWS = 3
 _HEADER_LINES = 8
 _SAMPLED_ROWS = 500
+_NO_CELLS = ' \t,;|"'
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _WRAPPED_LINES = 60
 _WRAPPED_CELLS = 40
@@ -126,7 +127,9 @@ def _style_notes(rules: RowRules, style: NumberStyle) -> list[str]:
 
 def _choose_rules(lines: Sequence[str], stated: str | None) -> tuple[RowRules, NumberStyle, float] | None:
     """The separator and number style that read the last lines of the sample best, and the share of values in a row."""
-    scored = [line for line in lines if line.strip() and not line.lstrip().startswith("#")][-_SCORED_LINES:]
+    # spreadsheets add rows of separators alone
+    scored = [line for line in lines if line.strip(_NO_CELLS) and not line.lstrip().startswith("#")]
+    scored = scored[-_SCORED_LINES:]
     if not scored:
         return None
     row_quotes = _rows_are_quoted(scored)
@@ -203,7 +206,7 @@ def _name_columns(
     empty_end = rules.width > 2 and all(not row[-1] for row in rows if len(row) == rules.width)
     above = []
     other_width = 0
-    for line in [line for line in lines[:first] if line.strip(' \t,;|"')][-_HEADER_LINES:][::-1]:
+    for line in [line for line in lines[:first] if line.strip(_NO_CELLS)][-_HEADER_LINES:][::-1]:
         header, note = _fit_header(
             split_cells(_COMMENT_START.sub("", line), rules), rules.width, empty_end, rows
         )

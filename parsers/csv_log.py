@@ -14,6 +14,7 @@ from parsers.csv_dialect import TextTable, find_table, number_columns
 from parsers.errors import LogError
 from parsers.frame_tables import refuse_frames, refuse_frames_of_tools, tool_of_frames
 from parsers.importer import ImportLog, ReadOptions
+from parsers.table_clock import judge_rows
 from parsers.table_hhmmss import UNIT, as_time_of_day, could_be, is_it
 from parsers.table_pass import TablePass, TextFile, group_name, take_over_raster
 from parsers.table_rasters import Columns, Raster, find_rasters
@@ -204,6 +205,7 @@ class CsvReader:
                 path=self._path,
                 hint="cogest inspect shows what was found",
             )
+        judge_rows(self._log)
 
     def _by_raster(self, names: list[str]) -> Iterator[Chunk]:
         """A pass through the file for each raster of which something is wanted."""

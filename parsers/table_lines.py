@@ -278,6 +278,16 @@ def _stamp(spans: int, rules: Rules, clock: Clock) -> tuple[bool, int]:
 
 
 @kernel
+def _is_empty(start: int, stop: int, rules: Rules) -> bool:
+    """Whether a row holds nothing but separators, as spreadsheets add behind a table."""
+    for i in range(start, stop):
+        c = byte_at(i)
+        if not (c == rules[SEPARATOR] or c == 32 or c == 9 or c == 34 or c == 13 or c == 10):
+            return False
+    return True
+
+
+@kernel
 def read_lines(
     data: ByteArray,
     start: int,
@@ -321,8 +331,12 @@ def read_lines(
                 continue
             _fill_row(base, cells, rules, slots, numbers, row, spans, hard, state)
             after = end + 1
+        begin = i
         i = after
         valid, stamp = _stamp(spans_at, rules, clock)
+        if not valid and _is_empty(begin, after, rules):
+            state[HARDS] = hards
+            continue
         state[LAST_SHORT], state[LAST_KEPT] = 0, valid
         if not valid:
             state[NO_TIME] += 1
