@@ -15,6 +15,7 @@ from parsers.errors import LogError
 from parsers.frame_tables import refuse_frames, refuse_frames_of_tools, tool_of_frames
 from parsers.importer import ImportLog, ReadOptions
 from parsers.table_clock import judge_rows
+from parsers.table_dates import settle_order
 from parsers.table_hhmmss import UNIT, as_time_of_day, could_be, is_it
 from parsers.table_pass import TablePass, TextFile, group_name, take_over_raster
 from parsers.table_rasters import Columns, Raster, find_rasters
@@ -104,9 +105,11 @@ def _time_of(
         )
         return as_time_of_day(plan, said=True) if plan.kind == "decimal" else plan
     plan = find_time(table.names, columns, table.style, options, path, table.counts)
-    if plan.kind != "decimal" or not could_be(plan, cells := columns[plan.columns[0]]):
-        return plan
     try:
+        if plan.two_ways:
+            return settle_order(plan, columns, path, encoding, table.rules, size)
+        if plan.kind != "decimal" or not could_be(plan, cells := columns[plan.columns[0]]):
+            return plan
         found = is_it(plan, cells, path, encoding, table.rules, size)
     except OSError as error:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error

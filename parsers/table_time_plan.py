@@ -41,6 +41,7 @@ class TimePlan:
     days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
     calendar, a time of day that runs on over midnight. no_zone: what says that nothing names their time zone, or "". clock: in words. origin_ns: added to each stamp. zero: taken off each
     number before its unit counts. whole_ms: a time of day has milliseconds without zeros before them behind its seconds. guessed: the unit is stated nowhere.
+    two_ways: the note on an order that the first rows leave open, or "".
     """
 
     kind: Kind
@@ -55,6 +56,7 @@ class TimePlan:
     zero: int = 0
     whole_ms: bool = False
     no_zone: str = ""
+    two_ways: str = ""
 
 
 _SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
@@ -155,17 +157,18 @@ def _calendar_plan(
             "calendar", columns, f"time of day ({clock})", False, notes=(note, *spelt), whole_ms=whole_ms
         )
     notes = spelt
-    order = YEAR_FIRST
+    order, two_ways = YEAR_FIRST, ""
     if not re.match(r"\d{4}", dates[0]):
-        order, note = date_order(dates, cells)
+        order, note, left_open = date_order(dates, cells)
         notes += [note] if note else []
+        two_ways = note if left_open else ""
         if _SHORT_YEAR.match(dates[0]):
             parts = "month, day" if order == MONTH_FIRST else "day, month"
             notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
     zoned = any(_WITH_ZONE.search(cell) for cell in cells)
     return TimePlan(
         "calendar", columns, f"{clock}, {'UTC' if zoned else 'taken as UTC'}", True, order=order, notes=tuple(notes),
-        whole_ms=whole_ms, no_zone="" if zoned else f"the times in {clock} state no time zone: {TAKEN_AS_UTC}",
+        whole_ms=whole_ms, two_ways=two_ways, no_zone="" if zoned else f"the times in {clock} state no time zone: {TAKEN_AS_UTC}",
     )  # fmt: skip
 
 

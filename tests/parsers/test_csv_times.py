@@ -44,6 +44,34 @@ def test_ambiguous_dates_are_said(tmp_path: Path) -> None:
     assert table.time[0] == int(datetime(2014, 11, 4, 8, tzinfo=UTC).timestamp()) * 10**9
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "moment"),
+    [
+        ("03/04/2024", "03/05/2024", datetime(2024, 3, 4, 23, 58, tzinfo=UTC)),
+        ("04/03/2024", "05/03/2024", datetime(2024, 3, 4, 23, 58, tzinfo=UTC)),
+        ("03/12/2024", "03/13/2024", datetime(2024, 3, 12, 23, 58, tzinfo=UTC)),
+        ("12-03-2024", "13-03-2024", datetime(2024, 3, 12, 23, 58, tzinfo=UTC)),
+        ("12/31/2023", "01/01/2024", datetime(2023, 12, 31, 23, 58, tzinfo=UTC)),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_the_order_of_a_date_is_told_by_how_the_drive_goes_on(
+    first: str, second: str, moment: datetime, encoding: str, tmp_path: Path
+) -> None:
+    """Midnight is long behind the rows that are looked at first."""
+    rows = []
+    for k in range(12_000):
+        at = 23 * 3600 + 58 * 60 + 0.02 * k
+        clock = at % 86400
+        day = first if at < 86400 else second
+        rows.append(f"{day} {int(clock // 3600):02d}:{int(clock // 60 % 60):02d}:{clock % 60:06.3f},1\n")
+    table = read(tmp_path, ("time,a\n" + "".join(rows)).encode(encoding))
+    assert table.time[0] == int(moment.timestamp()) * 10**9
+    assert table.time[-1] - table.time[0] == 11_999 * 20_000_000
+    assert not table.log.rejected
+    assert ("under which the times run on" in table.said) == (first[:2] != "12" and second[3:5] != "13")
+
+
 def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
     """45413 is 2024-05-01; at 100 Hz a step is 1.16e-7 days."""
     rows = "".join(f"{45413 + k / 8_640_000:.12f},1\n" for k in range(200))
