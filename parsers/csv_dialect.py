@@ -11,6 +11,7 @@ from itertools import islice, pairwise
 
 from parsers.table_cells import NO_BREAK, NumberStyle, best_style, is_missing, split_cells, value_share
 from parsers.table_names import ColumnName, split_header, unique_names
+from parsers.table_points import has_fractions, without_groups
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
 from parsers.table_time import is_called_time
@@ -87,6 +88,8 @@ def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTabl
         if _is_filled(line) and rules.min_width <= len(row := split_cells(line, rules)) <= rules.width
     )
     rows = tuple(islice(fitting, _SAMPLED_ROWS))
+    style = without_groups(style, list(zip(*(row for row in rows if len(row) == rules.width), strict=True)))
+    rules = rules if style.thousands else replace(rules, thousands=-1)
     names, rules, notes = _name_columns(lines, first, rules, style, rows)
     body = sum(len(line) + 1 for line in raw_lines[:first])
     return TextTable(rules, style, names, body, rows, tuple(notes + _style_notes(rules, style)))
@@ -305,6 +308,10 @@ def number_columns(table: TextTable) -> tuple[bool, ...]:
     """For each column, whether its sampled cells are numbers (or all missing)."""
     result = []
     for cells, count in zip(table.columns, table.counts, strict=True):
+        if has_fractions(cells, table.style):
+            # its other cells would be read as groups of digits
+            result.append(False)
+            continue
         # a word for "missing" is no number: the cells are only looked at one by one where that could matter
         result.append(count >= 0.5 * len(cells) or count >= 0.5 * sum(not is_missing(cell) for cell in cells))
     return tuple(result)

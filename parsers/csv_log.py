@@ -108,7 +108,11 @@ def _time_of(
     try:
         if plan.two_ways:
             return settle_order(plan, columns, path, encoding, table.rules, size)
-        if plan.kind != "decimal" or not could_be(plan, cells := columns[plan.columns[0]]):
+        if (
+            plan.kind != "decimal"
+            or plan.other_point
+            or not could_be(plan, cells := columns[plan.columns[0]])
+        ):
             return plan
         found = is_it(plan, cells, path, encoding, table.rules, size)
     except OSError as error:

@@ -34,7 +34,8 @@ def clock_rule(plan: TimePlan) -> lines.Clock:
     if plan.kind == "elapsed":
         return lines.ELAPSED, 0, 1, 0, 0
     if plan.kind == "decimal":
-        return lines.DECIMALS, plan.zero, 1, plan.unit_ns, 0
+        kind = lines.OTHER_DECIMALS if plan.other_point else lines.DECIMALS
+        return kind, plan.zero, 1, plan.unit_ns, 0
     return lines.DECIMALS, 0, 2, 1_000_000_000, 1
 
 

@@ -30,9 +30,9 @@ CLOCK_KIND, DATE_ORDER, TIME_COLUMNS, UNITS = range(4)
 ZERO = DATE_ORDER
 """Decimal numbers have no date; the number that stands for 1970 where it is not 0 has its place."""
 Clock = tuple[int, int, int, int, int]
-DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS, ELAPSED = range(5)
+DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS, ELAPSED, OTHER_DECIMALS = range(6)
 """Kinds: sums of decimal numbers; times of day; dates with times of day; decimal numbers that spell HHMMSS; minutes and
-seconds, or days and a time."""
+seconds, or days and a time; decimal numbers whose decimal sign is a point in a table of commas, or a comma in one of points."""
 # places in the state: how far the kernel came, then what it counted
 ROWS, LEFT_OUT, GAPS, TOO_FEW, TOO_MANY, BINARY, NO_TIME, TEXTS, INFINITES, HARDS, LAST_SHORT, LAST_KEPT = (
     range(12)
@@ -262,6 +262,8 @@ def _stamp(spans: int, rules: Rules, clock: Clock) -> tuple[bool, int]:
             valid, part = decimal_stamp(
                 start, stop, rules[DECIMAL], rules[THOUSANDS], clock[UNITS + k], clock[ZERO]
             )
+        elif clock[CLOCK_KIND] == OTHER_DECIMALS:
+            valid, part = decimal_stamp(start, stop, 90 - rules[DECIMAL], -1, clock[UNITS + k], clock[ZERO])
         elif clock[CLOCK_KIND] == ELAPSED:
             valid, part = elapsed_stamp(start, stop)
         else:

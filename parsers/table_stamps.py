@@ -82,7 +82,7 @@ def decimal_stamp(
             fraction = True
         elif seen and not fraction and c != thousands and group_sign(i, stop) > 0:
             i += group_sign(i, stop) - 1
-        elif not (c == thousands and seen and not fraction):
+        elif not (c == thousands and digits != 0 and not fraction):
             break
         i += 1
     # Fortran writes 1.5D-02

@@ -19,6 +19,7 @@ from parsers.table_cells import (
     is_missing,
 )
 from parsers.table_names import ColumnName
+from parsers.table_points import has_other_point
 from parsers.table_time_plan import (
     HEADER_STAMP,
     UNIT_TAIL,
@@ -82,6 +83,9 @@ def find_time(
     if counts is None:
         counts = [style.count(cells) for cells in samples]
     shapes = [shape_of(cells, style, count) for cells, count in zip(samples, counts, strict=True)]
+    for k, cells in enumerate(samples):
+        if shapes[k] == "text" and is_called_time(names[k]) and has_other_point(cells, style, seconds=False):
+            shapes[k] = "number"
     if options.time_channel is not None:
         place = _named_column(names, options.time_channel, path)
         return plan_for(place, names, samples, shapes, style, options, path)

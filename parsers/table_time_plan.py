@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -19,6 +19,7 @@ from parsers.table_cells import (
 from parsers.table_fractions import unpadded
 from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, date_order, find_ticks, guess_unit
 from parsers.table_names import ColumnName
+from parsers.table_points import has_other_point
 from parsers.table_stamps import DAY_NS, MONTH_FIRST, YEAR_FIRST
 from parsers.units import find_unit
 
@@ -41,7 +42,7 @@ class TimePlan:
     days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
     calendar, a time of day that runs on over midnight. no_zone: what says that nothing names their time zone, or "". clock: in words. origin_ns: added to each stamp. zero: taken off each
     number before its unit counts. whole_ms: a time of day has milliseconds without zeros before them behind its seconds. guessed: the unit is stated nowhere.
-    two_ways: the note on an order that the first rows leave open, or "".
+    two_ways: the note on an order that the first rows leave open, or "". other_point: the decimal sign is a point in a table of commas, or a comma in one of points.
     """
 
     kind: Kind
@@ -57,6 +58,7 @@ class TimePlan:
     whole_ms: bool = False
     no_zone: str = ""
     two_ways: str = ""
+    other_point: bool = False
 
 
 _SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
@@ -105,7 +107,7 @@ def plan_for(
                 path=path,
                 hint="give its unit: s, min, ms, us or ns",
             )
-        return _decimal_plan(place, column, samples[place], style, options, path)
+        return _number_plan(place, column, samples[place], style, options, path)
     if shape == "elapsed":
         notes = (
             ()
@@ -176,6 +178,19 @@ def is_absolute(cells: Sequence[str], style: NumberStyle, unit_ns: int) -> bool:
     """Whether a column's first number, in its unit, is a date since 1970."""
     value = next((v for cell in cells if (v := style.value(cell)) is not None), 0.0)
     return ABSOLUTE_FROM_NS <= value * unit_ns <= ABSOLUTE_TO_NS
+
+
+def _number_plan(
+    place: int, column: ColumnName, cells: Sequence[str], style: NumberStyle, options: ReadOptions, path: Path
+) -> TimePlan:
+    """The plan for a column of numbers, whose decimal sign may be another than the table's."""
+    unit = find_unit(options.time_unit or column.unit, "time")
+    if not has_other_point(cells, style, seconds=unit is None or unit.scale >= 1):
+        return _decimal_plan(place, column, cells, style, options, path)
+    own = NumberStyle("." if style.decimal == "," else ",")
+    plan = _decimal_plan(place, column, cells, own, options, path)
+    said = f'the decimal sign in column "{column.name}" is {own.decimal!r}, in the others {style.decimal!r}'
+    return replace(plan, other_point=True, notes=(*plan.notes, said))
 
 
 def _decimal_plan(
