@@ -7,8 +7,9 @@ import numpy as np
 from parsers import table_lines as lines
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
+from parsers.table_calendar import WHOLE_MS
 from parsers.table_rows import RowBlock, RowCounts
-from parsers.table_stamps import WHOLE_MS, unwrap_days
+from parsers.table_stamps import unwrap_days
 from parsers.table_time_plan import TimePlan
 from parsers.table_wraps import Counter, StandingDate
 

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from datetime import date
 from itertools import pairwise
 
-from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST
+from parsers.table_calendar import DAY_FIRST, MONTH_FIRST
+from parsers.table_cells import WITH_DATE
+from parsers.table_stamps import DAY_NS
 
 _HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 
@@ -92,7 +94,8 @@ def date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str, bo
 
     dates: cells that begin with one, in the log's order. cells: those of dates and times of day.
     """
-    if any(letter.isalpha() for letter in dates[0].split()[0]):
+    named = WITH_DATE.match(dates[0])
+    if named is None or re.search(r"[^\W\d_]{3}", named.group()):
         return DAY_FIRST, "", False
     parts = [tuple(int(part) for part in re.findall(r"\d+", cell)[:3]) for cell in dates]
     if max(p[1] for p in parts) > 12:

@@ -18,8 +18,9 @@ import numpy as np
 from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.jit import kernel, lean_kernel
 from parsers.table_bytes import address_of, byte_at, int_at, put_float, put_int
+from parsers.table_calendar import calendar_stamp
 from parsers.table_numbers import EMPTY, HARD, INFINITE, OK, TEXT, odd_cell, parse_number
-from parsers.table_stamps import calendar_stamp, clock_stamp, decimal_stamp, elapsed_stamp
+from parsers.table_stamps import clock_stamp, decimal_stamp, elapsed_stamp
 from parsers.table_swar import cell_end, quick_number, skip_cells
 
 # places in the rules

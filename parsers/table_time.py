@@ -12,6 +12,7 @@ from parsers.importer import ReadOptions
 from parsers.table_cells import (
     CALENDAR_CELL,
     CLOCK_CELL,
+    COMPACT_CELL,
     DATE_CELL,
     DURATION_CELL,
     ELAPSED_CELL,
@@ -86,6 +87,8 @@ def find_time(
     for k, cells in enumerate(samples):
         if shapes[k] == "text" and is_called_time(names[k]) and has_other_point(cells, style, seconds=False):
             shapes[k] = "number"
+        if shapes[k] == "number" and _is_compact(names[k], cells, options):
+            shapes[k] = "moment"
     if options.time_channel is not None:
         place = _named_column(names, options.time_channel, path)
         return plan_for(place, names, samples, shapes, style, options, path)
@@ -112,6 +115,15 @@ def find_time(
             hint='name it in the map file: [time] channel = "…", unit = "s" (or min, ms, us, ns, iso8601, hhmmss)',
         )
     return plan_for(ranked[0][1], names, samples, shapes, style, options, path)
+
+
+def _is_compact(column: ColumnName, cells: Sequence[str], options: ReadOptions) -> bool:
+    """Whether a column of numbers without a unit spells dates and times of day: 20251009085320.000."""
+    unit = options.time_unit or column.unit or UNIT_TAIL.search(column.name)
+    if unit and str(unit).lower() != "iso8601":
+        return False
+    kept = [cell for cell in cells if not is_missing(cell)]
+    return bool(kept) and all(COMPACT_CELL.fullmatch(cell) for cell in kept)
 
 
 def may_be_time(column: ColumnName, options: ReadOptions) -> bool:
@@ -187,6 +199,9 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
     if name == "time_ns":
         return 1
     called = is_called_time(column)
+    if shape == "moment" and COMPACT_CELL.fullmatch(first_cell(cells)):
+        # it is often a second clock, of whole seconds
+        return 4 if called else 6
     if shape in ("moment", "clock", "duration") and called:
         return 2
     if called and not (shape == "number" and _plain(column) in ("date", "datum")):

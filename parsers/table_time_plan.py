@@ -10,6 +10,7 @@ from typing import Literal
 
 from parsers.errors import LogError
 from parsers.importer import TAKEN_AS_UTC, ReadOptions
+from parsers.table_calendar import MONTH_FIRST, YEAR_FIRST
 from parsers.table_cells import (
     DURATION_CELL,
     WITH_DATE,
@@ -18,9 +19,10 @@ from parsers.table_cells import (
 )
 from parsers.table_fractions import unpadded
 from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, date_order, find_ticks, guess_unit
+from parsers.table_months import ZONES
 from parsers.table_names import ColumnName
 from parsers.table_points import has_other_point
-from parsers.table_stamps import DAY_NS, MONTH_FIRST, YEAR_FIRST
+from parsers.table_stamps import DAY_NS
 from parsers.units import find_unit
 
 ABSOLUTE_FROM_NS = 630_000_000_000_000_000
@@ -62,8 +64,9 @@ class TimePlan:
 
 
 _SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
+_ZONE_NAME = re.compile(r"(?<=\d)\s+([A-Z]{3,5})(?=$|[+-]\d|\s+\d{4}$)")
 _WITH_ZONE = re.compile(
-    r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
+    r"(?:[zZ]|(?:UTC|GMT)(?:[+-][\d:]+)?|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
 )
 _GROUPED = re.compile("\\d[\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}]\\d")
 HEADER_STAMP = re.compile(r"(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
@@ -83,7 +86,7 @@ def no_time(column: ColumnName, cells: Sequence[str], path: Path) -> LogError:
     return LogError(
         f'column "{column.name}" holds no time that cogest knows ({first_cell(cells)!r})',
         path=path,
-        hint="a time is a number, an ISO 8601 date and time, or a time of day",
+        hint="a time is a number, a date and time (best as ISO 8601), or a time of day",
     )
 
 
@@ -167,10 +170,19 @@ def _calendar_plan(
         if _SHORT_YEAR.match(dates[0]):
             parts = "month, day" if order == MONTH_FIRST else "day, month"
             notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
-    zoned = any(_WITH_ZONE.search(cell) for cell in cells)
+    named = {
+        found[1] for cell in cells if (found := _ZONE_NAME.search(cell)) and found[1] not in ("AM", "PM")
+    }
+    unknown = sorted(named - set(ZONES))
+    zoned = not unknown and (bool(named) or any(_WITH_ZONE.search(cell) for cell in cells))
+    no_zone = f"the times in {clock} state no time zone: {TAKEN_AS_UTC}"
+    if unknown:
+        no_zone = (
+            f"the times in {clock} state a time zone that has no one meaning ({unknown[0]}): {TAKEN_AS_UTC}"
+        )
     return TimePlan(
         "calendar", columns, f"{clock}, {'UTC' if zoned else 'taken as UTC'}", True, order=order, notes=tuple(notes),
-        whole_ms=whole_ms, two_ways=two_ways, no_zone="" if zoned else f"the times in {clock} state no time zone: {TAKEN_AS_UTC}",
+        whole_ms=whole_ms, two_ways=two_ways, no_zone="" if zoned else no_zone,
     )  # fmt: skip
 
 

@@ -20,8 +20,9 @@ from parsers.importer import ImportLog, ReadOptions
 from parsers.jit import kernel
 from parsers.parquet_log import ParquetImporter
 from parsers.table_bytes import address_of
+from parsers.table_calendar import calendar_stamp
 from parsers.table_guess import guess_unit
-from parsers.table_stamps import calendar_stamp, decimal_stamp, unwrap_days
+from parsers.table_stamps import decimal_stamp, unwrap_days
 
 
 @pytest.mark.parametrize("case", TIMES)
@@ -32,10 +33,53 @@ def test_times(case: str, tmp_path: Path) -> None:
     assert table.reader.absolute == (expected[0] > 10**18)
     if "epoch" in case:
         assert "states no unit" in table.said
+    if case == "zone that means several":
+        assert "has no one meaning (CST)" in table.said
+    assert ("UTC, up to" in table.said) == (not table.log.zone_known)
+    if case.startswith("zone") or case == "the shell's date":
+        assert table.log.zone_known == (case != "zone that means several")
     if case == "iso blank":
         assert "no time zone" in table.said
     if case in ("rostopic", "stamp pair", "bare pair"):
         assert table.reader.clock.startswith("header stamp")
+
+
+MONTH_NAMES = [
+    ("January", "Januar", "janvier"), ("Feb", "Februar", "février"), ("March", "März", "mars"), ("Apr", "April", "avril"),
+    ("May", "Mai", "mai"), ("June", "Juni", "juin"), ("July", "Juli", "juil."), ("August", "August", "août"),
+    ("Sep", "September", "septembre"), ("October", "Oktober", "oct."), ("Nov", "November", "novembre"), ("Dec", "Dezember", "décembre"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("codec", ["utf-8", "cp1252"])
+@pytest.mark.parametrize("language", range(3))
+def test_every_month_by_its_name(language: int, codec: str, tmp_path: Path) -> None:
+    rows = "".join(
+        f"16. {name}{' ' * (k % 2)} 2024 14:05:22,000;1\n"
+        for k, name in enumerate(n[language] for n in MONTH_NAMES)
+    )
+    table = read(tmp_path, ("Zeit;a\n" + rows).encode(codec))
+    assert table.time.tolist() == [
+        int(datetime(2024, k + 1, 16, 14, 5, 22, tzinfo=UTC).timestamp()) * 10**9 for k in range(12)
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["16. Foo 2024 14:05:22", "2024年13月16日 14時05分", "2024年03月16日 14時05", "20240316 14:05:99", "Mar 2024 14:05:22",
+     "14.05.22", "2024-03-16 14:05:22 something", "20241316140522"],
+)  # fmt: skip
+def test_what_is_no_time_of_any_spelling(text: str) -> None:
+    data = np.frombuffer((text + "\0" * 8).encode(), dtype=np.uint8)
+    size = len(text.encode())
+
+    @kernel
+    def stamp(data: ByteArray, size: int) -> tuple[bool, int, int]:
+        start = address_of(data)
+        return calendar_stamp(start, start + size, 1)
+
+    valid, day, clock = stamp(data, size)
+    assert not valid or (clock == 0 and day > 0)
 
 
 def test_ambiguous_dates_are_said(tmp_path: Path) -> None:
