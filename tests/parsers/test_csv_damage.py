@@ -261,6 +261,11 @@ def test_comments_within_the_table_are_counted(block_bytes: int, tmp_path: Path)
     assert log.status == "complete"
 
 
+def test_one_comment_is_one(tmp_path: Path) -> None:
+    table = read(tmp_path, PLAIN + "# pause\n" + "0.04,1,2\n")
+    assert "1 line within the table that begins with # was passed over as a comment" in table.said
+
+
 def test_the_list_of_lost_spans_is_bounded(tmp_path: Path) -> None:
     path = tmp_path / "log.csv"
     path.write_text("t [s],a\n" + "".join(f"{k},1\n{'x' if k >= 4000 else ''}\n" for k in range(6000)))
