@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from parsers.code_pages import NATIONAL, code_page
 from parsers.errors import LogError
 
 SAMPLE_BYTES = 256 * 1024
@@ -61,7 +62,7 @@ def find_encoding(head: bytes) -> Encoding | None:
     elif len(head) >= 8 and not any(head[:200:2]) and head[1:200:2].count(0) == 0:
         codec, mark = "utf-16-be", 0
     else:
-        codec, mark = ("utf-8" if _is_utf8(head) else "cp1252"), 0
+        codec, mark = ("utf-8" if _is_utf8(head) else code_page(head)), 0
     body = head[mark:]
     if codec.startswith("utf-16"):
         body = body[: len(body) // 2 * 2].decode(codec, "replace").encode("utf-8", "replace")
@@ -86,6 +87,8 @@ def _is_utf8(head: bytes) -> bool:
 
 def decode(data: bytes, encoding: Encoding) -> str:
     """The text of a line or block as `text_blocks` yields it."""
+    if encoding.codec in NATIONAL:
+        return data.decode(encoding.codec, "replace")
     if encoding.codec == "cp1252":
         try:
             return data.decode("cp1252")

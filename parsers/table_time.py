@@ -42,6 +42,7 @@ _TIME_WORDS = """
     elapseds timeelapseds datenum exceltime serialdate xvalue
 """
 _TIME_NAMES = frozenset(_TIME_WORDS.split())
+_OF_OTHER_SCRIPTS = frozenset(["時間", "時刻", "日時", "时间", "时刻", "时间戳", "время"])
 _STAMP_SECONDS = re.compile(r"^(?P<head>(?:.*(?:stamp|time)[._/])?)(?:sec(?:ond)?s?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(
     r"^(?P<head>(?:.*(?:stamp|time)[._/])?)(?:n(?:ano)?sec(?:ond)?s?|tv_nsec)$", re.IGNORECASE
@@ -186,7 +187,7 @@ def _plain(column: ColumnName) -> str:
 
 def is_called_time(column: ColumnName) -> bool:
     """Whether a column's name is one of those that a time has."""
-    return _plain(column) in _TIME_NAMES
+    return _plain(column) in _TIME_NAMES or column.name.strip().casefold() in _OF_OTHER_SCRIPTS
 
 
 def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
