@@ -53,7 +53,9 @@ def of_day(times: FloatArray) -> FloatArray:
 def counts_seconds(times: FloatArray) -> bool:
     """Whether the times of rows at a few places, in the file's order, are no HHMMSS but seconds of a day or drive."""
     times = times[np.isfinite(times)]
-    whole = np.unique(np.floor(times))
+    # numpy's unique would load masked arrays
+    whole = np.sort(np.floor(times))
+    whole = whole[np.diff(whole, prepend=-1.0) != 0]
     if len(whole) < _LEAST or times.min() < 0 or times.max() >= 2 * _DAY_S:
         return False
     odd = (whole % 100 >= 61) | (whole // 100 % 100 >= 60)
