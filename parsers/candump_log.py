@@ -15,6 +15,7 @@ from parsers.can.reader import CanReader
 from parsers.can.tally import AS_WRITTEN, SINCE_FIRST, SUMMED
 from parsers.can.textlines import TextSource, Work, first_lines, head_lines, looks_like_text
 from parsers.channels import ByteArray, IntArray
+from parsers.coloured_text import plain_text, without_colours
 from parsers.errors import LogError
 from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
 from parsers.wide_text import narrow_text
@@ -40,13 +41,14 @@ class CandumpImporter:
 
     def claims(self, path: Path, head: bytes) -> bool:
         """Whether one of the first lines is a frame in candump's layout."""
+        head = without_colours(head)
         if not looks_like_text(head):
             return False
         return any(_FILE.match(line) or _CONSOLE.match(line) for line in head_lines(head)[:20])
 
     def open(self, path: Path, options: ReadOptions, log: ImportLog) -> CanReader:
         """Raises LogError where the frames carry no time stamps."""
-        text = narrow_text(path, log)
+        text = plain_text(narrow_text(path, log), log)
         lines = first_lines(text, _SAMPLE_BYTES)
         how, absolute, clock = _time_of(lines, path, log)
         source = TextSource(text, log, options.progress, _Parser(how), clock=clock, absolute=absolute)

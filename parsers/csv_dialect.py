@@ -11,6 +11,7 @@ from itertools import islice, pairwise
 
 from parsers.table_cells import NO_BREAK, NumberStyle, best_style, is_missing, split_cells, value_share
 from parsers.table_names import ColumnName, split_header, unique_names
+from parsers.table_points import has_fractions, without_groups
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
 from parsers.table_time import is_called_time
@@ -21,6 +22,7 @@ _SCORED_LINES = 80
 _BROKEN_ROWS = 3
 _HEADER_LINES = 8
 _SAMPLED_ROWS = 500
+_NO_CELLS = ' \t,;|"'
 _SEPARATORS = ("\t", ";", ",", "|", " ")
 _WRAPPED_LINES = 60
 _WRAPPED_CELLS = 40
@@ -89,6 +91,8 @@ def find_table(sample: bytes, encoding: Encoding, *, complete: bool) -> TextTabl
         if _is_filled(line) and rules.min_width <= len(row := split_cells(line, rules)) <= rules.width
     )
     rows = tuple(islice(fitting, _SAMPLED_ROWS))
+    style = without_groups(style, list(zip(*(row for row in rows if len(row) == rules.width), strict=True)))
+    rules = rules if style.thousands else replace(rules, thousands=-1)
     names, rules, notes = _name_columns(lines, first, rules, style, rows)
     body = sum(len(line) + 1 for line in raw_lines[:first])
     return TextTable(rules, style, names, body, rows, tuple(notes + _style_notes(rules, style)))
@@ -129,7 +133,9 @@ def _style_notes(rules: RowRules, style: NumberStyle) -> list[str]:
 
 def _choose_rules(lines: Sequence[str], stated: str | None) -> tuple[RowRules, NumberStyle, float] | None:
     """The separator and number style that read the last lines of the sample best, and the share of values in a row."""
-    scored = [line for line in lines if line.strip() and not line.lstrip().startswith("#")][-_SCORED_LINES:]
+    # spreadsheets add rows of separators alone
+    scored = [line for line in lines if line.strip(_NO_CELLS) and not line.lstrip().startswith("#")]
+    scored = scored[-_SCORED_LINES:]
     if not scored:
         return None
     row_quotes = _rows_are_quoted(scored)
@@ -206,7 +212,7 @@ def _name_columns(
     empty_end = rules.width > 2 and all(not row[-1] for row in rows if len(row) == rules.width)
     above: list[tuple[list[str], str | None]] = []
     other_width = 0
-    for line in [line for line in lines[:first] if line.strip(' \t,;|"')][-_HEADER_LINES:][::-1]:
+    for line in [line for line in lines[:first] if line.strip(_NO_CELLS)][-_HEADER_LINES:][::-1]:
         header, note = _fit_header(
             split_cells(_COMMENT_START.sub("", line), rules), rules.width, empty_end, rows
         )
@@ -328,6 +334,10 @@ def number_columns(table: TextTable) -> tuple[bool, ...]:
     """For each column, whether its sampled cells are numbers (or all missing)."""
     result = []
     for cells, count in zip(table.columns, table.counts, strict=True):
+        if has_fractions(cells, table.style):
+            # its other cells would be read as groups of digits
+            result.append(False)
+            continue
         # a word for "missing" is no number: the cells are only looked at one by one where that could matter
         result.append(count >= 0.5 * len(cells) or count >= 0.5 * sum(not is_missing(cell) for cell in cells))
     return tuple(result)

@@ -13,9 +13,12 @@ from parsers.channels import ChannelInfo, Chunk
 from parsers.csv_dialect import TextTable, find_table, number_columns
 from parsers.errors import LogError
 from parsers.frame_tables import refuse_frames, refuse_frames_of_tools, tool_of_frames
-from parsers.importer import ImportLog, ReadOptions
+from parsers.importer import TAKEN_AS_UTC, ImportLog, ReadOptions
+from parsers.table_clock import judge_rows
+from parsers.table_dates import settle_order
 from parsers.table_hhmmss import UNIT, as_time_of_day, could_be, is_it
 from parsers.table_pass import TablePass, TextFile, group_name, take_over_raster
+from parsers.table_preamble import stated_start
 from parsers.table_rasters import Columns, Raster, find_rasters
 from parsers.table_text import BLOCK_BYTES, Encoding, decode, find_encoding, read_sample
 from parsers.table_time import find_time
@@ -85,7 +88,20 @@ class CsvImporter:
             log.note(note)
         if plan.no_zone:
             log.without_zone(plan.no_zone)
+        if not plan.absolute and plan.kind in ("decimal", "elapsed"):
+            _note_start(decode(sample[: table.body], encoding), table, log)
         return CsvReader(path, encoding, table, rasters, options, log, size)
+
+
+def _note_start(head: str, table: TextTable, log: ImportLog) -> None:
+    """Write down the moment of stamp 0 where the lines above a table state it."""
+    stated = stated_start(head, table.rules)
+    if stated is not None:
+        moment, said = stated
+        log.began(moment)
+        log.note(
+            f"{said}: stamps count from {moment:%Y-%m-%d %H:%M:%S} (local time, time zone unknown: {TAKEN_AS_UTC})"
+        )
 
 
 def _time_of(
@@ -103,9 +119,15 @@ def _time_of(
         )
         return as_time_of_day(plan, said=True) if plan.kind == "decimal" else plan
     plan = find_time(table.names, columns, table.style, options, path, table.counts)
-    if plan.kind != "decimal" or not could_be(plan, cells := columns[plan.columns[0]]):
-        return plan
     try:
+        if plan.two_ways:
+            return settle_order(plan, columns, path, encoding, table.rules, size)
+        if (
+            plan.kind != "decimal"
+            or plan.other_point
+            or not could_be(plan, cells := columns[plan.columns[0]])
+        ):
+            return plan
         found = is_it(plan, cells, path, encoding, table.rules, size)
     except OSError as error:
         raise LogError(f"cannot be read ({error.strerror})", path=path) from error
@@ -204,6 +226,7 @@ class CsvReader:
                 path=self._path,
                 hint="cogest inspect shows what was found",
             )
+        judge_rows(self._log)
 
     def _by_raster(self, names: list[str]) -> Iterator[Chunk]:
         """A pass through the file for each raster of which something is wanted."""

@@ -7,9 +7,9 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
+from parsers.table_months import MONTH_WORD, SIGNS
 from parsers.table_numbers import MISSING_WORDS
 from parsers.table_rows import RowRules
-from parsers.table_stamps import MONTHS
 
 MINUS = "\N{MINUS SIGN}"
 """Written for the hyphen by spreadsheets of some languages, R and matplotlib."""
@@ -18,20 +18,41 @@ NO_BREAK = "\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}\N{THIN SPACE}"
 _SIGN = f"[+{MINUS}-]?"
 _EXPONENT = rf"(?:[eEdD]{_SIGN}\d+)?"
 _CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,:]\d+)?)?(?:\s*[AaPp][Mm])?"
-_ZONE = r"(?:\s*(?:[zZ]|UTC|[+-]\d{2}(?::?\d{2})?))?"
-_MONTH = rf"(?:{'|'.join(name for names in MONTHS for name in names)})[A-Za-z]*"
+_ZONE = r"(?:\s*(?:[zZ]|(?:UTC|GMT)(?:[+-]\d{1,2}(?::?\d{2})?)?|[+-]\d{2}(?::?\d{2})?|[A-Z]{3,5}))?"
 _DATE = (
     r"(?:\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{4}"
-    rf"|\d{{1,2}}([-/.])(?i:{_MONTH})\3\d{{4}}|\d{{4}}([-/.])(?i:{_MONTH})\4\d{{1,2}}"
     # two digits of a year behind dots alone: with other signs it may stand first
-    r"|\d{1,2}\.\d{1,2}\.\d{2}(?!\d))"
+    r"|\d{1,2}\.\d{1,2}\.\d{2}(?!\d|[,:]\d))"
 )
-_BASIC = r"\d{8}[tT]\d{4}(?:\d{2}(?:[.,]\d+)?)?"
-"""ISO 8601 without signs: 20251009T085320.000."""
-DATE_CELL = re.compile(rf"{_DATE}{_ZONE}")
-CLOCK_CELL = re.compile(rf"\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm])?{_ZONE}")
-CALENDAR_CELL = re.compile(rf"{_DATE}(?:[tT]|[\s,]+){_CLOCK}{_ZONE}|{_BASIC}{_ZONE}")
-WITH_DATE = re.compile(rf"{_DATE}|{_BASIC}")
+_WEEKDAY = r"(?:[^\W\d_]{2,10}\.?,?\s+)?"
+_NAMED = (
+    rf"(?i:{_WEEKDAY}(?:\d{{1,2}}(?:[-/]|[. ]{{1,2}}){MONTH_WORD}[-/., ]{{1,2}}\d{{4}}"
+    rf"|\d{{4}}[-/.]{MONTH_WORD}[-/.]\d{{1,2}}|{MONTH_WORD}\s+\d{{1,2}},?\s+\d{{4}}))"
+)
+"""A date with its month's name: 16-Mar-2024, 16. März 2024, Sat, 16 Mar 2024, Mar 16, 2024."""
+_CTIME = rf"(?i:{_WEEKDAY}{MONTH_WORD}\s+\d{{1,2}}\s+{_CLOCK})(?:\s+[A-Z]{{3,5}})?\s+\d{{4}}"
+"""Of C's ctime and the shell's date: Sat Mar 16 14:05:22 CET 2024."""
+_BASIC = (
+    r"\d{8}(?:[tT]\d{4}(?:\d{2}(?:[.,]\d+)?)?|[tT _-](?:\d{6}(?:[.,]\d+)?|\d{1,2}:\d{2}:\d{2}(?:[.,:]\d+)?))"
+)
+"""ISO 8601 without signs: 20251009T085320.000; and 20251009 08:53:20.000."""
+_SIGNED = rf"\d{{4}}{SIGNS[0]}\d{{1,2}}{SIGNS[1]}\d{{1,2}}{SIGNS[2]}"
+_SIGNED_CLOCK = rf"\d{{1,2}}[{SIGNS[3]}]\d{{1,2}}{SIGNS[4]}(?:\d{{1,2}}(?:[.,]\d+)?{SIGNS[5]})?"
+_DOTTED = r"\d{1,2}\.\d{2}\.\d{2}"
+"""A time of day of Danish, Finnish and other spreadsheets; alone it is one only with a fraction, else a date."""
+COMPACT_CELL = re.compile(
+    r"(?:19[7-9]\d|20\d\d)(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:[01]\d|2[0-3])[0-5]\d[0-5]\d(?:[.,]\d+|\d{3}|\d{6}|\d{9})?"
+)
+"""A number that spells a date and time of day: 20251009085320.000, 20251009085320000."""
+DATE_CELL = re.compile(rf"{_DATE}(?:\s*(?:[zZ]|UTC))?|{_NAMED}|{_SIGNED}")
+CLOCK_CELL = re.compile(
+    rf"(?:\d{{1,2}}:\d{{2}}:\d{{2}}(?:[.,:]\d+)?(?:\s*[AaPp][Mm])?|{_DOTTED}[,:]\d+){_ZONE}"
+)
+CALENDAR_CELL = re.compile(
+    rf"(?:{_DATE}|{_NAMED})(?:[tT]|[\s,]+)(?:{_CLOCK}|{_DOTTED}(?:[.,:]\d+)?){_ZONE}|{_BASIC}{_ZONE}|{COMPACT_CELL.pattern}{_ZONE}"
+    rf"|{_CTIME}|{_SIGNED}\s*(?:{_SIGNED_CLOCK}|{_CLOCK}){_ZONE}"
+)
+WITH_DATE = re.compile(rf"{_DATE}|{_BASIC}|{_NAMED}|{_SIGNED}|{_CTIME}|{COMPACT_CELL.pattern}")
 """What a cell with a date begins with."""
 DURATION_CELL = re.compile(rf"{_SIGN}\d+(?:[.,]\d*)?{_EXPONENT} (?P<unit>[num]?s|[mu]?sec|min|hr|h)")
 """A number and its unit, as MATLAB writes durations: "0.02 sec"."""
@@ -66,7 +87,8 @@ class NumberStyle:
         point = re.escape(self.decimal)
         whole = r"\d+"
         if self.thousands:
-            whole = rf"(?:\d{{1,3}}(?:[{re.escape(self.thousands)}]\d{{3}})+|\d+)"
+            # nobody writes 0.020 for 20
+            whole = rf"(?:[1-9]\d{{0,2}}(?:[{re.escape(self.thousands)}]\d{{3}})+|\d+)"
         return rf"{_SIGN}(?:{whole}(?:{point}\d*)?|{point}\d+){_EXPONENT}"
 
     def count(self, cells: Sequence[str]) -> int:

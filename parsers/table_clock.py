@@ -7,8 +7,9 @@ import numpy as np
 from parsers import table_lines as lines
 from parsers.channels import IntArray
 from parsers.importer import ImportLog
+from parsers.table_calendar import WHOLE_MS
 from parsers.table_rows import RowBlock, RowCounts
-from parsers.table_stamps import WHOLE_MS, unwrap_days
+from parsers.table_stamps import unwrap_days
 from parsers.table_time_plan import TimePlan
 from parsers.table_wraps import Counter, StandingDate
 
@@ -17,6 +18,11 @@ LOST_NS = 250_000_000
 _MOST_SPANS = 1000
 NO_TIME = "row without a valid time"
 """Why a row is left out whose time cannot be read."""
+
+
+_NO_ROWS = ("row with too few columns", "row with too many columns", NO_TIME)
+_MOST_SHARE, _MOST_ROWS = 0.05, 10
+"""A log is malformed from this share of rows that cannot be read on, where they are more than a few."""
 
 
 def clock_rule(plan: TimePlan) -> lines.Clock:
@@ -29,7 +35,8 @@ def clock_rule(plan: TimePlan) -> lines.Clock:
     if plan.kind == "elapsed":
         return lines.ELAPSED, 0, 1, 0, 0
     if plan.kind == "decimal":
-        return lines.DECIMALS, plan.zero, 1, plan.unit_ns, 0
+        kind = lines.OTHER_DECIMALS if plan.other_point else lines.DECIMALS
+        return kind, plan.zero, 1, plan.unit_ns, 0
     return lines.DECIMALS, 0, 2, 1_000_000_000, 1
 
 
@@ -101,8 +108,8 @@ class TableClock:
 
 def write_counts(counts: RowCounts, log: ImportLog) -> None:
     """Write down which rows were left out of a part of a file, and which cells hold no number."""
-    log.reject("row with too few columns", counts.too_few)
-    log.reject("row with too many columns", counts.too_many)
+    log.reject(_NO_ROWS[0], counts.too_few)
+    log.reject(_NO_ROWS[1], counts.too_many)
     log.reject("row with bytes that are no text", counts.binary)
     log.reject("cell with text where a number was expected", counts.text_cells)
     log.reject("cell with an infinite value", counts.infinite_cells)
@@ -110,4 +117,15 @@ def write_counts(counts: RowCounts, log: ImportLog) -> None:
     if counts.binary:
         log.worsen(
             "malformed", "a part of the file is not text (a damaged block, or a disk that filled with zeros)"
+        )
+
+
+def judge_rows(log: ImportLog) -> None:
+    """Say that a log is malformed of whose rows more than a few were left out, in the end."""
+    found = {reason: log.rejected[reason] for reason in _NO_ROWS if log.rejected[reason]}
+    lost = sum(found.values())
+    if lost >= max(_MOST_ROWS, _MOST_SHARE * (lost + log.messages)):
+        why = ", ".join(f"{count} x {reason}" for reason, count in found.items())
+        log.worsen(
+            "malformed", f"{lost} of {lost + log.messages} rows could not be read and were left out ({why})"
         )

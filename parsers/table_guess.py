@@ -5,9 +5,12 @@ from __future__ import annotations
 import re
 import statistics
 from collections.abc import Sequence
+from datetime import date
 from itertools import pairwise
 
-from parsers.table_stamps import DAY_FIRST, DAY_NS, MONTH_FIRST
+from parsers.table_calendar import DAY_FIRST, MONTH_FIRST
+from parsers.table_cells import WITH_DATE
+from parsers.table_stamps import DAY_NS
 
 _HALF_DAY = re.compile(r"\d\s*[AaPp][Mm]\b")
 
@@ -83,16 +86,42 @@ def _is_wall_clock(moment_s: float, apart_s: float) -> bool:
     return apart_s <= _SPARSEST_S and _LOGGED_S[0] <= moment_s < _LOGGED_S[1]
 
 
-def date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str]:
-    """Whether the day or the month comes first, and a note where the dates alone do not say it."""
-    if any(letter.isalpha() for letter in dates[0].split()[0]):
-        return DAY_FIRST, ""
-    parts = [[int(part) for part in re.split(r"[-/.]", cell)[:2]] for cell in dates]
+_WORDS = {DAY_FIRST: "day, month, year", MONTH_FIRST: "month, day, year"}
+
+
+def date_order(dates: Sequence[str], cells: Sequence[str]) -> tuple[int, str, bool]:
+    """Whether the day or the month comes first, a note where the dates alone do not say it, and whether they leave it open.
+
+    dates: cells that begin with one, in the log's order. cells: those of dates and times of day.
+    """
+    named = WITH_DATE.match(dates[0])
+    if named is None or re.search(r"[^\W\d_]{3}", named.group()):
+        return DAY_FIRST, "", False
+    parts = [tuple(int(part) for part in re.findall(r"\d+", cell)[:3]) for cell in dates]
     if max(p[1] for p in parts) > 12:
-        return MONTH_FIRST, ""
+        return MONTH_FIRST, "", False
     if max(p[0] for p in parts) > 12 or "." in dates[0][:6]:
-        return DAY_FIRST, ""
+        return DAY_FIRST, "", False
     two_ways = f"dates such as {dates[0]!r} can be read in two ways: taken as"
+    order = _running_on(parts)
+    if order is not None:
+        return order, f"{two_ways} {_WORDS[order]}, under which the times run on", False
     if "/" in dates[0][:6] and any(_HALF_DAY.search(cell) for cell in cells):
-        return MONTH_FIRST, f"{two_ways} month, day, year, as is usual beside AM and PM"
-    return DAY_FIRST, f"{two_ways} day, month, year"
+        return MONTH_FIRST, f"{two_ways} {_WORDS[MONTH_FIRST]}, as is usual beside AM and PM", True
+    return DAY_FIRST, f"{two_ways} {_WORDS[DAY_FIRST]}", True
+
+
+def _running_on(parts: Sequence[tuple[int, ...]]) -> int | None:
+    """The order under which dates go on without leaps of months, as those of a drive over midnight do; None where neither is better."""
+    steps = [b for a, b in pairwise(parts) if a != b]
+    spans = {}
+    for order, (day, month) in ((DAY_FIRST, (0, 1)), (MONTH_FIRST, (1, 0))):
+        try:
+            days = [date(p[2], p[month], p[day]).toordinal() for p in (parts[0], *steps)]
+        except ValueError:
+            continue
+        back = sum(b < a for a, b in pairwise(days))
+        spans[order] = (back, max(days) - min(days))
+    if len(spans) < 2 or spans[DAY_FIRST] == spans[MONTH_FIRST]:
+        return next(iter(spans)) if len(spans) == 1 else None
+    return min(spans, key=lambda order: spans[order])

@@ -7,16 +7,15 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from parsers.table_cells import is_missing, split_cells
+from parsers.table_cells import is_missing
+from parsers.table_places import rows_all_over
 from parsers.table_rows import RowRules
-from parsers.table_text import Encoding, decode
+from parsers.table_text import Encoding
 from parsers.table_time_plan import TimePlan
 
 UNIT = "hhmmss"
 """What a mapping file's [time] unit says for it."""
 _CELL = re.compile(r"(?:[01]\d|2[0-3])[0-5]\d[0-5]\d(?:[.,]\d+)?")
-_PLACES = 24
-_PIECE = 1 << 14
 _LEAST = 12
 
 
@@ -42,13 +41,8 @@ def is_it(
     if encoding.wide:
         return False
     place = plan.columns[0]
-    found: dict[str, None] = {}
-    with path.open("rb") as file:
-        for k in range(_PLACES):
-            file.seek(max(0, size - _PIECE) * (k + 1) // _PLACES)
-            lines = decode(file.read(_PIECE), encoding).splitlines()[1:-1]
-            rows = [row for line in lines if place < len(row := split_cells(line, rules))]
-            found.update(dict.fromkeys(row[place] for row in rows if not is_missing(row[place])))
+    rows = [row for row in rows_all_over(path, encoding, rules, size) if place < len(row)]
+    found = dict.fromkeys(row[place] for row in rows if not is_missing(row[place]))
     seconds = {cell[:6] for cell in (*found, *cells)}
     return len(seconds) >= _LEAST and _all_clocks([*found])
 

@@ -18,8 +18,9 @@ import numpy as np
 from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.jit import kernel, lean_kernel
 from parsers.table_bytes import address_of, byte_at, int_at, put_float, put_int
+from parsers.table_calendar import calendar_stamp
 from parsers.table_numbers import EMPTY, HARD, INFINITE, OK, TEXT, odd_cell, parse_number
-from parsers.table_stamps import calendar_stamp, clock_stamp, decimal_stamp, elapsed_stamp
+from parsers.table_stamps import clock_stamp, decimal_stamp, elapsed_stamp
 from parsers.table_swar import cell_end, quick_number, skip_cells
 
 # places in the rules
@@ -30,9 +31,9 @@ CLOCK_KIND, DATE_ORDER, TIME_COLUMNS, UNITS = range(4)
 ZERO = DATE_ORDER
 """Decimal numbers have no date; the number that stands for 1970 where it is not 0 has its place."""
 Clock = tuple[int, int, int, int, int]
-DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS, ELAPSED = range(5)
+DECIMALS, TIME_OF_DAY, MOMENT, HHMMSS, ELAPSED, OTHER_DECIMALS = range(6)
 """Kinds: sums of decimal numbers; times of day; dates with times of day; decimal numbers that spell HHMMSS; minutes and
-seconds, or days and a time."""
+seconds, or days and a time; decimal numbers whose decimal sign is a point in a table of commas, or a comma in one of points."""
 # places in the state: how far the kernel came, then what it counted
 ROWS, LEFT_OUT, GAPS, TOO_FEW, TOO_MANY, BINARY, NO_TIME, TEXTS, INFINITES, HARDS, LAST_SHORT, LAST_KEPT = (
     range(12)
@@ -262,6 +263,8 @@ def _stamp(spans: int, rules: Rules, clock: Clock) -> tuple[bool, int]:
             valid, part = decimal_stamp(
                 start, stop, rules[DECIMAL], rules[THOUSANDS], clock[UNITS + k], clock[ZERO]
             )
+        elif clock[CLOCK_KIND] == OTHER_DECIMALS:
+            valid, part = decimal_stamp(start, stop, 90 - rules[DECIMAL], -1, clock[UNITS + k], clock[ZERO])
         elif clock[CLOCK_KIND] == ELAPSED:
             valid, part = elapsed_stamp(start, stop)
         else:
@@ -275,6 +278,16 @@ def _stamp(spans: int, rules: Rules, clock: Clock) -> tuple[bool, int]:
     if clock[CLOCK_KIND] == MOMENT or clock[CLOCK_KIND] == TIME_OF_DAY:
         return (days != 0) == (clock[CLOCK_KIND] == MOMENT), total + days
     return True, total
+
+
+@kernel
+def _is_empty(start: int, stop: int, rules: Rules) -> bool:
+    """Whether a row holds nothing but separators, as spreadsheets add behind a table."""
+    for i in range(start, stop):
+        c = byte_at(i)
+        if not (c == rules[SEPARATOR] or c == 32 or c == 9 or c == 34 or c == 13 or c == 10):
+            return False
+    return True
 
 
 @kernel
@@ -321,8 +334,12 @@ def read_lines(
                 continue
             _fill_row(base, cells, rules, slots, numbers, row, spans, hard, state)
             after = end + 1
+        begin = i
         i = after
         valid, stamp = _stamp(spans_at, rules, clock)
+        if not valid and _is_empty(begin, after, rules):
+            state[HARDS] = hards
+            continue
         state[LAST_SHORT], state[LAST_KEPT] = 0, valid
         if not valid:
             state[NO_TIME] += 1

@@ -191,7 +191,8 @@ def parse_number(start: int, stop: int, decimal: int, thousands: int) -> tuple[i
             fraction = True
         elif seen and not fraction and c != thousands and group_sign(i, stop) > 0:
             i += group_sign(i, stop) - 1
-        elif not (c == thousands and seen and not fraction):
+        # nobody groups digits behind a nought: 0.020 is no 20
+        elif not (c == thousands and mantissa != np.uint64(0) and not fraction):
             break
         i += 1
     if not seen:

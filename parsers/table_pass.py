@@ -86,7 +86,7 @@ class TablePass:
         if comments:
             self.log.note(
                 f"{comments} line{'s' if comments > 1 else ''} within the table that begin{'' if comments > 1 else 's'} "
-                f"with {chr(file.table.rules.comment)} were passed over as comments"
+                f"with {chr(file.table.rules.comment)} {'were' if comments > 1 else 'was'} passed over as {'comments' if comments > 1 else 'a comment'}"
             )
         if repeats is not None and (rest := repeats.finish()) is not None:
             yield Chunk(self.group, rest[0], dict(zip(names, rest[1], strict=True)))

@@ -71,7 +71,7 @@ def read_table(
 ) -> Iterator[RangeRows]:
     """The rows of a file from byte `body` of its plain text on, range by range.
 
-    size: of the file. Memory is bounded by a few ranges of `block_bytes`. Raises LogError where the file cannot be read.
+    size: of the file, or where in it a line begins before which the rows end (not in files of wide letters or old lines). Memory is bounded by a few ranges of `block_bytes`. Raises LogError where the file cannot be read.
     """
     if size - body <= block_bytes:
         workers = 1
@@ -81,7 +81,8 @@ def read_table(
         return
     begin = encoding.mark + body
     ranges = [
-        ByteRange(a, a + block_bytes, a == begin) for a in range(begin, max(size, begin + 1), block_bytes)
+        ByteRange(a, min(a + block_bytes, size), a == begin)
+        for a in range(begin, max(size, begin + 1), block_bytes)
     ]
     yield from in_order(partial(_read_range, path, plan, []), ranges, workers=workers)
 

@@ -163,6 +163,9 @@ def _twin(columns: Columns, place: int, plan: TimePlan, options: ReadOptions, pa
         replace(options, time_channel=second.name),
         path,
     )
+    if own.two_ways:
+        # what the whole file told of the first clock's dates holds for this one's
+        own = replace(own, order=plan.order)
     if (own.kind, own.absolute, own.unit_ns, own.guessed) != (
         plan.kind,
         plan.absolute,

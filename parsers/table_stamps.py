@@ -1,4 +1,4 @@
-"""Kernels that turn time texts into nanoseconds: decimal numbers exactly, and dates with times of day."""
+"""Kernels that turn time texts into nanoseconds: decimal numbers exactly, stretches of time, and numbers that spell HHMMSS."""
 
 from __future__ import annotations
 
@@ -12,23 +12,9 @@ from parsers.table_numbers import after_sign, group_sign
 
 BoolArray = NDArray[np.bool_]
 
-YEAR_FIRST, DAY_FIRST, MONTH_FIRST = 0, 1, 2
-"""Order of the parts of a date."""
-WHOLE_MS = 4
-"""Added to the order: what stands behind a second are whole milliseconds without zeros before them, 43 of 08:53:20.43."""
-
 DAY_NS = 86_400_000_000_000
-MONTHS = (
-    ("jan",), ("feb",), ("mar",), ("apr",), ("may", "mai"), ("jun",), ("jul",), ("aug",), ("sep",),
-    ("oct", "okt"), ("nov",), ("dec", "dez"),
-)  # fmt: skip
-"""What the months' names begin with, in English and German."""
-_MONTH_KEYS = np.array(
-    [(int.from_bytes(name.encode(), "big"), k + 1) for k, names in enumerate(MONTHS) for name in names]
-)
 _TENS = 10 ** np.arange(19, dtype=np.int64)
 _SECOND_NS = 1_000_000_000
-_MINUTE_NS = 60 * _SECOND_NS
 _MOST_DAYS = 50_000
 """Of a stretch of time, so that it and as many hours as have six digits fit into int64."""
 
@@ -82,7 +68,7 @@ def decimal_stamp(
             fraction = True
         elif seen and not fraction and c != thousands and group_sign(i, stop) > 0:
             i += group_sign(i, stop) - 1
-        elif not (c == thousands and seen and not fraction):
+        elif not (c == thousands and digits != 0 and not fraction):
             break
         i += 1
     # Fortran writes 1.5D-02
@@ -92,7 +78,7 @@ def decimal_stamp(
         power += more
         i = end
     if seen and i < stop and byte_at(i) == 32:
-        i = _word_end(i + 1, stop)
+        i = word_end(i + 1, stop)
     if not seen or i != stop:
         return False, 0
     if zero != 0:
@@ -105,7 +91,7 @@ def decimal_stamp(
 
 
 @kernel
-def _word_end(start: int, stop: int) -> int:
+def word_end(start: int, stop: int) -> int:
     """Where a word of letters ends."""
     i = start
     while i < stop and 97 <= byte_at(i) | 32 <= 122:
@@ -126,7 +112,7 @@ def _exponent(start: int, stop: int) -> tuple[int, int]:
 
 
 @kernel
-def _digits(start: int, stop: int, most: int) -> tuple[int, int]:
+def digits_at(start: int, stop: int, most: int) -> tuple[int, int]:
     """The whole number at `start` of at most `most` digits, and where it ends (`start` where there is none)."""
     i = start
     value = 0
@@ -137,61 +123,7 @@ def _digits(start: int, stop: int, most: int) -> tuple[int, int]:
 
 
 @kernel
-def _days(year: int, month: int, day: int) -> int:
-    """Days from 1970-01-01 to a date of the Gregorian calendar."""
-    y = year - 1 if month <= 2 else year
-    era = y // 400
-    of_era = y - era * 400
-    month_from_march = (month + 9) % 12
-    day_of_year = (153 * month_from_march + 2) // 5 + day - 1
-    return era * 146097 + of_era * 365 + of_era // 4 - of_era // 100 + day_of_year - 719468
-
-
-@kernel
-def _month(start: int, stop: int) -> tuple[int, int]:
-    """The month that is named at `start` by its first three letters, and where its name ends (`start`: none).
-
-    Names are those of `MONTHS`, which differ in English and German by three.
-    """
-    end = _word_end(start, stop)
-    if end - start < 3:
-        return 0, start
-    key = (byte_at(start) | 32) << 16 | (byte_at(start + 1) | 32) << 8 | (byte_at(start + 2) | 32)
-    for k in range(_MONTH_KEYS.shape[0]):
-        if _MONTH_KEYS[k, 0] == key:
-            return int(_MONTH_KEYS[k, 1]), end
-    return 0, start
-
-
-@kernel
-def _date(start: int, stop: int, order: int) -> tuple[int, int]:
-    """The day number of a date such as 2014-04-11 or 11-Apr-2014, and where it ends (`start` where there is none)."""
-    first, i = _digits(start, stop, 4)
-    if i == start or i >= stop or not (byte_at(i) == 45 or byte_at(i) == 47 or byte_at(i) == 46):
-        return 0, start
-    second, j = _digits(i + 1, stop, 2)
-    named = j == i + 1
-    if named:
-        second, j = _month(i + 1, stop)
-    if j == i + 1 or j >= stop or byte_at(j) != byte_at(i):
-        return 0, start
-    third, k = _digits(j + 1, stop, 4)
-    if k == j + 1:
-        return 0, start
-    year, month, day = first, second, third
-    if order == 1 or (named and first < 32):
-        year, month, day = third, second, first
-    elif order == 2:
-        year, month, day = third, first, second
-    if year < 100:
-        year += 2000
-    if not (1 <= month <= 12 and 1 <= day <= 31 and 1900 <= year <= 2200):
-        return 0, start
-    return _days(year, month, day), k
-
-
-@kernel
-def _fraction(start: int, stop: int, whole_ms: bool) -> tuple[int, int]:
+def fraction_at(start: int, stop: int, whole_ms: bool) -> tuple[int, int]:
     """The digits behind a second's decimal sign as nanoseconds, and where they end. whole_ms: up to three are milliseconds."""
     nanos = 0
     scale = 100_000_000
@@ -206,135 +138,36 @@ def _fraction(start: int, stop: int, whole_ms: bool) -> tuple[int, int]:
 
 
 @kernel
-def _clock(start: int, stop: int, whole_ms: bool) -> tuple[int, int]:
-    """Nanoseconds since midnight of HH:MM[:SS[.fraction]] [AM|PM], and where it ends (`start`: there is none)."""
-    hour, i = _digits(start, stop, 2)
-    if i == start or i >= stop or byte_at(i) != 58:
-        return 0, start
-    minute, j = _digits(i + 1, stop, 2)
-    if j == i + 1:
-        return 0, start
-    second = 0
-    nanos = 0
-    if j < stop and byte_at(j) == 58:
-        second, k = _digits(j + 1, stop, 2)
-        if k == j + 1:
-            return 0, start
-        j = k
-        if j < stop and (byte_at(j) == 46 or byte_at(j) == 44 or byte_at(j) == 58):
-            nanos, j = _fraction(j + 1, stop, whole_ms)
-    k = j
-    while k < stop and byte_at(k) == 32:
-        k += 1
-    if k + 1 < stop and byte_at(k + 1) | 32 == 109 and (byte_at(k) | 32 == 97 or byte_at(k) | 32 == 112):
-        hour = hour % 12 + (12 if byte_at(k) | 32 == 112 else 0)
-        j = k + 2
-    if hour > 24 or minute > 59 or second > 60:
-        return 0, start
-    return (hour * 3600 + minute * 60 + second) * 1_000_000_000 + nanos, j
-
-
-@kernel
-def _zone(start: int, stop: int) -> tuple[int, int]:
-    """Minutes east of Greenwich of "Z", "UTC", "+02:00", "+0200", "+02", and where it ends (`start`: none)."""
-    i = start
-    while i < stop and byte_at(i) == 32:
-        i += 1
-    if i >= stop:
-        return 0, start
-    if byte_at(i) | 32 == 122:
-        return 0, i + 1
-    if i + 2 < stop and byte_at(i) | 32 == 117 and byte_at(i + 1) | 32 == 116 and byte_at(i + 2) | 32 == 99:
-        return 0, i + 3
-    if byte_at(i) != 43 and byte_at(i) != 45:
-        return 0, start
-    hours, j = _digits(i + 1, stop, 2)
-    if j != i + 3:
-        return 0, start
-    if j < stop and byte_at(j) == 58:
-        j += 1
-    minutes, k = _digits(j, stop, 2)
-    total = hours * 60 + minutes
-    return -total if byte_at(i) == 45 else total, k
-
-
-@kernel
-def _basic(start: int, stop: int, whole_ms: bool) -> tuple[int, int, int]:
-    """Day number and nanoseconds since midnight of 20140411T083856.3 or 20140411T0838, and where it ends (`start`: none)."""
-    date, i = _digits(start, stop, 8)
-    if i != start + 8 or i >= stop or byte_at(i) | 32 != 116:
-        return 0, 0, start
-    clock, j = _digits(i + 1, stop, 6)
-    if j == i + 5:
-        clock *= 100
-    elif j != i + 7:
-        return 0, 0, start
-    nanos = 0
-    if j == i + 7 and j < stop and (byte_at(j) == 46 or byte_at(j) == 44):
-        nanos, j = _fraction(j + 1, stop, whole_ms)
-    year, month, day = date // 10000, date // 100 % 100, date % 100
-    hour, minute, second = clock // 10000, clock // 100 % 100, clock % 100
-    if not (1 <= month <= 12 and 1 <= day <= 31 and 1900 <= year <= 2200):
-        return 0, 0, start
-    if hour > 24 or minute > 59 or second > 60:
-        return 0, 0, start
-    return _days(year, month, day), (hour * 3600 + minute * 60 + second) * _SECOND_NS + nanos, j
-
-
-@kernel
-def calendar_stamp(start: int, stop: int, order: int) -> tuple[bool, int, int]:
-    """A date, a time of day or both ("2014-04-11T08:38:56.3+02:00"): midnight of the date since 1970 (0 without a
-    date), and the nanoseconds from there, at Greenwich.
-
-    order: YEAR_FIRST, DAY_FIRST or MONTH_FIRST, and WHOLE_MS. False where the text was not understood to its end.
-    """
-    whole_ms = order >= WHOLE_MS
-    day, i = _date(start, stop, order % WHOLE_MS)
-    if i > start:
-        if i < stop and (byte_at(i) == 84 or byte_at(i) == 116):
-            i += 1
-        while i < stop and (byte_at(i) == 32 or byte_at(i) == 44):
-            i += 1
-    clock, j = _clock(i, stop, whole_ms)
-    if j == start:
-        day, clock, j = _basic(start, stop, whole_ms)
-    zone, k = _zone(j, stop)
-    if k > j:
-        clock -= zone * _MINUTE_NS
-    return k == stop and stop > start, day * DAY_NS, clock
-
-
-@kernel
 def elapsed_stamp(start: int, stop: int) -> tuple[bool, int]:
     """A stretch of time in nanoseconds: "03:00.020", "1:03:00.02", "0 days 00:03:00.02", "1 day, 0:03:00"; with a sign
     before it, and after days. False where the text was not understood to its end."""
     i, negative = after_sign(start, stop)
     days = 0
-    number, j = _digits(i, stop, 6)
+    number, j = digits_at(i, stop, 6)
     if j > i and j < stop and byte_at(j) == 32:
         # pandas writes -1 days +23:59:59: the sign is that of the days alone
         days = -number if negative else number
-        i = _word_end(j + 1, stop)
+        i = word_end(j + 1, stop)
         if i < j + 4 or byte_at(j + 1) | 32 != 100 or number > _MOST_DAYS:
             return False, 0
         while i < stop and (byte_at(i) == 44 or byte_at(i) == 32):
             i += 1
         i, negative = after_sign(i, stop)
-        number, j = _digits(i, stop, 6)
+        number, j = digits_at(i, stop, 6)
     if j == i or j >= stop or byte_at(j) != 58:
         return False, 0
-    second, k = _digits(j + 1, stop, 2)
+    second, k = digits_at(j + 1, stop, 2)
     if k != j + 3:
         return False, 0
     total = number * 60 + second
     valid = second < 60
     if k < stop and byte_at(k) == 58:
-        third, i = _digits(k + 1, stop, 2)
+        third, i = digits_at(k + 1, stop, 2)
         valid = valid and i == k + 3 and third < 61
         total, k = total * 60 + third, i
     nanos = 0
     if k < stop and (byte_at(k) == 46 or byte_at(k) == 44):
-        nanos, k = _fraction(k + 1, stop, False)
+        nanos, k = fraction_at(k + 1, stop, False)
     total = total * _SECOND_NS + nanos
     return valid and k == stop, days * DAY_NS + (-total if negative else total)
 

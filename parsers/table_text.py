@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+from parsers.code_pages import NATIONAL, code_page
 from parsers.errors import LogError
 
 SAMPLE_BYTES = 256 * 1024
@@ -16,7 +17,6 @@ SAMPLE_BYTES = 256 * 1024
 BLOCK_BYTES = 8 * 1024 * 1024
 MOST_LINE_BYTES = 4 * 1024 * 1024
 """A line without an end within this is no text."""
-_JAPANESE = re.compile("[\u30a0-\u30ff]{2}|[\u3041-\u3096]{2}|時間|時刻|日時|車速|速度|角度")
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x19\x1c-\x1f]")
 _LINES_BEFORE_DAMAGE = 3
 """So many lines of text must stand before other bytes for these to be damage, and the file a text all the same."""
@@ -62,7 +62,7 @@ def find_encoding(head: bytes) -> Encoding | None:
     elif len(head) >= 8 and not any(head[:200:2]) and head[1:200:2].count(0) == 0:
         codec, mark = "utf-16-be", 0
     else:
-        codec, mark = ("utf-8" if _is_utf8(head) else "cp932" if _is_shift_jis(head) else "cp1252"), 0
+        codec, mark = ("utf-8" if _is_utf8(head) else code_page(head)), 0
     body = head[mark:]
     if codec.startswith("utf-16"):
         body = body[: len(body) // 2 * 2].decode(codec, "replace").encode("utf-8", "replace")
@@ -85,26 +85,16 @@ def _is_utf8(head: bytes) -> bool:
     return True
 
 
-def _is_shift_jis(head: bytes) -> bool:
-    """Whether bytes are Shift-JIS: all of them, but for a character that the end cuts through, with words of kana or of a drive's log.
-
-    Western texts may be so by chance, one letter at a time: é before l is a Chinese character.
-    """
-    try:
-        text = codecs.getincrementaldecoder("cp932")().decode(head)
-    except UnicodeDecodeError:
-        return False
-    return _JAPANESE.search(text) is not None
-
-
 def decode(data: bytes, encoding: Encoding) -> str:
     """The text of a line or block as `text_blocks` yields it."""
+    if encoding.codec in NATIONAL:
+        return data.decode(encoding.codec, "replace")
     if encoding.codec == "cp1252":
         try:
             return data.decode("cp1252")
         except UnicodeDecodeError:
             return data.decode("latin-1")
-    return data.decode("cp932" if encoding.codec == "cp932" else "utf-8", "replace")
+    return data.decode("utf-8", "replace")
 
 
 def read_sample(path: Path, encoding: Encoding) -> bytes:

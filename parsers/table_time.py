@@ -12,6 +12,7 @@ from parsers.importer import ReadOptions
 from parsers.table_cells import (
     CALENDAR_CELL,
     CLOCK_CELL,
+    COMPACT_CELL,
     DATE_CELL,
     DURATION_CELL,
     ELAPSED_CELL,
@@ -19,6 +20,7 @@ from parsers.table_cells import (
     is_missing,
 )
 from parsers.table_names import ColumnName
+from parsers.table_points import has_other_point
 from parsers.table_time_plan import (
     HEADER_STAMP,
     UNIT_TAIL,
@@ -40,8 +42,21 @@ _TIME_WORDS = """
     elapseds timeelapseds datenum exceltime serialdate xvalue
 """
 _TIME_NAMES = frozenset(_TIME_WORDS.split())
-_JAPANESE_TIMES = frozenset(
-    ("時間", "時刻", "日時", "経過時間", "計測時間", "測定時間", "記録時間", "タイム")
+_OF_OTHER_SCRIPTS = frozenset(
+    [
+        "時間",
+        "時刻",
+        "日時",
+        "経過時間",
+        "計測時間",
+        "測定時間",
+        "記録時間",
+        "タイム",
+        "时间",
+        "时刻",
+        "时间戳",
+        "время",
+    ]
 )
 _STAMP_SECONDS = re.compile(r"^(?P<head>(?:.*(?:stamp|time)[._/])?)(?:sec(?:ond)?s?|tv_sec)$", re.IGNORECASE)
 _STAMP_NANOS = re.compile(
@@ -85,6 +100,11 @@ def find_time(
     if counts is None:
         counts = [style.count(cells) for cells in samples]
     shapes = [shape_of(cells, style, count) for cells, count in zip(samples, counts, strict=True)]
+    for k, cells in enumerate(samples):
+        if shapes[k] == "text" and is_called_time(names[k]) and has_other_point(cells, style, seconds=False):
+            shapes[k] = "number"
+        if shapes[k] == "number" and _is_compact(names[k], cells, options):
+            shapes[k] = "moment"
     if options.time_channel is not None:
         place = _named_column(names, options.time_channel, path)
         return plan_for(place, names, samples, shapes, style, options, path)
@@ -111,6 +131,15 @@ def find_time(
             hint='name it in the map file: [time] channel = "…", unit = "s" (or min, ms, us, ns, iso8601, hhmmss)',
         )
     return plan_for(ranked[0][1], names, samples, shapes, style, options, path)
+
+
+def _is_compact(column: ColumnName, cells: Sequence[str], options: ReadOptions) -> bool:
+    """Whether a column of numbers without a unit spells dates and times of day: 20251009085320.000."""
+    unit = options.time_unit or column.unit or UNIT_TAIL.search(column.name)
+    if unit and str(unit).lower() != "iso8601":
+        return False
+    kept = [cell for cell in cells if not is_missing(cell)]
+    return bool(kept) and all(COMPACT_CELL.fullmatch(cell) for cell in kept)
 
 
 def may_be_time(column: ColumnName, options: ReadOptions) -> bool:
@@ -173,7 +202,7 @@ def _plain(column: ColumnName) -> str:
 
 def is_called_time(column: ColumnName) -> bool:
     """Whether a column's name is one of those that a time has."""
-    return _plain(column) in _TIME_NAMES or column.name.strip() in _JAPANESE_TIMES
+    return _plain(column) in _TIME_NAMES or column.name.strip().casefold() in _OF_OTHER_SCRIPTS
 
 
 def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
@@ -186,6 +215,9 @@ def _rank(column: ColumnName, cells: Sequence[str], shape: Shape) -> int | None:
     if name == "time_ns":
         return 1
     called = is_called_time(column)
+    if shape == "moment" and COMPACT_CELL.fullmatch(first_cell(cells)):
+        # it is often a second clock, of whole seconds
+        return 4 if called else 6
     if shape in ("moment", "clock", "duration") and called:
         return 2
     if called and not (shape == "number" and _plain(column) in ("date", "datum")):

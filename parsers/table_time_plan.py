@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
 from parsers.errors import LogError
 from parsers.importer import TAKEN_AS_UTC, ReadOptions
+from parsers.table_calendar import MONTH_FIRST, YEAR_FIRST
 from parsers.table_cells import (
     DURATION_CELL,
     WITH_DATE,
@@ -18,8 +19,10 @@ from parsers.table_cells import (
 )
 from parsers.table_fractions import unpadded
 from parsers.table_guess import DATENUMS, SERIAL_1970, TICK_NS, are_days, date_order, find_ticks, guess_unit
+from parsers.table_months import ZONES
 from parsers.table_names import ColumnName
-from parsers.table_stamps import DAY_NS, MONTH_FIRST, YEAR_FIRST
+from parsers.table_points import has_other_point
+from parsers.table_stamps import DAY_NS
 from parsers.units import find_unit
 
 ABSOLUTE_FROM_NS = 630_000_000_000_000_000
@@ -41,6 +44,7 @@ class TimePlan:
     days and a time ("03:00.02", "0 days 00:03:00.02"). columns: their places. order: of a date's parts. absolute: since 1970; else, for a
     calendar, a time of day that runs on over midnight. no_zone: what says that nothing names their time zone, or "". clock: in words. origin_ns: added to each stamp. zero: taken off each
     number before its unit counts. whole_ms: a time of day has milliseconds without zeros before them behind its seconds. guessed: the unit is stated nowhere.
+    two_ways: the note on an order that the first rows leave open, or "". other_point: the decimal sign is a point in a table of commas, or a comma in one of points.
     """
 
     kind: Kind
@@ -55,11 +59,14 @@ class TimePlan:
     zero: int = 0
     whole_ms: bool = False
     no_zone: str = ""
+    two_ways: str = ""
+    other_point: bool = False
 
 
 _SHORT_YEAR = re.compile(r"\d{1,2}\.\d{1,2}\.\d{2}(?!\d)")
+_ZONE_NAME = re.compile(r"(?<=\d)\s+([A-Z]{3,5})(?=$|[+-]\d|\s+\d{4}$)")
 _WITH_ZONE = re.compile(
-    r"(?:[zZ]|UTC|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
+    r"(?:[zZ]|(?:UTC|GMT)(?:[+-][\d:]+)?|(?::|\d{8}[tT]\d{2}|\d{8}[tT]\d{4})\d{2}(?:[.,]\d+)?\s*[+-]\d{2}(?::?\d{2})?)$"
 )
 _GROUPED = re.compile("\\d[\N{NO-BREAK SPACE}\N{NARROW NO-BREAK SPACE}]\\d")
 HEADER_STAMP = re.compile(r"(?:^|[._/])header[._/]stamp$", re.IGNORECASE)
@@ -79,7 +86,7 @@ def no_time(column: ColumnName, cells: Sequence[str], path: Path) -> LogError:
     return LogError(
         f'column "{column.name}" holds no time that cogest knows ({first_cell(cells)!r})',
         path=path,
-        hint="a time is a number, an ISO 8601 date and time, or a time of day",
+        hint="a time is a number, a date and time (best as ISO 8601), or a time of day",
     )
 
 
@@ -103,7 +110,7 @@ def plan_for(
                 path=path,
                 hint="give its unit: s, min, ms, us or ns",
             )
-        return _decimal_plan(place, column, samples[place], style, options, path)
+        return _number_plan(place, column, samples[place], style, options, path)
     if shape == "elapsed":
         notes = (
             ()
@@ -155,17 +162,27 @@ def _calendar_plan(
             "calendar", columns, f"time of day ({clock})", False, notes=(note, *spelt), whole_ms=whole_ms
         )
     notes = spelt
-    order = YEAR_FIRST
+    order, two_ways = YEAR_FIRST, ""
     if not re.match(r"\d{4}", dates[0]):
-        order, note = date_order(dates, cells)
+        order, note, left_open = date_order(dates, cells)
         notes += [note] if note else []
+        two_ways = note if left_open else ""
         if _SHORT_YEAR.match(dates[0]):
             parts = "month, day" if order == MONTH_FIRST else "day, month"
             notes.append(f"dates such as {dates[0].split()[0]!r} are taken as {parts}, year from 2000 on")
-    zoned = any(_WITH_ZONE.search(cell) for cell in cells)
+    named = {
+        found[1] for cell in cells if (found := _ZONE_NAME.search(cell)) and found[1] not in ("AM", "PM")
+    }
+    unknown = sorted(named - set(ZONES))
+    zoned = not unknown and (bool(named) or any(_WITH_ZONE.search(cell) for cell in cells))
+    no_zone = f"the times in {clock} state no time zone: {TAKEN_AS_UTC}"
+    if unknown:
+        no_zone = (
+            f"the times in {clock} state a time zone that has no one meaning ({unknown[0]}): {TAKEN_AS_UTC}"
+        )
     return TimePlan(
         "calendar", columns, f"{clock}, {'UTC' if zoned else 'taken as UTC'}", True, order=order, notes=tuple(notes),
-        whole_ms=whole_ms, no_zone="" if zoned else f"the times in {clock} state no time zone: {TAKEN_AS_UTC}",
+        whole_ms=whole_ms, two_ways=two_ways, no_zone="" if zoned else no_zone,
     )  # fmt: skip
 
 
@@ -173,6 +190,19 @@ def is_absolute(cells: Sequence[str], style: NumberStyle, unit_ns: int) -> bool:
     """Whether a column's first number, in its unit, is a date since 1970."""
     value = next((v for cell in cells if (v := style.value(cell)) is not None), 0.0)
     return ABSOLUTE_FROM_NS <= value * unit_ns <= ABSOLUTE_TO_NS
+
+
+def _number_plan(
+    place: int, column: ColumnName, cells: Sequence[str], style: NumberStyle, options: ReadOptions, path: Path
+) -> TimePlan:
+    """The plan for a column of numbers, whose decimal sign may be another than the table's."""
+    unit = find_unit(options.time_unit or column.unit, "time")
+    if not has_other_point(cells, style, seconds=unit is None or unit.scale >= 1):
+        return _decimal_plan(place, column, cells, style, options, path)
+    own = NumberStyle("." if style.decimal == "," else ",")
+    plan = _decimal_plan(place, column, cells, own, options, path)
+    said = f'the decimal sign in column "{column.name}" is {own.decimal!r}, in the others {style.decimal!r}'
+    return replace(plan, other_point=True, notes=(*plan.notes, said))
 
 
 def _decimal_plan(

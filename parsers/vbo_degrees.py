@@ -11,6 +11,7 @@ from parsers.channels import FloatArray
 from parsers.table_cells import split_cells
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
+from parsers.vbo_clock import of_day
 
 PLACE = ("lat", "long")
 SAID = (
@@ -30,27 +31,22 @@ _BETWEEN = 60.0**0.5
 
 
 def told_degrees(
-    path: Path,
-    body: int,
-    size: int,
-    encoding: Encoding,
-    rules: RowRules,
-    columns: Sequence[str],
-    time_at: int,
+    places: Sequence[Sequence[str]], rules: RowRules, columns: Sequence[str], time_at: int, *, seconds: bool
 ) -> str | None:
-    """What is said of positions in degrees; None where they are minutes. columns: names. Raises OSError.
+    """What is said of positions in degrees; None where they are minutes. places: lines from `pieces_of`. columns: names. seconds:
+    the times count them, and are no HHMMSS.
 
     No minutes of a vehicle are below 90 in latitude and 180 in longitude: there the sea is.
     """
     lower = [name.lower() for name in columns]
     if not all(name in lower for name in PLACE):
         return None
-    places = [lower.index(name) for name in PLACE]
+    position = [lower.index(name) for name in PLACE]
     speed_at = lower.index("velocity") if "velocity" in lower else None
     way = driven = 0.0
     seen = False
-    for lines in _pieces(path, body, size, encoding):
-        rows = _numbers(lines, rules, [time_at, *places, *([] if speed_at is None else [speed_at])])
+    for lines in places:
+        rows = numbers_of(lines, rules, [time_at, *position, *([] if speed_at is None else [speed_at])])
         rows = rows[(rows[:, 1] != 0) | (rows[:, 2] != 0)]
         if not len(rows):
             continue
@@ -59,7 +55,7 @@ def told_degrees(
             return None
         if rows.shape[1] > 3:
             way += _way_m(rows[:, 1], rows[:, 2])
-            driven += _driven_m(rows[:, 0], rows[:, 3])
+            driven += _driven_m(rows[:, 0] if seconds else of_day(rows[:, 0]), rows[:, 3])
     if not seen:
         return None
     if driven < _LEAST_WAY_M:
@@ -67,19 +63,24 @@ def told_degrees(
     return SAID if way < driven / _BETWEEN else None
 
 
-def _pieces(path: Path, body: int, size: int, encoding: Encoding) -> list[list[str]]:
-    """Lines from a few places of the rows, whole ones."""
+def pieces_of(path: Path, body: int, size: int, encoding: Encoding) -> list[list[str]]:
+    """Lines from a few places of the rows, whole ones. Raises OSError."""
     found = []
     with path.open("rb") as file:
         for k in range(_PIECES):
             start = body + (size - body) * k // _PIECES
             file.seek(start)
-            lines = file.read(_PIECE_BYTES).split(b"\n")[(1 if k else 0) : -1]
+            data = file.read(_PIECE_BYTES)
+            # a second drive's head, behind which the columns may be others
+            head = data.find(b"\n[")
+            lines = data[: head if head >= 0 else len(data)].split(b"\n")[(1 if k else 0) : -1]
             found.append([decode(line, encoding) for line in lines])
+            if head >= 0:
+                break
     return found
 
 
-def _numbers(lines: Sequence[str], rules: RowRules, places: Sequence[int]) -> FloatArray:
+def numbers_of(lines: Sequence[str], rules: RowRules, places: Sequence[int]) -> FloatArray:
     """Columns of the rows that hold numbers there, (rows, n)."""
     point = chr(rules.decimal)
     rows = []
@@ -99,9 +100,8 @@ def _way_m(lat: FloatArray, long: FloatArray) -> float:
     return float(np.nansum(steps)) * _MINUTE_M
 
 
-def _driven_m(hhmmss: FloatArray, kmh: FloatArray) -> float:
+def _driven_m(seconds: FloatArray, kmh: FloatArray) -> float:
     """The way that the speed makes, in metres."""
-    seconds = hhmmss // 10000 * 3600 + hhmmss // 100 % 100 * 60 + hhmmss % 100
     step = np.diff(seconds)
     usual = (step > 0) & (step < 2.0)
     return float(np.nansum(np.where(usual, step * np.abs(kmh[:-1]) / 3.6, 0.0)))

@@ -9,7 +9,6 @@ sats time lat long velocity heading height vert-vel YawRate Y_Accel
 from __future__ import annotations
 
 from collections.abc import Iterator
-from datetime import datetime, timedelta
 from pathlib import Path
 from types import MappingProxyType
 
@@ -19,25 +18,22 @@ from parsers.channels import ChannelInfo, Chunk, FloatArray, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 from parsers.table_cells import split_cells
-from parsers.table_clock import TableClock, write_counts
-from parsers.table_lines import HHMMSS
+from parsers.table_clock import TableClock, judge_rows, write_counts
 from parsers.table_names import ColumnName, unique_names
-from parsers.table_ranges import RangeRows, read_table
+from parsers.table_ranges import RangeRows, read_again, read_table
 from parsers.table_rows import RowBlock, RowPlan, RowRules
 from parsers.table_stamps import DAY_NS
 from parsers.table_text import Encoding, decode, find_encoding
-from parsers.vbo_degrees import told_degrees
+from parsers.vbo_clock import VboClock, find_clock
+from parsers.vbo_degrees import numbers_of, pieces_of, told_degrees
 from parsers.vbo_fix import NAVIGATION, TOLD_BY, NoFix
-from parsers.vbo_header import VboColumn, name_columns, read_head
+from parsers.vbo_header import VboColumn, VboHead, name_columns, read_head
+from parsers.vbo_heads import HEAD_LIMIT, FurtherHead, ended_by, further_heads, goes_on
 from parsers.wide_text import narrow, narrow_text
 
 _GROUP = "vbo"
-_HEAD_LIMIT = 4 * 1024 * 1024
 _ROWS_BYTES = 64 * 1024
-_SECOND_NS = 1_000_000_000
 _POSITIONS = ("lat", "long", "_lat", "_long")
-_CLOCK = (HHMMSS, 0, 1, _SECOND_NS, 0)
-"""The time as HHMMSS.ss, for the kernel."""
 
 
 class VboImporter:
@@ -90,11 +86,13 @@ class VboImporter:
         if time_at is None:
             shown = ", ".join(column.name for column in names[:10])
             raise LogError(f"no column called time among {shown}", path=path, place="[column names]")
-        midnight = _midnight(head.created, head.swapped_date, _first_time(first, time_at), log)
         try:
-            degrees = told_degrees(path, body, size, encoding, rules, [n.name for n in names], time_at)
+            places = pieces_of(path, body, size, encoding)
         except OSError as error:
             raise LogError(f"cannot be read ({error.strerror})", path=path) from error
+        times = numbers_of([line for lines in places for line in lines], rules, [time_at])[:, 0]
+        clock = find_clock(head, first, time_at, times, log)
+        degrees = told_degrees(places, rules, [n.name for n in names], time_at, seconds=clock.seconds)
         if degrees is not None:
             log.note(degrees)
         named = tuple(
@@ -102,7 +100,7 @@ class VboImporter:
             for n, c in zip(names, columns, strict=True)
         )
         return VboReader(
-            path, encoding, named, time_at, rules, body - encoding.mark, midnight, options, log, size
+            path, encoding, head, named, time_at, rules, body - encoding.mark, clock, options, log, size
         )
 
 
@@ -111,7 +109,7 @@ def _read_start(path: Path) -> tuple[bytes, int]:
     with path.open("rb") as file:
         start = file.read(_ROWS_BYTES)
         at = start.lower().find(b"[data]")
-        while at < 0 and len(start) < _HEAD_LIMIT and (more := file.read(len(start))):
+        while at < 0 and len(start) < HEAD_LIMIT and (more := file.read(len(start))):
             start += more
             at = start.lower().find(b"[data]")
         return start + file.read(_ROWS_BYTES), at
@@ -131,12 +129,6 @@ def _rules(start: bytes, encoding: Encoding, path: Path) -> tuple[RowRules, list
     rows = [row for row in rows if len(row) == width]
     comma = any("," in cell for cell in rows[0]) and not any("." in cell for cell in rows[0])
     return RowRules(32, width, width, spaces=True, quote=-1, comment=-1, decimal=44 if comma else 46), rows
-
-
-def _first_time(rows: list[list[str]], time_at: int) -> str:
-    """The first row's time of those that have one: before the unit knows the time it writes zero."""
-    times = [row[time_at] for row in rows if time_at < len(row)]
-    return next((time for time in times if time.strip("0.,")), "")
 
 
 def _with_time(block: RowBlock) -> RowBlock | None:
@@ -159,27 +151,6 @@ def _with_time(block: RowBlock) -> RowBlock | None:
     )
 
 
-def _midnight(created: datetime | None, swapped: bool, first_time: str, log: ImportLog) -> int | None:
-    """Nanoseconds since 1970 of the midnight before the first row; None where the log has no date."""
-    if created is None:
-        log.note("the log has no date of creation: its times count from midnight UTC of an unknown day")
-        return None
-    day = created.replace(hour=0, minute=0, second=0)
-    try:
-        clock = float(first_time.replace(",", "."))
-    except ValueError:
-        clock = 0.0
-    start = timedelta(hours=clock // 10000, minutes=clock // 100 % 100, seconds=clock % 100)
-    if day + start > created + timedelta(hours=12):
-        day -= timedelta(days=1)
-    said = "as month/day/year, since the month would else be above 12; " if swapped else ""
-    log.note(
-        f"the date {day:%Y-%m-%d} is from 'File created on {created:%d/%m/%Y %H:%M}' ({said}the unit's clock may show "
-        "local time, so near midnight the day can be off by one); the time of day is UTC"
-    )
-    return round(day.timestamp()) * _SECOND_NS
-
-
 class VboReader:
     """An opened VBO log."""
 
@@ -187,22 +158,24 @@ class VboReader:
         self,
         path: Path,
         encoding: Encoding,
+        head: VboHead,
         columns: tuple[VboColumn, ...],
         time_at: int,
         rules: RowRules,
         body: int,
-        midnight: int | None,
+        clock: VboClock,
         options: ReadOptions,
         log: ImportLog,
         size: int,
     ) -> None:
         self._path = path
         self._encoding = encoding
+        self._head = head
         self._columns = columns
         self._time_at = time_at
         self._rules = rules
         self._body = body
-        self._midnight = midnight
+        self._clock = clock
         self._options = options
         self._log = log
         self._size = size
@@ -219,12 +192,14 @@ class VboReader:
     @property
     def clock(self) -> str:
         """The satellites' clock."""
+        if self._clock.midnight is None and self._clock.seconds:
+            return "seconds from a zero of the log's own"
         return "UTC time of day from satellites"
 
     @property
     def absolute(self) -> bool:
         """Whether the log has a date."""
-        return self._midnight is not None
+        return self._clock.midnight is not None
 
     @property
     def start_utc_ns(self) -> int | None:
@@ -244,10 +219,10 @@ class VboReader:
             {name: numbers.index(standard[name]) for name in TOLD_BY if standard.get(name) in told},
             [numbers.index(k) for k in emptied],
         )
-        plan = RowPlan(self._rules, numbers, (self._time_at,), _CLOCK)
-        clock = TableClock(self._log, time_of_day=True, midnight=self._midnight or 0)
+        plan = RowPlan(self._rules, numbers, (self._time_at,), self._clock.rule)
+        clock = TableClock(self._log, time_of_day=True, midnight=self._clock.midnight or 0)
         rows = 0
-        for part in read_table(self._path, self._encoding, self._body, self._size, plan):
+        for part in self._parts(plan):
             write_counts(part.counts, self._log)
             whole = self._whole_rows(part)
             blocks = [kept for block in whole if (kept := _with_time(block)) is not None]
@@ -272,6 +247,43 @@ class VboReader:
             raise LogError(
                 "no row of [data] could be read", path=self._path, hint="cogest inspect shows what was found"
             )
+        judge_rows(self._log)
+
+    def _parts(self, plan: RowPlan) -> Iterator[RangeRows]:
+        """The rows part by part, on over further heads with the same columns; one with others ends the log."""
+        heads: Iterator[FurtherHead] = iter(())
+        found: FurtherHead | None = None
+        looked = False
+        for part in read_table(self._path, self._encoding, self._body, self._size, plan):
+            counts, place = part.counts, part.place
+            if not looked and place is not None and (counts.too_few or counts.too_many or counts.no_time):
+                looked = True
+                heads = further_heads(self._path, place.start, self._encoding)
+                found = self._next(heads)
+            if found is not None and place is not None and found.at < place.stop:
+                yield read_again(self._path, plan, place, found.at)
+                break
+            yield part
+        passed = 0
+        while found is not None:
+            if not goes_on(self._head, found.head):
+                self._log.worsen("malformed", ended_by(self._path, found, self._head, self._size))
+                break
+            passed += 1
+            body, found = found.body - self._encoding.mark, self._next(heads)
+            stop = self._size if found is None else found.at
+            yield from read_table(self._path, self._encoding, body, stop, plan)
+        if passed:
+            self._log.note(
+                f"{passed} further head{'s' if passed > 1 else ''} with the same columns stand{'' if passed > 1 else 's'} among "
+                "the rows, which go on behind"
+            )
+
+    def _next(self, heads: Iterator[FurtherHead]) -> FurtherHead | None:
+        try:
+            return next(heads, None)
+        except OSError as error:
+            raise LogError(f"cannot be read ({error.strerror})", path=self._path) from error
 
     def _whole_rows(self, part: RangeRows) -> list[RowBlock]:
         """The blocks without a last row that has no end: "1.2E" of "1.2E-03" would be a number too, and a wrong one."""
@@ -281,7 +293,7 @@ class VboReader:
         return part.without_last_row()
 
     def _note_midnight(self, time_ns: IntArray) -> None:
-        if int(time_ns.max()) - (self._midnight or 0) >= DAY_NS:
+        if int(time_ns.max()) - (self._clock.midnight or 0) >= DAY_NS:
             self._log.note("the time of day passes midnight: it runs on into the next day")
 
     def _without_flags(self, values: dict[str, FloatArray]) -> dict[str, FloatArray]:

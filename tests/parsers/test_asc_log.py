@@ -12,6 +12,7 @@ from frame_rows import Frame, text_frames
 
 from parsers.asc_log import AscImporter, read_date, read_header
 from parsers.can.frames import EXTENDED
+from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
 
 HEADER = "date Wed Sep 30 03:06:13.191 pm 2017\nbase hex  timestamps absolute\ninternal events logged\n"
@@ -141,6 +142,39 @@ def test_dates_of_several_locales(line: str, expected: datetime | None) -> None:
     assert read_date(line) == expected
     mangled = line.encode("utf-8").decode("latin-1")
     assert read_date(mangled) == expected
+
+
+@pytest.mark.parametrize(
+    ("line", "expected"),
+    [
+        ("date 16.03.2024 14:05:22", datetime(2024, 3, 16, 14, 5, 22)),
+        ("date 03/04/2024 14:05:22.5", datetime(2024, 4, 3, 14, 5, 22, 5000)),
+        ("date 3/16/2024 2:05:22 PM", datetime(2024, 3, 16, 14, 5, 22)),
+        ("date 03/04/2024 2:05:22 pm", datetime(2024, 3, 4, 14, 5, 22)),
+        ("date 2024-03-16 14:05:22.250", datetime(2024, 3, 16, 14, 5, 22, 250000)),
+        ("date 16.13.2024 14:05:22", None),
+    ],
+)
+def test_dates_in_numbers(line: str, expected: datetime | None) -> None:
+    assert read_date(line) == expected
+
+
+def test_a_date_that_is_not_understood_is_said() -> None:
+    header = read_header(["date Zat Mrt 16 14:05:22 2024", "base hex  timestamps absolute"])
+    assert header.start is None
+    assert "the date in the ASC header is not understood ('Zat Mrt 16 14:05:22 2024')" in header.notes
+
+
+def test_symbolic_names_in_place_of_identifiers(tmp_path: Path) -> None:
+    named = "   0.0{:05d} 1  {}          Rx   d 2 00 11\n"
+    rows = [named.format(k, ("Chassis1", "Susp")[k % 2]) for k in range(40)]
+    path = write(tmp_path / "a.asc", HEADER + "".join(rows))
+    with pytest.raises(LogError, match=r"symbolic names \(Chassis1, Susp\) in place of identifiers"):
+        AscImporter().open(path, ReadOptions(), ImportLog())
+    log = ImportLog()
+    path = write(path, HEADER + "".join(rows) + named.format(50, "123x") * 3)
+    assert len(open_frames(path, log)) == 3
+    assert "symbolic names" in " ".join(log.notes)
 
 
 def test_no_wall_clock_is_invented(tmp_path: Path) -> None:

@@ -242,3 +242,24 @@ def test_stamps_far_out_of_range_are_malformed_not_wrapped(tmp_path: Path) -> No
     frames = open_frames(path, log)
     assert [np.int64(frame[0]) for frame in frames] == [1436509052100000000]
     assert sum(log.rejected.values()) == 1
+
+
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_colours_are_passed_over(tmp_path: Path, newline: str) -> None:
+    """candump -c on a console, saved to a file."""
+    plain = [
+        f" (1710597922.{k:06d})  can0  {0x100 + k % 5:03X}   [8]  00 00 00 10 02 00 {k % 256:02X} 00"
+        for k in range(3000)
+    ]
+    (tmp_path / "plain.log").write_text(newline.join(plain) + newline, newline="")
+    coloured = tmp_path / "coloured.log"
+    coloured.write_text(
+        newline.join(f"\x1b[{31 + k % 7}m{line}\x1b[0m" for k, line in enumerate(plain)) + newline, newline=""
+    )
+    assert claims(coloured)
+    log = ImportLog()
+    found = open_frames(coloured, log)
+    assert found == open_frames(tmp_path / "plain.log")
+    assert len(found) == 3000
+    assert log.status == "complete"
+    assert "colours" in " ".join(log.notes)

@@ -56,6 +56,25 @@ def test_ragged_rows_are_counted(tmp_path: Path) -> None:
     assert table.log.status == "complete"
 
 
+@pytest.mark.parametrize(("lost", "status"), [(9, "complete"), (10, "malformed")])
+def test_more_than_a_few_lost_rows_are_damage(tmp_path: Path, lost: int, status: str) -> None:
+    rows = [f"{k},1,2" if k % 10 or k >= 10 * lost else f"{k},1" for k in range(200)]
+    table = read(tmp_path, "t,a,b\n" + "\n".join(rows) + "\n")
+    assert table.log.rejected == {"row with too few columns": lost}
+    assert table.log.status == status
+    said = f"{lost} of 200 rows could not be read and were left out ({lost} x row with too few columns)"
+    assert (said in table.said) == (status == "malformed")
+
+
+@pytest.mark.parametrize("empty", [",,", " , , ", '"","",""'])
+def test_rows_without_anything_are_passed_over(tmp_path: Path, empty: str) -> None:
+    rows = "".join(f"{k},1,2\n" for k in range(100))
+    table = read(tmp_path, "t,a,b\n" + rows + f"{empty}\n" * 300)
+    assert len(table.time) == 100
+    assert not table.log.rejected
+    assert table.log.status == "complete"
+
+
 def test_truncated_last_row(tmp_path: Path) -> None:
     table = read(tmp_path, PLAIN + "0.04,5")
     assert table.time.tolist() == T
@@ -240,6 +259,11 @@ def test_comments_within_the_table_are_counted(block_bytes: int, tmp_path: Path)
     assert sum(len(chunk.time_ns) for chunk in reader.read(frozenset({"a"}))) == 300
     assert "2 lines within the table that begin with # were passed over as comments" in log.notes
     assert log.status == "complete"
+
+
+def test_one_comment_is_one(tmp_path: Path) -> None:
+    table = read(tmp_path, PLAIN + "# pause\n" + "0.04,1,2\n")
+    assert "1 line within the table that begins with # was passed over as a comment" in table.said
 
 
 def test_the_list_of_lost_spans_is_bounded(tmp_path: Path) -> None:

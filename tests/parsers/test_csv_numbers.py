@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import struct
+from pathlib import Path
 
 import numpy as np
 import pytest
+from csv_tables import read
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -120,3 +122,35 @@ def test_groups_of_three_digits_behind_a_no_break_blank(sign: str, codec: str) -
 @given(st.integers(-(10**15), 10**15), st.sampled_from(GROUPS))
 def test_any_whole_number_in_groups(value: int, sign: str) -> None:
     assert number(f"{value:,}".replace(",", sign)) == (OK, float(value))
+
+
+def _mixed(first: float, *, grouped: str = "") -> str:
+    """Time stamps with points beside quoted values with commas; grouped: a column with groups of digits."""
+    speeds = [f"{1.5 + 0.001 * k:.6f}".replace(".", ",") for k in range(600)]
+    more = f',"{grouped}"' if grouped else ""
+    rows = [f'{first + 0.02 * k:.3f},"{speed}","0,5"{more}' for k, speed in enumerate(speeds)]
+    return f"Time [s],Speed [km/h],Accel X [g]{',Load [N]' if grouped else ''}\n" + "\n".join(rows) + "\n"
+
+
+@pytest.mark.parametrize("first", [0.0, 52.34, 1234.56])
+@pytest.mark.parametrize("grouped", ["", "12.345,5"])
+def test_a_time_with_points_beside_commas(tmp_path: Path, first: float, grouped: str) -> None:
+    table = read(tmp_path, _mixed(first, grouped=grouped))
+    assert table.time.tolist() == [round((first + 0.02 * k) * 1000) * 10**6 for k in range(600)]
+    assert table.columns["Speed"][:2].tolist() == [1.5, 1.501]
+    assert "the decimal sign in column \"Time\" is '.', in the others ','" in table.said
+    if grouped:
+        assert set(table.columns["Load"].tolist()) == {12345.5}
+
+
+def test_a_column_of_fractions_is_not_read_as_groups(tmp_path: Path) -> None:
+    rows = [f"{k};12.345,5;{0.9 + 0.01 * k:.3f}" for k in range(40)]
+    table = read(tmp_path, "Time [s];Load [N];Share\n" + "\n".join(rows) + "\n")
+    assert set(table.columns["Load"].tolist()) == {12345.5}
+    assert table.info["Share"].kind == "text"
+
+
+def test_grouped_milliseconds_stay_so(tmp_path: Path) -> None:
+    rows = [f"{12000 + 20 * k:,};1,5".replace(",", ".", 1) for k in range(100)]
+    table = read(tmp_path, "Time [ms];Speed [km/h]\n" + "\n".join(rows) + "\n")
+    assert table.time[:2].tolist() == [12_000_000_000, 12_020_000_000]

@@ -20,8 +20,9 @@ from parsers.importer import ImportLog, ReadOptions
 from parsers.jit import kernel
 from parsers.parquet_log import ParquetImporter
 from parsers.table_bytes import address_of
+from parsers.table_calendar import calendar_stamp
 from parsers.table_guess import guess_unit
-from parsers.table_stamps import calendar_stamp, decimal_stamp, unwrap_days
+from parsers.table_stamps import decimal_stamp, unwrap_days
 
 
 @pytest.mark.parametrize("case", TIMES)
@@ -32,16 +33,87 @@ def test_times(case: str, tmp_path: Path) -> None:
     assert table.reader.absolute == (expected[0] > 10**18)
     if "epoch" in case:
         assert "states no unit" in table.said
+    if case == "zone that means several":
+        assert "has no one meaning (CST)" in table.said
+    assert ("UTC, up to" in table.said) == (not table.log.zone_known)
+    if case.startswith("zone") or case == "the shell's date":
+        assert table.log.zone_known == (case != "zone that means several")
     if case == "iso blank":
         assert "no time zone" in table.said
     if case in ("rostopic", "stamp pair", "bare pair"):
         assert table.reader.clock.startswith("header stamp")
 
 
+MONTH_NAMES = [
+    ("January", "Januar", "janvier"), ("Feb", "Februar", "février"), ("March", "März", "mars"), ("Apr", "April", "avril"),
+    ("May", "Mai", "mai"), ("June", "Juni", "juin"), ("July", "Juli", "juil."), ("August", "August", "août"),
+    ("Sep", "September", "septembre"), ("October", "Oktober", "oct."), ("Nov", "November", "novembre"), ("Dec", "Dezember", "décembre"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("codec", ["utf-8", "cp1252"])
+@pytest.mark.parametrize("language", range(3))
+def test_every_month_by_its_name(language: int, codec: str, tmp_path: Path) -> None:
+    rows = "".join(
+        f"16. {name}{' ' * (k % 2)} 2024 14:05:22,000;1\n"
+        for k, name in enumerate(n[language] for n in MONTH_NAMES)
+    )
+    table = read(tmp_path, ("Zeit;a\n" + rows).encode(codec))
+    assert table.time.tolist() == [
+        int(datetime(2024, k + 1, 16, 14, 5, 22, tzinfo=UTC).timestamp()) * 10**9 for k in range(12)
+    ]
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["16. Foo 2024 14:05:22", "2024年13月16日 14時05分", "2024年03月16日 14時05", "20240316 14:05:99", "Mar 2024 14:05:22",
+     "14.05.22", "2024-03-16 14:05:22 something", "20241316140522"],
+)  # fmt: skip
+def test_what_is_no_time_of_any_spelling(text: str) -> None:
+    data = np.frombuffer((text + "\0" * 8).encode(), dtype=np.uint8)
+    size = len(text.encode())
+
+    @kernel
+    def stamp(data: ByteArray, size: int) -> tuple[bool, int, int]:
+        start = address_of(data)
+        return calendar_stamp(start, start + size, 1)
+
+    valid, day, clock = stamp(data, size)
+    assert not valid or (clock == 0 and day > 0)
+
+
 def test_ambiguous_dates_are_said(tmp_path: Path) -> None:
     table = read(tmp_path, "time,a\n04/11/2014 08:00:00,1\n04/11/2014 08:00:01,2\n")
     assert "two ways" in table.said
     assert table.time[0] == int(datetime(2014, 11, 4, 8, tzinfo=UTC).timestamp()) * 10**9
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "moment"),
+    [
+        ("03/04/2024", "03/05/2024", datetime(2024, 3, 4, 23, 58, tzinfo=UTC)),
+        ("04/03/2024", "05/03/2024", datetime(2024, 3, 4, 23, 58, tzinfo=UTC)),
+        ("03/12/2024", "03/13/2024", datetime(2024, 3, 12, 23, 58, tzinfo=UTC)),
+        ("12-03-2024", "13-03-2024", datetime(2024, 3, 12, 23, 58, tzinfo=UTC)),
+        ("12/31/2023", "01/01/2024", datetime(2023, 12, 31, 23, 58, tzinfo=UTC)),
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16"])
+def test_the_order_of_a_date_is_told_by_how_the_drive_goes_on(
+    first: str, second: str, moment: datetime, encoding: str, tmp_path: Path
+) -> None:
+    """Midnight is long behind the rows that are looked at first."""
+    rows = []
+    for k in range(12_000):
+        at = 23 * 3600 + 58 * 60 + 0.02 * k
+        clock = at % 86400
+        day = first if at < 86400 else second
+        rows.append(f"{day} {int(clock // 3600):02d}:{int(clock // 60 % 60):02d}:{clock % 60:06.3f},1\n")
+    table = read(tmp_path, ("time,a\n" + "".join(rows)).encode(encoding))
+    assert table.time[0] == int(moment.timestamp()) * 10**9
+    assert table.time[-1] - table.time[0] == 11_999 * 20_000_000
+    assert not table.log.rejected
+    assert ("under which the times run on" in table.said) == (first[:2] != "12" and second[3:5] != "13")
 
 
 def test_dates_of_a_spreadsheet_are_days(tmp_path: Path) -> None:
