@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -39,3 +40,11 @@ def test_marks_and_line_ends_are_of_no_matter(ends: str, tmp_path: Path) -> None
     path = tmp_path / "file.toml"
     path.write_bytes(f"\ufeffa = 1{ends}b = 2{ends}".encode())
     assert read_small_text(path) == "a = 1\nb = 2\n"
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names here")
+def test_a_pipe_is_refused_and_not_waited_for(tmp_path: Path) -> None:
+    pipe = tmp_path / "map.toml"
+    os.mkfifo(pipe)
+    with pytest.raises(CogestError, match="no plain file"):
+        read_map(pipe)
