@@ -10,6 +10,7 @@ from parsers.errors import LogError
 from parsers.opened_log import OpenedLog
 from parsers.pieces import OVERLAP_NS, Piece, overlap_ns, tell_different_things
 from parsers.timebase import NS
+from parsers.zones import zone_shifts
 
 APART_NS = 48 * 3600 * NS
 """Logs further apart than this are of two drives."""
@@ -33,7 +34,6 @@ def place_logs(logs: Sequence[OpenedLog], held: Sequence[Mapping[str, Piece]]) -
     """Bring several logs onto one clock. held: signal -> piece of each log. Raises LogError where their clocks have nothing
     in common."""
     used = [number for number, pieces in enumerate(held) if pieces]
-    still = Placing((0,) * len(logs))
     relative = [number for number in used if not logs[number].reader.absolute]
     if relative and len(relative) < len(used):
         raise LogError(
@@ -41,7 +41,13 @@ def place_logs(logs: Sequence[OpenedLog], held: Sequence[Mapping[str, Piece]]) -
             path=logs[relative[0]].path,
             hint=f"{_ONE_BY_ONE}, or record with one clock",
         )
-    return _by_starts(logs, held, used) if relative else still
+    return _by_starts(logs, held, used) if relative else _by_zones(logs, held, used)
+
+
+def _by_zones(logs: Sequence[OpenedLog], held: Sequence[Mapping[str, Piece]], used: Sequence[int]) -> Placing:
+    """Of logs whose stamps all count from 1970."""
+    shifts, notes = zone_shifts(logs, held, used)
+    return Placing(shifts, notes=notes)
 
 
 def _by_starts(
