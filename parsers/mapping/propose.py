@@ -10,6 +10,7 @@ from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
 from parsers.mapping.axle_means import axle_means, say_axle_means
 from parsers.mapping.bindings import Binding
+from parsers.mapping.compass import compass
 from parsers.mapping.corners import say_corners
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
@@ -151,10 +152,12 @@ def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
     pitches, rates = attitudes(index.channels), triads(index.channels) | quads(index.channels)
-    letters = velocities(index.channels)
+    letters, north_east = velocities(index.channels), compass(index.channels)
     yield from letters.found
+    yield from north_east.found
+    judged = letters.names | north_east.names
     for channel, tags in zip(index.channels, index.tags, strict=True):
-        if channel.name not in letters.names and may_be_named(channel, tags):
+        if channel.name not in judged and may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches, rates)
 
 
