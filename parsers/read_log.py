@@ -19,6 +19,7 @@ from parsers.intake import Intake, LogRows
 from parsers.mapping import Binding, missing_channels, needed_channels, propose_all
 from parsers.opened_log import LoadOptions, OpenedLog, open_log, read_chunks
 from parsers.timebase import LATEST_NS, usual_period_s
+from parsers.velocity_frames import with_frames
 
 MOST_MISSING = 3
 """Channels of a mapping file that a log lacks which are named one by one."""
@@ -170,7 +171,9 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     """The signals of a log whose rows were kept in memory; the rows are given up. made: called with each as it is made."""
     groups, infos = taken.rows.groups(), taken.infos
     ordered = [group.ordered for group in groups.values()]
-    summed = with_axle_sums(taken.proposals, infos, HeldRows(groups), taken.opened.log)
+    held = HeldRows(groups)
+    framed = with_frames(taken.proposals, infos, held, taken.opened.log)
+    summed = with_axle_sums(framed, infos, held, taken.opened.log)
     taken = replace(taken, proposals=summed)
     leave_out_beyond_jumps(taken.opened.log, sum(each.lost for each in ordered))
     # signals of one table share their stamps: how often they come is worked out once

@@ -14,6 +14,7 @@ from parsers.read_log import PartFacts, Taken, leave_out_beyond_jumps
 from parsers.spool import GroupRows, GroupWriter
 from parsers.time_figures import SharedFigures
 from parsers.timebase import NS
+from parsers.velocity_frames import with_frames
 from parsers.windows import Track, TrackFacts, bound_piece, time_windows, windows_of
 
 _ITEM = 8
@@ -54,7 +55,8 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
     leave_out_beyond_jumps(taken.opened.log, sum(rows.lost for rows in groups.values()))
     logged = list(groups.values())
     stored = _SpooledRows(groups, window_bytes)
-    proposals = with_axle_sums(taken.proposals, infos, stored, taken.opened.log)
+    framed = with_frames(taken.proposals, infos, stored, taken.opened.log)
+    proposals = with_axle_sums(framed, infos, stored, taken.opened.log)
     bindings: dict[str, list[Track]] = {}
     for binding in (each for proposed in proposals.values() for each in proposed):
         group = group_of(binding, infos)
