@@ -29,6 +29,7 @@ from parsers.checks.travel import wrong_travel
 from parsers.checks.travel_range import impossible_travel
 from parsers.checks.twins import twins
 from parsers.checks.unit_faults import unit_faults
+from parsers.checks.upright import not_upright
 from parsers.checks.wheel_forces import exchanged_forces
 from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
@@ -186,7 +187,8 @@ def decide(
 ) -> tuple[Findings, dict[str, Signal]]:
     """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
     taken = taken or {}
-    if other := slow_speeds(signals) | no_places(signals, stated) | no_altitude(signals, stated):
+    other = slow_speeds(signals) | no_places(signals, stated) | no_altitude(signals, stated)
+    if other := other | not_upright(signals):
         # as a speed it would say that rates are in another unit
         return _beside(other, *decide({n: s for n, s in signals.items() if n not in other}, stated, taken))
     return _decide(signals, stated, taken)
@@ -291,7 +293,8 @@ def _beside(
     """What was found of the other signals, and that some are left out."""
     whole = replace(
         found,
-        rest=(*wild.values(), *found.rest),
+        # one decision may be about several signals
+        rest=(*dict.fromkeys(wild.values()), *found.rest),
         left_out=found.left_out | wild.keys(),
         wild=found.wild | wild.keys(),
     )
