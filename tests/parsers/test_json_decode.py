@@ -383,3 +383,40 @@ def test_any_number_is_the_nearest_float64(value: Any) -> None:
     text = str(value).replace("E+", "e+")
     # three of them: the first gives the shape, the last is too near the end of the data to be read quickly
     assert [x.hex() for x in values([text] * 3)] == [float(text).hex()] * 3
+
+
+def units_of(messages: Sequence[Any], schema: bytes = b"") -> dict[str, str | None]:
+    decoder = make_json_decoder(schema, [json.dumps(message).encode() for message in messages])
+    return {info.path: info.unit for info in decoder.fields if info.kind == "number"}
+
+
+@pytest.mark.parametrize(
+    ("message", "units"),
+    [
+        (
+            {"speed": {"value": 79.2, "unit": "km/h"}, "yaw": {"value": 1, "at": 2, "units": "deg/s"}},
+            {"speed.value": "km/h", "yaw.value": "deg/s", "yaw.at": None},
+        ),
+        ({"speed": {"kmh": 79.2, "unit": "km/h"}}, {"speed.kmh": "km/h"}),
+        ({"speed": 79.2, "speed_unit": "mph", "gear": 3}, {"speed": "mph", "gear": None}),
+        ({"accel": {"values": [1, 2], "unit": "g"}}, {"accel.values[0]": "g", "accel.values[1]": "g"}),
+        ({"speed": {"value": 1, "unit": "front"}}, {"speed.value": None}),
+        ({"a": 1, "b": 2, "unit": "g"}, {"a": None, "b": None}),
+    ],
+)
+def test_units_that_messages_state_beside_their_numbers(message: Any, units: dict[str, str | None]) -> None:
+    assert units_of([message, message]) == units
+    assert units_of([{}, message]) == units
+
+
+def test_a_unit_that_changes_is_none_and_a_schema_s_text_is_looked_at() -> None:
+    speed = [{"speed": {"value": 1, "unit": unit}} for unit in ("km/h", "mph")]
+    assert units_of(speed) == {"speed.value": None}
+    number = {
+        "type": "object",
+        "additionalProperties": False,
+        "properties": {"value": {"type": "number"}, "unit": {"type": "string"}},
+    }
+    schema = json.dumps(number).encode()
+    assert needs_samples(schema)
+    assert units_of([{"value": 1, "unit": "km/h"}], schema) == {"value": "km/h"}
