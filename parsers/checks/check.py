@@ -24,6 +24,7 @@ from parsers.checks.sizes import pressure_faults, size_faults
 from parsers.checks.slow_speed import slow_speeds
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
+from parsers.checks.stray_speed import stray_speed
 from parsers.checks.torque_signs import torque_signs
 from parsers.checks.travel import wrong_travel
 from parsers.checks.travel_range import impossible_travel
@@ -176,7 +177,8 @@ def _in_units(
     factors = sized | factors
     pressure = pressure_faults(grid.scaled(factors), stated, units)
     units += [each for each in pressure if not each.applied]
-    units += speed_scale(grid.scaled(factors), {each.signal for each in units if each.kind == "unit"})
+    doubted = {each.signal for each in units if each.kind == "unit"}
+    units += speed_scale(grid.scaled(factors), doubted) or stray_speed(grid.scaled(factors), doubted)
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
     return _InUnits(_scaled(work, factors), grid, told, factors, spans, units, pressure)
