@@ -17,7 +17,9 @@ class Grouped(Protocol):
     """What knows the rows that it is from."""
 
     @property
-    def group(self) -> str: ...
+    def group(self) -> str:
+        """The rows' name."""
+        ...
 
 
 P = TypeVar("P", bound=Grouped)
