@@ -15,7 +15,8 @@ from parsers.table_points import has_fractions, without_groups
 from parsers.table_rows import RowRules
 from parsers.table_text import Encoding, decode
 from parsers.table_time import is_called_time
-from parsers.unit_words import is_unit, plain_unit
+from parsers.unit_rows import with_unit_row
+from parsers.unit_words import is_unit
 
 _MOST_LINES = 3000
 _SCORED_LINES = 80
@@ -233,10 +234,8 @@ def _name_columns(
         notes.append(note)
     columns = [split_header(name) for name in header]
     if unit_at is not None:
-        units = above[unit_at][0]
-        columns = [
-            replace(c, unit=plain_unit(unit) or c.unit) for c, unit in zip(columns, units, strict=True)
-        ]
+        columns, contradicted = with_unit_row(columns, above[unit_at][0])
+        notes += contradicted
     names, repeated = unique_names(columns)
     for name in repeated:
         notes.append(f"the column name {name!r} is repeated: further columns are called {name}_2 and so on")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -13,6 +14,7 @@ from parsers.channels import ByteArray, FloatArray, IntArray
 from parsers.errors import LogError
 from parsers.field_notes import MAX_FIELDS, join_stamp, stamp_fields
 from parsers.json_kernel import read_documents
+from parsers.json_stamps import NumberStamp, may_have_stamp, number_stamp
 from parsers.json_tree import (
     FlatTree,
     JsonNode,
@@ -27,6 +29,9 @@ from parsers.ros.contract import Cells, Decoded, FieldInfo
 
 SAMPLES = 96
 """So many messages are looked at for the fields that a schema does not name."""
+
+_NUMBER = re.compile(r"[-+]?\d+[.,]\d+([eE][-+]?\d+)?")
+"""A number that is a measurement: whole ones may be names."""
 
 _SLOW_BYTES = 4
 """The shortest number whose value only its text tells is "1e23"."""
@@ -132,6 +137,7 @@ class JsonDecoder:
     notes: tuple[str, ...] = ()
     _paths: frozenset[str] = frozenset()
     _stamp: tuple[str, str] | None = None
+    _number_stamp: NumberStamp | None = None
     _programs: dict[tuple[str, ...], _Tables] = field(default_factory=dict, compare=False, repr=False)
 
     @property
@@ -142,7 +148,7 @@ class JsonDecoder:
     @property
     def has_header(self) -> bool:
         """Whether messages carry their own stamp."""
-        return self._stamp is not None
+        return self._stamp is not None or self._number_stamp is not None
 
     def decode(
         self,
@@ -156,9 +162,9 @@ class JsonDecoder:
 
         true is 1.0, false 0.0; null, text and absent are NaN.
         """
-        column_of = {
-            path: row for row, path in enumerate(dict.fromkeys(p for p in wanted if p in self._paths))
-        }
+        own = () if self._number_stamp is None else (self._number_stamp.path,)
+        paths = dict.fromkeys(p for p in (*wanted, *own) if p in self._paths)
+        column_of = {path: row for row, path in enumerate(paths)}
         tables = self._program(tuple(wanted), column_of)
         view = np.ascontiguousarray(data, dtype=np.uint8).view()
         view.flags.writeable = False
@@ -185,7 +191,7 @@ class JsonDecoder:
                 path: out[column_of[path]] if path in column_of else np.full(offset.size, np.nan)
                 for path in wanted
             },
-            stamp_ns=self._stamp_ns(stamps),
+            stamp_ns=self._stamp_ns(stamps, out, column_of),
             bad=int(bad),
             new_keys=int(unknown[0]),
             first_new_key=new,
@@ -198,16 +204,24 @@ class JsonDecoder:
             found = self._programs[wanted] = _compile(self.tree, column_of, self._stamp)
         return found
 
-    def _stamp_ns(self, stamps: IntArray) -> IntArray | None:
+    def _stamp_ns(self, stamps: IntArray, out: FloatArray, column_of: Mapping[str, int]) -> IntArray | None:
+        if self._number_stamp is not None:
+            return self._number_stamp.stamps(out[column_of[self._number_stamp.path]])
         if self._stamp is None:
             return None
         return np.where(stamps[:, 1] < 0, 0, join_stamp(stamps[:, 0], stamps[:, 1]))
 
 
+def numbers_as_texts(decoder: JsonDecoder) -> list[str]:
+    """The fields whose messages hold nothing but numbers in quotes ("12.5"), which are texts to JSON."""
+    texts = {path: node.texts for path, node in decoder.tree.nodes if node.texts and not node.number}
+    return [path for path, held in texts.items() if all(_NUMBER.fullmatch(text) for text in held)]
+
+
 def needs_samples(definition: bytes) -> bool:
     """Whether messages must be looked at to know the fields: no JSON schema, or one that leaves places open."""
     root = JsonNode()
-    return not add_schema(root, definition) or has_open_places(root)
+    return not add_schema(root, definition) or has_open_places(root) or may_have_stamp(root.keys)
 
 
 def make_json_decoder(definition: bytes, samples: Sequence[bytes] = ()) -> JsonDecoder:
@@ -215,12 +229,13 @@ def make_json_decoder(definition: bytes, samples: Sequence[bytes] = ()) -> JsonD
 
     definition: the JSON schema, or b"". samples: some messages, for the fields that the schema does not name.
     Fields: nested objects as "a.b", the first 8 elements of lists as "[0]". The stamp is a first-level header.stamp,
-    timestamp or stamp with sec and nanosec (nsec). Raises LogError where there is no field.
+    timestamp or stamp with sec and nanosec (nsec), or as one number since 1970. Raises LogError where there is no field.
     """
     root = JsonNode()
     add_schema(root, definition)
-    for payload in samples[:SAMPLES]:
-        add_sample(root, read_sample(payload))
+    messages = [read_sample(payload) for payload in samples[:SAMPLES]]
+    for message in messages:
+        add_sample(root, message)
     tree = flatten(root)
     if not tree.fields:
         raise LogError("neither the JSON schema nor the first messages have a field that could be a channel")
@@ -228,4 +243,7 @@ def make_json_decoder(definition: bytes, samples: Sequence[bytes] = ()) -> JsonD
     if tree.full:
         notes.append(f"the messages have more than {MAX_FIELDS} fields; only the first are listed")
     paths = frozenset(info.path for info in tree.fields if info.kind == "number")
-    return JsonDecoder(tree, tuple(notes), paths, stamp_fields(paths))
+    stamp = stamp_fields(paths)
+    alone = number_stamp(messages) if stamp is None else None
+    alone = alone if alone is not None and alone.path in paths else None
+    return JsonDecoder(tree, tuple(notes), paths, stamp, alone)

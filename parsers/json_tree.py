@@ -8,10 +8,12 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from parsers.field_notes import MAX_FIELDS, MAX_LIST, unit_in
+from parsers.json_units import MOST_TEXTS, says_units, units_beside
 from parsers.ros.contract import FieldInfo
 from parsers.units import quantities_of
 
 MAX_DEPTH = 16
+_LONGEST_UNIT = 24
 _NUMBERS = ("number", "integer", "boolean")
 
 
@@ -19,7 +21,7 @@ _NUMBERS = ("number", "integer", "boolean")
 class JsonNode:
     """One place in a message. A place may be a number in one message and an object in the next.
 
-    open: the schema does not say what is inside, so that only messages can.
+    open: the schema does not say what is inside, so that only messages can. texts: the first different texts that messages have there.
     """
 
     keys: dict[str, JsonNode] = field(default_factory=dict)
@@ -29,6 +31,7 @@ class JsonNode:
     open: bool = False
     unit: str | None = None
     comment: str = ""
+    texts: tuple[str, ...] = ()
 
     def item(self, index: int) -> JsonNode:
         """The list element at an index, made where it is not there yet."""
@@ -49,6 +52,8 @@ def add_sample(node: JsonNode, value: Any, depth: int = 0) -> None:
                 add_sample(node.item(index), inner, depth + 1)
     elif isinstance(value, str):
         node.text = True
+        if len(node.texts) < MOST_TEXTS and value not in node.texts:
+            node.texts += (value[:_LONGEST_UNIT],)
     elif value is not None:
         node.number = True
 
@@ -151,11 +156,11 @@ def add_schema(node: JsonNode, definition: bytes) -> bool:
 
 
 def has_open_places(node: JsonNode) -> bool:
-    """Whether the schema leaves something to be found in the messages."""
+    """Whether the schema leaves something to be found in the messages: places, or what unit a text states."""
     waiting = [node]
     while waiting:
         each = waiting.pop()
-        if each.open:
+        if each.open or says_units(each.keys):
             return True
         waiting += [*each.keys.values(), *each.items]
     return False
@@ -182,6 +187,7 @@ def flatten(root: JsonNode) -> FlatTree:
     while waiting:
         path, node = waiting.pop()
         nodes.append((path, node))
+        _take_units(node)
         if path and (node.number or node.text):
             if path in taken:
                 clashes.append(path)
@@ -193,6 +199,19 @@ def flatten(root: JsonNode) -> FlatTree:
                 fields.append(FieldInfo(path, "number" if node.number else "text", node.unit, node.comment))
         waiting += reversed([*_inner(path, node)])
     return FlatTree(tuple(nodes), tuple(fields), tuple(clashes), full)
+
+
+def _take_units(node: JsonNode) -> None:
+    """Give the numbers of an object the units that its texts state."""
+    if not says_units(node.keys):
+        return
+    texts = {key: inner.texts for key, inner in node.keys.items() if inner.texts}
+    numbers = [
+        key for key, inner in node.keys.items() if inner.number or any(each.number for each in inner.items)
+    ]
+    for key, unit in units_beside(texts, numbers).items():
+        for inner in (node.keys[key], *node.keys[key].items):
+            inner.unit = unit
 
 
 def _inner(path: str, node: JsonNode) -> Iterable[tuple[str, JsonNode]]:

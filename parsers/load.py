@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
 
 from parsers.apart import apart_notes
 from parsers.checks import check_all
-from parsers.drive import Decision, Drive, Gap, ImportRecord, MappedChannel
+from parsers.checks.check import Checked
+from parsers.drive import Decision, Drive, Gap, ImportRecord, MappedChannel, Signal
 from parsers.errors import LogError, MappingError
 from parsers.importer import ImportLog
 from parsers.intake import Intake
@@ -17,6 +18,7 @@ from parsers.log_hash import BackgroundHash, hash_logs
 from parsers.mapping import MapFile, missing_channels
 from parsers.merge import merge_parts
 from parsers.opened_log import LoadOptions, OpenedLog, Progress, lenient, open_log, quiet, read_chunks
+from parsers.other_units import better, choice, swapped_entries, to_swap, with_other
 from parsers.read_log import Part, PartFacts, make_part, take_in
 from parsers.registry import find_importer
 from parsers.timebase import MAX_GAPS, NS, GapList, list_gaps
@@ -284,9 +286,7 @@ def make_drive(
     require_signals(parts, any(part.signals for part in parts), options.map)
     merged = merge_parts(parts)
     options.progress("checking signs and units", 0.0)
-    checked = check_all(
-        merged.signals, fix=options.fix, units_stated=all_stated(parts), units_taken=all_taken(parts)
-    )
+    checked, parts = _checked(merged.signals, parts, fix=options.fix)
     signals = checked.signals
     if not signals:
         raise nothing_left(paths[0], checked.decisions)
@@ -306,6 +306,30 @@ def make_drive(
         turned=checked.turned,
     )
     return Drive(signals, make_record(paths, outcome, digest.result()), start_ns)
+
+
+def _checked(
+    held: Mapping[str, Signal], parts: Sequence[Part], *, fix: bool
+) -> tuple[Checked, Sequence[Part]]:
+    """The checked signals; where an inertial unit is left out and the log holds another one that is right, with that, which the parts then tell."""
+    stated, taken = all_stated(parts), all_taken(parts)
+    checked = check_all(held, fix=fix, units_stated=stated, units_taken=taken)
+    left_out = held.keys() - checked.signals.keys()
+    spares = parts[0].spares if len(parts) == 1 else {}
+    names = to_swap(held, left_out, spares)
+    if not names:
+        return checked, parts
+    other = {name: spares[name] for name in names}
+    trial = {name: other[name].piece if name in names else signal for name, signal in held.items()}
+    units = with_other(stated, taken, other)
+    then = check_all(trial, fix=fix, units_stated=units[0], units_taken=units[1])
+    if not better(left_out, trial.keys() - then.signals.keys(), names):
+        return checked, parts
+    part = parts[0]
+    said = choice(checked.decisions, left_out, part.mapped, other)
+    return replace(then, decisions=(said, *then.decisions)), [
+        replace(part, mapped=swapped_entries(part.mapped, other))
+    ]
 
 
 def all_stated(parts: Sequence[PartFacts]) -> dict[str, bool]:

@@ -23,6 +23,7 @@ from parsers.load import (
 from parsers.log_hash import BackgroundHash
 from parsers.merge import join_pieces
 from parsers.opened_log import LoadOptions
+from parsers.other_units import better, choice, swapped_entries, to_swap, with_other
 from parsers.parquet_pages import DOUBLE, INT64
 from parsers.parquet_write import Table, write_pieces
 from parsers.pieces import Span
@@ -50,6 +51,16 @@ class _Written:
 
 
 @dataclass(frozen=True)
+class _Judged:
+    """What is taken in the end, what the checks decided of it, and what is to be said of that."""
+
+    strands: list[Strand]
+    parts: list[SpooledPart]
+    findings: Findings
+    note: list[str]
+
+
+@dataclass(frozen=True)
 class LongDrive:
     """A drive whose rows lie on disk."""
 
@@ -67,7 +78,8 @@ class LongDrive:
         joined = join_pieces([part.opened for part in parts], [part.tracks for part in parts], shifted_tracks)
         strands = [Strand(name, tuple(tracks)) for name, tracks in joined.pieces.items()]
         self.options.progress("checking signs and units", 0.0)
-        findings, note = self._judge(strands, parts)
+        judged = self._with_best_unit(strands, parts)
+        strands, parts, findings, note = judged.strands, judged.parts, judged.findings, judged.note
         notes = [*joined.notes, *note, *_period_note(parts), *digest.notes()]
         with Replacement(self.folder) as tables:
             written = self._write(strands, findings, tables)
@@ -96,11 +108,30 @@ class LongDrive:
             record = make_record(self.paths, outcome, digest.result())
             return record, len(figures), tables.commit(record)
 
-    def _judge(self, strands: Sequence[Strand], parts: Sequence[SpooledPart]) -> tuple[Findings, list[str]]:
+    def _with_best_unit(self, strands: list[Strand], parts: list[SpooledPart]) -> _Judged:
+        """What is judged; where an inertial unit is left out and the log holds another one that is right, with that."""
+        stated, taken = all_stated(parts), all_taken(parts)
+        findings, note = self._judge(strands, stated, taken)
+        spares = parts[0].spares if len(parts) == 1 and self.options.fix else {}
+        names = to_swap({strand.name: strand for strand in strands}, findings.left_out, spares)
+        if names:
+            other = {name: spares[name] for name in names}
+            trial = [Strand(s.name, (other[s.name].piece,)) if s.name in names else s for s in strands]
+            then, _ = self._judge(trial, *with_other(stated, taken, other))
+            if better(findings.left_out, then.left_out, names):
+                decisions = (*findings.units, *findings.rest)
+                said = choice(decisions, findings.left_out, parts[0].mapped, other)
+                part = replace(parts[0], mapped=swapped_entries(parts[0].mapped, other))
+                return _Judged(trial, [part], replace(then, units=(said, *then.units)), note)
+        return _Judged(strands, parts, findings, note)
+
+    def _judge(
+        self, strands: Sequence[Strand], stated: Mapping[str, bool], taken: Mapping[str, float]
+    ) -> tuple[Findings, list[str]]:
         """What the checks decide, on as much of the drive as the budget allows; what is to be said of it."""
         tracks = [track for strand in strands for track in strand.tracks]
         spans, seen_ns = _evidence(tracks, self.budget)
-        findings, _ = decide(whole_signals(strands, spans), all_stated(parts), all_taken(parts))
+        findings, _ = decide(whole_signals(strands, spans), stated, taken)
         findings = _confirmed(findings, strands)
         if seen_ns is None:
             return findings, []

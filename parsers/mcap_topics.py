@@ -10,7 +10,13 @@ import numpy as np
 from parsers.channels import ChannelInfo, Family, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog
-from parsers.json_decode import SAMPLES, JsonDecoder, make_json_decoder, needs_samples
+from parsers.json_decode import (
+    SAMPLES,
+    JsonDecoder,
+    make_json_decoder,
+    needs_samples,
+    numbers_as_texts,
+)
 from parsers.mcap_chunks import ChunkSpan, McapFile, Span
 from parsers.mcap_messages import holds, messages_in
 from parsers.mcap_records import ChannelRecord, SchemaRecord
@@ -137,7 +143,12 @@ def _decoder(stream: _Stream, samples: list[bytes], log: ImportLog) -> MessageDe
     try:
         if stream.encoding == "protobuf":
             return make_protobuf_decoder(schema.name, schema.data)
-        return make_json_decoder(schema.data if schema.encoding == "jsonschema" else b"", samples)
+        made = make_json_decoder(schema.data if schema.encoding == "jsonschema" else b"", samples)
+        if texts := numbers_as_texts(made):
+            log.note(
+                f"topic {stream.topic}: numbers in quotes are texts in JSON and not read: {', '.join(texts[:6])}{', …' if len(texts) > 6 else ''}"
+            )
+        return made
     except LogError as error:
         log.note(f"topic {stream.topic} was left out: {error.problem}")
         return None

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -18,7 +19,9 @@ from parsers.importer import ImportLog, LogReader
 from parsers.intake import Intake, LogRows
 from parsers.mapping import Binding, missing_channels, needed_channels, propose_all
 from parsers.opened_log import LoadOptions, OpenedLog, open_log, read_chunks
+from parsers.other_units import Spare, spare_of
 from parsers.timebase import LATEST_NS, usual_period_s
+from parsers.velocity_frames import with_frames
 
 MOST_MISSING = 3
 """Channels of a mapping file that a log lacks which are named one by one."""
@@ -66,7 +69,7 @@ class PartFacts:
     """What the record needs to know of one log.
 
     stated: signal -> whether its unit is known, not assumed. taken: signal -> factor to SI of the unit that it was taken in.
-    short: signals whose channel has too few valid samples.
+    short: signals whose channel has too few valid samples. spares: of inertial signals the next candidates, of other rows.
     """
 
     opened: OpenedLog
@@ -74,6 +77,7 @@ class PartFacts:
     stated: Mapping[str, bool]
     taken: Mapping[str, float]
     short: tuple[str, ...]
+    spares: Mapping[str, Spare[Any]]
     out_of_order: int
     duplicates: int
     jumps: int
@@ -170,7 +174,9 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     """The signals of a log whose rows were kept in memory; the rows are given up. made: called with each as it is made."""
     groups, infos = taken.rows.groups(), taken.infos
     ordered = [group.ordered for group in groups.values()]
-    summed = with_axle_sums(taken.proposals, infos, HeldRows(groups), taken.opened.log)
+    held = HeldRows(groups)
+    framed = with_frames(taken.proposals, infos, held, taken.opened.log)
+    summed = with_axle_sums(framed, infos, held, taken.opened.log)
     taken = replace(taken, proposals=summed)
     leave_out_beyond_jumps(taken.opened.log, sum(each.lost for each in ordered))
     # signals of one table share their stamps: how often they come is worked out once
@@ -180,6 +186,8 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
     mapped: list[MappedChannel] = []
     stated: dict[str, bool] = {}
     units: dict[str, float] = {}
+    spares: dict[str, Spare[Signal]] = {}
+    group = {name: info.group for name, info in infos.items()}
     for name, bindings in taken.proposals.items():
         for binding in bindings:
             once = uses[binding.channels[0]] == 1
@@ -192,6 +200,11 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
                 mapped.append(mapped_channel(binding, len(time_ns), period, bindings))
                 stated[name] = is_stated(binding)
                 units[name] = binding.unit.scale
+                other = spare_of(name, binding, bindings, group)
+                spare = other and make_signal(other, groups, infos, ImportLog(), last=False)
+                if other and spare:
+                    entry = mapped_channel(other, len(spare.values), usual_period_s(spare.time_ns), bindings)
+                    spares[name] = Spare(spare, entry, is_stated(other), other.unit.scale)
                 break
     return Part(
         opened=taken.opened,
@@ -199,6 +212,7 @@ def make_part(taken: Taken, made: Callable[[Signal], None] = unheard) -> Part:
         stated=stated,
         taken=units,
         short=tuple(name for name in taken.proposals if name not in signals),
+        spares=spares,
         out_of_order=sum(each.out_of_order for each in ordered),
         duplicates=sum(each.duplicates for each in ordered),
         jumps=sum(each.jumps for each in ordered),

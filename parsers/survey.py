@@ -10,10 +10,12 @@ import numpy as np
 from parsers.axle_sums import RowPiece, with_axle_sums
 from parsers.bound_signals import MIN_SAMPLES, given, group_of, is_stated, mapped_channel, refused
 from parsers.channels import FloatArray, IntArray
+from parsers.other_units import Spare, spare_of
 from parsers.read_log import PartFacts, Taken, leave_out_beyond_jumps
 from parsers.spool import GroupRows, GroupWriter
 from parsers.time_figures import SharedFigures
 from parsers.timebase import NS
+from parsers.velocity_frames import with_frames
 from parsers.windows import Track, TrackFacts, bound_piece, time_windows, windows_of
 
 _ITEM = 8
@@ -54,7 +56,8 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
     leave_out_beyond_jumps(taken.opened.log, sum(rows.lost for rows in groups.values()))
     logged = list(groups.values())
     stored = _SpooledRows(groups, window_bytes)
-    proposals = with_axle_sums(taken.proposals, infos, stored, taken.opened.log)
+    framed = with_frames(taken.proposals, infos, stored, taken.opened.log)
+    proposals = with_axle_sums(framed, infos, stored, taken.opened.log)
     bindings: dict[str, list[Track]] = {}
     for binding in (each for proposed in proposals.values() for each in proposed):
         group = group_of(binding, infos)
@@ -69,6 +72,8 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
         resolution = max(resolution, coarse)
     tracks_of: dict[str, Track] = {}
     mapped = []
+    spares: dict[str, Spare[Track]] = {}
+    group_by_channel = {name: info.group for name, info in infos.items()}
     for name, proposed in proposals.items():
         for binding in proposed:
             found = facts.get(id(binding), _NONE)
@@ -77,6 +82,13 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
                 group = group_of(binding, infos)
                 tracks_of[name] = Track(binding, group, groups[group], found, window_bytes)
                 mapped.append(mapped_channel(binding, found.samples, found.period_s, proposed))
+                other = spare_of(name, binding, proposed, group_by_channel)
+                known = _NONE if other is None else facts.get(id(other), _NONE)
+                if other is not None and known.samples >= MIN_SAMPLES:
+                    group = group_of(other, infos)
+                    track = Track(other, group, groups[group], known, window_bytes)
+                    entry = mapped_channel(other, known.samples, known.period_s, proposed)
+                    spares[name] = Spare(track, entry, is_stated(other), other.unit.scale)
                 break
     return SpooledPart(
         opened=taken.opened,
@@ -84,6 +96,7 @@ def survey_part(taken: Taken, window_bytes: int) -> SpooledPart:
         stated={name: is_stated(track.binding) for name, track in tracks_of.items()},
         taken={name: track.binding.unit.scale for name, track in tracks_of.items()},
         short=tuple(name for name in proposals if name not in tracks_of),
+        spares=spares,
         out_of_order=sum(rows.late for rows in logged),
         duplicates=duplicates,
         jumps=sum(rows.jumps for rows in logged),

@@ -92,6 +92,9 @@ _ENDINGS: dict[str, str] = {
 _BRACKETS = re.compile(
     r"^(?P<name>.*?)\s*(?:\[(?P<a>[^\[\]]*)\]|\((?P<b>[^()]*)\)|\{(?P<c>[^{}]*)\}|<(?P<d>[^<>]*)>)\s*$"
 )
+_INDEX = re.compile(r"\S\[1\]$")
+"""Of "gyro[1]", beside which gyro[0] and gyro[2] stand: a place, while "Slip [1]" has a unit."""
+
 _AFTER_MARK = re.compile(r"^(?P<name>.*\S)\s*(?:,|\s/|\sin)\s+(?P<unit>\S+)$")
 _AFTER_BLANK = re.compile(r"^(?P<name>.*[^\s/,])\s+(?P<unit>\S+)$")
 _AFTER_SLASH = re.compile(r"^(?P<name>[^/.]*[^/.\s])/\(?(?P<unit>[^()]+)\)?$")
@@ -123,7 +126,7 @@ def split_header(header: str) -> ColumnName:
     match = _BRACKETS.match(header)
     if match is not None and match["name"]:
         unit = next(part for part in (match["a"], match["b"], match["c"], match["d"]) if part is not None)
-        if is_unit(unit):
+        if is_unit(unit) and not _INDEX.search(header):
             return ColumnName(header, match["name"], plain_unit(unit))
     match = _AFTER_MARK.match(header)
     if match is not None and is_unit(match["unit"]):

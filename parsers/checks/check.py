@@ -25,11 +25,13 @@ from parsers.checks.sizes import pressure_faults, size_faults
 from parsers.checks.slow_speed import slow_speeds
 from parsers.checks.speed_scale import speed_scale
 from parsers.checks.spikes import calm, clean
+from parsers.checks.stray_speed import stray_speed
 from parsers.checks.torque_signs import torque_signs
 from parsers.checks.travel import wrong_travel
 from parsers.checks.travel_range import impossible_travel
 from parsers.checks.twins import twins
 from parsers.checks.unit_faults import unit_faults
+from parsers.checks.upright import not_upright
 from parsers.checks.wheel_forces import exchanged_forces
 from parsers.checks.wheel_signs import OddWheels, odd_wheels
 from parsers.drive import Decision, Signal
@@ -177,7 +179,8 @@ def _in_units(
     units += impossible_speed(grid.scaled(factors), stated, factors)
     pressure = pressure_faults(grid.scaled(factors), stated, units)
     units += [each for each in pressure if not each.applied]
-    units += speed_scale(grid.scaled(factors), {each.signal for each in units if each.kind == "unit"})
+    doubted = {each.signal for each in units if each.kind == "unit"}
+    units += speed_scale(grid.scaled(factors), doubted) or stray_speed(grid.scaled(factors), doubted)
     # in the unit that such a signal turned out to have, its codes are beyond the range at any rate
     spans = {name: possible(name, span) for name, span in spans.items() if name not in factors}
     return _InUnits(_scaled(work, factors), grid, told, factors, spans, units, pressure)
@@ -188,7 +191,8 @@ def decide(
 ) -> tuple[Findings, dict[str, Signal]]:
     """What is wrong with signals, and the signals with all of it applied. stated, taken: see `check_all`."""
     taken = taken or {}
-    if other := slow_speeds(signals) | no_places(signals, stated) | no_altitude(signals, stated):
+    other = slow_speeds(signals) | no_places(signals, stated) | no_altitude(signals, stated)
+    if other := other | not_upright(signals):
         # as a speed it would say that rates are in another unit
         return _beside(other, *decide({n: s for n, s in signals.items() if n not in other}, stated, taken))
     return _decide(signals, stated, taken)
@@ -293,7 +297,8 @@ def _beside(
     """What was found of the other signals, and that some are left out."""
     whole = replace(
         found,
-        rest=(*wild.values(), *found.rest),
+        # one decision may be about several signals
+        rest=(*dict.fromkeys(wild.values()), *found.rest),
         left_out=found.left_out | wild.keys(),
         wild=found.wild | wild.keys(),
     )

@@ -31,6 +31,8 @@ class Binding:
     sum_axles: of those rows, the sum over all axles that the channel of `where` tells (see parsers.axle_rows).
     group: of rows that were made for it; None for those of its channels.
     beside: of a latitude the longitude, and the other way round: where both are exactly zero there was no fix.
+    across, turning: of a speed along x the velocity along y in the same unit, and a yaw rate with its factor to SI, of the same rows
+    (see parsers.velocity_frames).
     rank: lower is better. rule: why ("profile vbox: Y_Accel", "column name 'ay'", "map.toml").
     """
 
@@ -50,6 +52,8 @@ class Binding:
     rank: int = 0
     kind: BindingKind = "scale"
     beside: str | None = None
+    across: str | None = None
+    turning: tuple[str, float] | None = None
 
     @property
     def unit_stated(self) -> bool:
@@ -64,6 +68,10 @@ class Binding:
             extra.append(self.where[0])
         if self.beside:
             extra.append(self.beside)
+        if self.across:
+            extra.append(self.across)
+        if self.turning:
+            extra.append(self.turning[0])
         return (*self.channels, *extra)
 
 

@@ -15,7 +15,7 @@ from parsers.mapping.dampers import at_which, reason_at
 from parsers.mapping.doubts import doubts
 from parsers.mapping.match import Refusal, choose_unit
 from parsers.mapping.name_units import without_suffix
-from parsers.mapping.wheel_radius import TURN_RATE
+from parsers.mapping.wheel_radius import TURN_RATE, turn_rate
 from parsers.mapping.words import NameTable, is_japanese, known_words, load_names, plain_letters, words_of
 from parsers.signals import COLUMNS, SIGNALS, WHEEL_SPEEDS, WHEELS
 from parsers.table_names import split_header, split_unit
@@ -78,7 +78,9 @@ def name_bindings(
     found, bracket = None, None
     for text in texts:
         plain, bracket = split_unit(text)
-        found = _directed(plain, channel.unit or bracket, table) or _find(plain, table)
+        found = _directed(plain, channel.unit or bracket, table) or _find(
+            plain, channel.unit or bracket, table
+        )
         if found is not None:
             break
     canonical = _canonical(channel, split_unit(last)[0]) if last else None
@@ -172,8 +174,11 @@ class _Found:
     suffix: str | None
 
 
-def _find(name: str, table: NameTable) -> _Found | None:
-    """Look a name up, with and without a unit glued to its end; a command as what it commands, so that it can be said."""
+def _find(name: str, stated: str | None, table: NameTable) -> _Found | None:
+    """Look a name up, with and without a unit glued to its end; a command as what it commands, so that it can be said.
+
+    stated: the unit that the log or a bracket states.
+    """
     for text, suffix in without_suffix(name):
         words = [word for word in words_of(text, table) if not known_words([word], table.commands)]
         kept = [word for word in words if word not in table.worse]
@@ -184,13 +189,19 @@ def _find(name: str, table: NameTable) -> _Found | None:
         hit = table.sets.get(tuple(sorted(kept)))
         if hit is not None and hit[0] in ("latitude", "longitude") and _spelt_out(text, table):
             continue
-        one = suffix is not None and len(suffix) == 1
-        if hit is not None and one and find_unit(suffix, SIGNALS[hit[0]].quantity) is None:
-            # "N" behind a velocity is north, and no newton
+        if hit is not None and suffix is not None and _no_unit(suffix, stated, hit[0]):
             continue
         if hit is not None:
             return _Found(hit[0], tuple(sorted(kept)), hit[1], len(kept) < len(words), suffix)
     return None
+
+
+def _no_unit(suffix: str, stated: str | None, signal: str) -> bool:
+    """Whether a name's end is no unit after all: "N" behind a velocity is north, and no newton."""
+    quantity = SIGNALS[signal].quantity
+    if find_unit(suffix, quantity) is not None or turn_rate(suffix, signal) is not None:
+        return False
+    return len(suffix) == 1 or find_unit(stated, quantity) is not None
 
 
 def _directed(name: str, unit: str | None, table: NameTable) -> _Found | None:

@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 
 from parsers.channels import ChannelInfo
 from parsers.errors import MappingError
+from parsers.mapping.across import with_across
 from parsers.mapping.axle_means import axle_means, say_axle_means
 from parsers.mapping.bindings import Binding
+from parsers.mapping.compass import compass
 from parsers.mapping.corners import say_corners
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
@@ -27,6 +29,9 @@ from parsers.mapping.unknown import say_unknown
 from parsers.mapping.velocities import velocities
 from parsers.mapping.wheel_radius import HOW, TURN_RATE, WheelRadius
 from parsers.signals import SIGNALS, WHEEL_SPEEDS
+
+_OVER_GROUND = "gps_speed_2d"
+"""What a speed along the world's axes becomes, unless the user says what that is."""
 
 _BUILTIN = 100
 """What is added to the rank of cogest's own definitions beside a user's: more than any two ranks differ by."""
@@ -87,6 +92,8 @@ def propose_all(
     if user is not None:
         proposals = _with_user(proposals, channels, user, radius)
     proposals = _with_places(proposals, channels)
+    if user is None or _OVER_GROUND not in user.signals:
+        proposals = with_across(proposals, channels)
     wanted = set(SIGNALS) - proposals.keys() - (user.signals.keys() if user is not None else set())
     bound = {name for bindings in proposals.values() for each in bindings for name in each.channels}
     of_units = [refused[signal] for signal in SIGNALS if signal in refused and signal in wanted]
@@ -151,10 +158,12 @@ def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
             yield from profile_bindings(profile, index)
     prefixes = vendor_prefixes(index.channels)
     pitches, rates = attitudes(index.channels), triads(index.channels) | quads(index.channels)
-    letters = velocities(index.channels)
+    letters, north_east = velocities(index.channels), compass(index.channels)
     yield from letters.found
+    yield from north_east.found
+    judged = letters.names | north_east.names
     for channel, tags in zip(index.channels, index.tags, strict=True):
-        if channel.name not in letters.names and may_be_named(channel, tags):
+        if channel.name not in judged and may_be_named(channel, tags):
             yield from name_bindings(channel, prefixes, pitches, rates)
 
 

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from parsers.channels import ChannelInfo
 from parsers.mapping.axle_means import REASON, axle_of
 from parsers.mapping.bindings import Binding
+from parsers.mapping.compass import compass
 from parsers.mapping.match import Refusal
 from parsers.mapping.names import ambiguous_name
 from parsers.mapping.profiles import tags_of, unusable_reason
@@ -42,6 +43,6 @@ def reasons_beside(channels: Sequence[ChannelInfo]) -> dict[str, str]:
     numbers = [channel for channel in channels if channel.kind == "number"]
     return {
         each.channel: f"{each.signal}: {each.reason}"
-        for each in velocities(numbers).found
+        for each in (*velocities(numbers).found, *compass(numbers).found)
         if isinstance(each, Refusal)
     }

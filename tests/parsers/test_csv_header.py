@@ -29,6 +29,21 @@ def test_motec_style_preamble_and_unit_row(tmp_path: Path) -> None:
     assert table.time.tolist() == T[:3]
 
 
+def test_a_row_of_units_that_contradicts_the_names_is_said(tmp_path: Path) -> None:
+    head = "Time [s],Speed [km/h],Accel X [g],Accel Y [m/s2],accel_z_g,Brake [bar],Gear [-]\ns,mph,m/s2,m/s²,g,km/h,-\n"
+    table = read(tmp_path, head + "".join(f"{0.1 * k:.1f},1,2,3,4,5,6\n" for k in range(5)))
+    assert table.info["Speed"].unit == "mph"
+    assert (
+        "(Speed [km/h] over mph, Accel X [g] over m/s2, Brake [bar] over km/h): the row's are taken"
+        in table.said
+    )
+    agreed = read(
+        tmp_path,
+        head.replace("mph,m/s2", "kph,G").replace("km/h,-", "bar,-") + "0,1,2,3,4,5,6\n0.1,1,2,3,4,5,6\n",
+    )
+    assert "row of units" not in agreed.said
+
+
 def test_three_header_rows(tmp_path: Path) -> None:
     text = (
         "This file was made by a phone\nFormat,3\n\ntimestamp,speed,lateral_acc\nunix time,m/s,G\n,100: gps,calc\n"
@@ -159,6 +174,9 @@ def test_no_header(tmp_path: Path) -> None:
         ("Speed, km/h", "Speed", "km/h"),
         ("v / km/h", "v", "km/h"),
         ("pose[3]", "pose[3]", None),
+        ("pose[1]", "pose[1]", None),
+        ("accelerometer_m_s2[1]", "accelerometer_m_s2[1]", None),
+        ("Slip [1]", "Slip", "1"),
         ("accel (lateral)", "accel (lateral)", None),
         ("gears_s", "gears_s", None),
         ("", "", None),

@@ -16,6 +16,7 @@ from parsers.mapping import (
     read_map,
     unmapped_reason,
 )
+from parsers.mapping.reasons import reasons_beside
 from parsers.units import require_unit
 
 
@@ -221,6 +222,38 @@ def test_a_reference_instrument_is_measured():
 def test_doubtful_channels_are_left_alone_with_a_reason(name, unit, words):
     assert best(column(name, unit)) == {}
     assert words in unmapped_reason(column(name, unit))
+
+
+@pytest.mark.parametrize(
+    ("names", "unit"),
+    [
+        (("Velocity N", "Velocity E", "Velocity D"), "m/s"),
+        (("vel_n", "vel_e"), "m/s"),
+        (("vel_n_m_s", "vel_e_m_s", "vel_d_m_s"), None),
+        (("velN", "velE"), "mm/s"),
+        (("vn", "ve", "vd"), None),
+        (("North Velocity", "East Velocity"), "km/h"),
+        (("Speed N [m/s]", "Speed E [m/s]"), None),
+    ],
+)
+def test_velocities_along_the_compass_are_a_speed_over_ground(names, unit):
+    found = best(*(column(name, unit) for name in names), column("accel_y", "g"))
+    assert set(found) == {"gps_speed_2d", "accel_y"}
+    assert found["gps_speed_2d"].channels == names[:2]
+    values = bind(found["gps_speed_2d"], {names[0]: np.array([3.0]), names[1]: np.array([-4.0])})
+    assert values == pytest.approx([5.0 * found["gps_speed_2d"].unit.scale])
+
+
+def test_one_velocity_along_the_compass_or_two_of_no_unit_are_no_speed():
+    assert best(column("vel_n", "m/s"), column("vel_d", "m/s")) == {}
+    assert best(column("v_n"), column("v_e")) == {}
+    assert best(column("vel_n", "m/s"), column("vel_e", "V")) == {}
+    reasons = reasons_beside([column("vel_n", "m/s"), column("vel_e", "m/s")])
+    assert all("along the compass" in reasons[name] for name in ("vel_n", "vel_e"))
+
+
+def test_an_ending_that_contradicts_the_stated_unit_is_no_unit():
+    assert best(column("speed_kg [m/s]")) == {}
 
 
 @pytest.mark.parametrize("names", [("lat", "lon"), ("lat", "long"), ("GPS Lat", "GPS Long")])
