@@ -14,6 +14,7 @@ from typing import Any, cast
 
 from parsers.importer import HEAD_BYTES, ImportLog
 from parsers.placed_stream import PlacedStream
+from parsers.text_path import TextPath
 
 _ESCAPE = re.compile(rb"\x1b\[[0-9;]{0,12}[A-Za-z]")
 _LONGEST = 16
@@ -38,23 +39,12 @@ def plain_text(path: Path, log: ImportLog | None = None) -> Path:
 
 
 @dataclass(frozen=True)
-class ColouredText:
-    """What the readers of text ask of a path, for a file with colours. All else is the path's own."""
+class ColouredText(TextPath):
+    """What the readers of text ask of a path, for a file with colours."""
 
-    path: Path
-
-    def __str__(self) -> str:
-        return str(self.path)
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return getattr(self.path, name)
-
-    def open(self, mode: str = "rb", buffering: int = -1) -> io.RawIOBase | io.BufferedReader:
-        """As `Path.open`, for reading alone."""
-        raw = _PlainFile(self.path)
-        return raw if buffering == 0 else io.BufferedReader(raw)
+    def raw(self) -> io.RawIOBase:
+        """The file as it reads."""
+        return _PlainFile(self.path)
 
 
 class _PlainFile(PlacedStream):

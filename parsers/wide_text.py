@@ -17,6 +17,7 @@ import numpy as np
 from parsers.importer import HEAD_BYTES, ImportLog
 from parsers.placed_stream import PlacedStream
 from parsers.table_text import Encoding, find_encoding
+from parsers.text_path import TextPath
 
 _UNKNOWN = ord("?")
 _NOTE = "the file is UTF-16, two bytes a letter: letters beyond Latin-1 were read as ?"
@@ -60,28 +61,18 @@ class _Facts:
 
 
 @dataclass(frozen=True)
-class WideText:
-    """What the readers of text ask of a path, for a file of two bytes a letter. All else is the path's own."""
+class WideText(TextPath):
+    """What the readers of text ask of a path, for a file of two bytes a letter."""
 
-    path: Path
     encoding: Encoding
-
-    def __str__(self) -> str:
-        return str(self.path)
-
-    def __getattr__(self, name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        return getattr(self.path, name)
 
     def stat(self) -> _Facts:
         """The size in letters."""
         return _Facts(max(self.path.stat().st_size - self.encoding.mark, 0) // 2)
 
-    def open(self, mode: str = "rb", buffering: int = -1) -> io.RawIOBase | io.BufferedReader:
-        """As `Path.open`, for reading alone."""
-        raw = _WideFile(self.path, self.encoding)
-        return raw if buffering == 0 else io.BufferedReader(raw)
+    def raw(self) -> io.RawIOBase:
+        """The file as it reads."""
+        return _WideFile(self.path, self.encoding)
 
 
 class _WideFile(PlacedStream):

@@ -8,12 +8,11 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words, path_of
-from parsers.mapping.match import Refusal, choose_unit
+from parsers.mapping.match import Judged, Refusal, choose_unit
 from parsers.mapping.name_units import without_suffix
 from parsers.mapping.words import NameTable, load_names, words_of
 from parsers.table_names import split_unit
@@ -35,15 +34,7 @@ _MAY_BE = re.compile(r"v|speed|spd|geschw", re.IGNORECASE)
 _ALONE = "a velocity along the compass, which is no speed of the vehicle"
 
 
-@dataclass(frozen=True)
-class Compass:
-    """found: what is made of them. names: of the channels that are judged here, and nowhere else."""
-
-    found: tuple[Binding | Refusal, ...]
-    names: frozenset[str]
-
-
-def compass(channels: Sequence[ChannelInfo]) -> Compass:
+def compass(channels: Sequence[ChannelInfo]) -> Judged:
     """The velocities to the north and to the east of one table or message; a pair is the speed over ground."""
     beside: dict[tuple[str, str], dict[str, tuple[ChannelInfo, str | None]]] = defaultdict(dict)
     table = load_names()
@@ -58,7 +49,7 @@ def compass(channels: Sequence[ChannelInfo]) -> Compass:
         if "north" in velocities and "east" in velocities:
             found += _judged(velocities)
             names |= {channel.name for channel, _ in velocities.values()}
-    return Compass(tuple(found), frozenset(names))
+    return Judged(tuple(found), frozenset(names))
 
 
 def _direction(channel: ChannelInfo, table: NameTable) -> tuple[str, str, str | None] | None:

@@ -34,6 +34,14 @@ class Refusal:
 
 
 @dataclass(frozen=True)
+class Judged:
+    """What is made of channels that tell something only side by side. names: of those that are judged so, and nowhere else."""
+
+    found: tuple[Binding | Refusal, ...]
+    names: frozenset[str]
+
+
+@dataclass(frozen=True)
 class ChannelIndex:
     """Channels by tag and value, so that a rule need not look at each channel."""
 

@@ -8,12 +8,11 @@ from __future__ import annotations
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 
 from parsers.channels import ChannelInfo
 from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words, path_of
-from parsers.mapping.match import Refusal, choose_unit
+from parsers.mapping.match import Judged, Refusal, choose_unit
 from parsers.mapping.name_units import without_suffix
 from parsers.mapping.words import load_names
 from parsers.table_names import split_unit
@@ -29,21 +28,13 @@ _SURE = "u and v are the velocities ahead and to the side: the latter is no spee
 _OPEN = "beside u it may be the velocity to the side, and u the one ahead: a mapping file says which of them is the speed"
 
 
-@dataclass(frozen=True)
-class Velocities:
-    """found: what is made of them. names: of the channels that are judged here, and nowhere else."""
-
-    found: tuple[Binding | Refusal, ...]
-    names: frozenset[str]
-
-
-def velocities(channels: Sequence[ChannelInfo]) -> Velocities:
+def velocities(channels: Sequence[ChannelInfo]) -> Judged:
     """The columns u and v of one table or message: u is the speed where angular rates p, q, r (or r with its unit) stand beside them, and v never is.
 
     Where only one of them has a unit of speed they are no pair (u is a voltage or what a controller puts out).
     """
     if not any(_MAY_BE.search(channel.name) for channel in channels):
-        return Velocities((), frozenset())
+        return Judged((), frozenset())
     found: list[Binding | Refusal] = []
     names: set[str] = set()
     for beside in _letters(channels).values():
@@ -51,7 +42,7 @@ def velocities(channels: Sequence[ChannelInfo]) -> Velocities:
             if ahead in beside and across in beside and _pair(beside[ahead], beside[across]):
                 found += _judged(beside[ahead], beside[across], sure=_turns(beside))
                 names |= {beside[ahead].name, beside[across].name}
-    return Velocities(tuple(found), frozenset(names))
+    return Judged(tuple(found), frozenset(names))
 
 
 def _letters(channels: Sequence[ChannelInfo]) -> Mapping[tuple[str, str], dict[str, ChannelInfo]]:
