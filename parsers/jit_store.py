@@ -22,11 +22,19 @@ from typing import Any
 import numpy as np
 
 from parsers.jit import Kernel, Primitive
+from parsers.user_cache import drop_oldest, user_cache
 
 SUFFIX = ".kernel"
 _MARK = b"cogest kernel 5\n"
 _FOREIGN = sys.stdlib_module_names | {"numpy", "numba"}
 """What comes with Python, numpy and numba: its versions are in `environment`."""
+
+_OURS = ("parsers", "pipelines")
+"""The packages whose kernels the user's cache keeps."""
+
+_SHARED = "kernels"
+MOST_KERNELS = 4000
+"""That many are kept in the user's cache: about 100 MB, four versions of all."""
 
 _DOOR = "parsers.jit"
 """Where `kernel` and its like are: no kernel calls them, and what they ask of the environment is no part of any."""
@@ -109,37 +117,57 @@ def environment() -> str:
     import llvmlite
     import llvmlite.binding as llvm
 
-    found = importlib.util.find_spec("numba")
-    place = found.origin if found else None
-    stamp = Path(place).stat().st_mtime_ns if place else 0
+    stamp = _numba_version()
     told = sorted((name, text) for name, text in os.environ.items() if name.startswith("NUMBA_CPU"))
     told += [(name, os.environ[name]) for name in ("NUMBA_OPT", "NUMBA_BOUNDSCHECK") if name in os.environ]
     parts = (sys.version, np.__version__, stamp, llvmlite.__version__, platform.machine(), sys.platform, told)
     return f"{parts} {llvm.get_host_cpu_name()} {llvm.get_host_cpu_features().flatten()}"
 
 
-@cache
-def _folder(beside: Path) -> Path | None:
-    """Where the machine code of a source file's kernels lies: as numba has it, beside the source where that can be written."""
+def _numba_version() -> str:
+    """numba's version without its import, which takes longer than all else that many commands do."""
+    found = importlib.util.find_spec("numba")
+    if not found or not found.origin:
+        return ""
+    version = Path(found.origin).with_name("_version.py")
+    try:
+        return hashlib.sha256(version.read_bytes()).hexdigest()
+    except OSError:
+        return str(Path(found.origin).stat().st_mtime_ns)
+
+
+def _folders(kernel: Kernel) -> list[Path]:
+    """Where a kernel's machine code may lie: the first that has it is read, all are written.
+
+    Beside the source, so that all users of an installation share it; in the user's cache, so that a second installation, a
+    new version or an environment made afresh compile only what changed. Of a caller's own kernels the latter knows nothing.
+    """
+    source = Path(kernel.py_func.__code__.co_filename).absolute().parent
     told = os.environ.get("NUMBA_CACHE_DIR")
-    base = os.environ.get("XDG_CACHE_HOME") or os.environ.get("LOCALAPPDATA") or "~/.cache"
-    own = hashlib.sha256(os.fsencode(beside)).hexdigest()[:8]
-    elsewhere = Path(base).expanduser() / "cogest_kernels" / own
-    for place in [Path(told) / f"cogest_{own}"] if told else [beside / "__pycache__", elsewhere]:
-        with contextlib.suppress(OSError):
-            place.mkdir(parents=True, exist_ok=True)
-            if os.access(place, os.W_OK | os.X_OK):
-                return place
-    return None
+    if told:
+        return _writable(Path(told) / f"cogest_{hashlib.sha256(os.fsencode(source)).hexdigest()[:8]}")
+    users = user_cache()
+    ours = users is not None and kernel.py_func.__module__.partition(".")[0] in _OURS
+    found = _writable(source / "__pycache__")
+    return [*found, *_writable(users / _SHARED)] if users and (ours or not found) else found
 
 
-def _place(kernel: Kernel, key: str) -> Path | None:
+@cache
+def _writable(folder: Path) -> list[Path]:
+    """The folder, made where need be, or nothing where it cannot be written."""
+    with contextlib.suppress(OSError):
+        folder.mkdir(parents=True, exist_ok=True)
+        if os.access(folder, os.W_OK | os.X_OK):
+            return [folder]
+    return []
+
+
+def _file_name(kernel: Kernel, key: str) -> str:
     function: Callable[..., Any] = kernel.py_func
-    folder = _folder(Path(function.__code__.co_filename).absolute().parent)
     name = re.sub(
         r"[^A-Za-z0-9_.]+", "_", f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
     )
-    return folder / f"{name[:80]}-{key}{SUFFIX}" if folder else None
+    return f"{name[:80]}-{key}{SUFFIX}"
 
 
 def read_code(kernel: Kernel, key: str) -> tuple[bytes, str] | None:
@@ -147,30 +175,37 @@ def read_code(kernel: Kernel, key: str) -> tuple[bytes, str] | None:
 
     None where there is none.
     """
-    place = _place(kernel, key)
-    try:
-        content = place.read_bytes() if place else b""
-    except OSError:
+    name = _file_name(kernel, key)
+    for folder in _folders(kernel):
+        with contextlib.suppress(OSError):
+            found = _content((folder / name).read_bytes())
+            if found is not None:
+                return found
+    return None
+
+
+def _content(kept: bytes) -> tuple[bytes, str] | None:
+    """What `write_code` wrote, or None of what it did not write whole."""
+    if not kept.startswith(_MARK):
         return None
-    if not content.startswith(_MARK):
-        return None
-    size, _, rest = content[len(_MARK) :].partition(b"\n")
+    size, _, rest = kept[len(_MARK) :].partition(b"\n")
     result, _, code = rest.partition(b"\n")
     return (code, result.decode("ascii", "replace")) if size == str(len(code)).encode() else None
 
 
 def write_code(kernel: Kernel, key: str, code: bytes, result: str) -> None:
     """Keep an object file; one that cannot be kept is compiled again next time."""
-    place = _place(kernel, key)
-    if place is None:
-        return
+    name = _file_name(kernel, key)
     content = b"".join((_MARK, f"{len(code)}\n{result}\n".encode("ascii"), code))
-    # another process may read, or write the same
-    with contextlib.suppress(OSError):
-        part = place.with_name(f".{place.name}.{os.getpid()}.{threading.get_ident()}.part")
-        try:
-            part.write_bytes(content)
-            part.replace(place)
-        except OSError:
-            part.unlink(missing_ok=True)
-            raise
+    for folder in _folders(kernel):
+        # another process may read, or write the same
+        with contextlib.suppress(OSError):
+            part = folder / f".{name}.{os.getpid()}.{threading.get_ident()}.part"
+            try:
+                part.write_bytes(content)
+                part.replace(folder / name)
+            except OSError:
+                part.unlink(missing_ok=True)
+                raise
+        if folder.name == _SHARED:
+            drop_oldest(folder, f"*{SUFFIX}", MOST_KERNELS)

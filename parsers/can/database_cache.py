@@ -9,14 +9,13 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import sys
-from contextlib import suppress
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 from parsers.can.definitions import BitField, Gate, MessageDef, SignalDef
+from parsers.user_cache import drop_oldest, user_cache
 
 FOLDER_VARIABLE = "COGEST_CACHE_DIR"
 """Names the folder; set to nothing, nothing is kept."""
@@ -38,16 +37,8 @@ def cache_folder() -> Path | None:
     named = os.environ.get(FOLDER_VARIABLE)
     if named is not None:
         return Path(named) if named else None
-    try:
-        if sys.platform == "win32":
-            base = Path(os.environ.get("LOCALAPPDATA") or Path.home() / "AppData/Local")
-        elif sys.platform == "darwin":
-            base = Path.home() / "Library/Caches"
-        else:
-            base = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    except RuntimeError:  # no home
-        return None
-    return base / "cogest" / "databases"
+    base = user_cache()
+    return base / "databases" if base else None
 
 
 def cache_file(name: str, raw: bytes) -> Path | None:
@@ -97,12 +88,9 @@ def keep(file: Path | None, database: KeptDatabase) -> None:
             part.replace(file)
         finally:
             part.unlink(missing_ok=True)
-        others = sorted(file.parent.glob("*.json"), key=lambda each: -each.stat().st_mtime_ns)
     except OSError:
         return
-    for old in others[MOST_FILES:]:
-        with suppress(OSError):
-            old.unlink()
+    drop_oldest(file.parent, "*.json", MOST_FILES)
 
 
 def _plain(message: MessageDef) -> list[Any]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -13,7 +14,7 @@ import pytest
 
 from parsers.jit import Kernel, kernel, lean_kernel, vector_kernel
 from parsers.jit_shape import leaves_of, shape_of
-from parsers.jit_store import _MARK, _folder, key_of, read_code, write_code
+from parsers.jit_store import _MARK, _writable, key_of, read_code, write_code
 
 ROOT = Path(__file__).resolve().parents[2]
 SCALE = 3
@@ -267,7 +268,7 @@ def test_no_kernels_key_hangs_on_the_terminal_that_it_is_started_from(tmp_path):
 
 
 def test_damaged_files_count_as_none(monkeypatch, tmp_path):
-    monkeypatch.setattr("parsers.jit_store._folder", lambda _: tmp_path)
+    monkeypatch.setattr("parsers.jit_store._folders", lambda _: [tmp_path])
     assert read_code(total, "k") is None
     write_code(total, "k", b"code\n\0", "(qd")
     assert read_code(total, "k") == (b"code\n\0", "(qd")
@@ -313,6 +314,38 @@ def test_a_later_start_needs_no_numba_and_a_change_does(tmp_path):
     assert run(tmp_path) == ["12.0", "False"]
     assert run(tmp_path, factor=3) == ["18.0", "True"]
     assert run(tmp_path, factor=3) == ["18.0", "False"]
+
+
+OF_THE_HOUSE = """
+import sys
+import numpy as np
+from parsers.blf_objects import first_object
+
+assert first_object(np.zeros(99, np.uint8), 0, 99) == -1
+print("numba" in sys.modules)
+"""
+
+
+def test_a_second_installation_takes_what_the_first_compiled(tmp_path):
+    """An environment made afresh, a new version: only what changed is compiled again."""
+    found = []
+    for name in ("first", "second"):
+        packages = tmp_path / name
+        shutil.copytree(ROOT / "parsers", packages / "parsers", ignore=shutil.ignore_patterns("__pycache__"))
+        environment = os.environ | {"XDG_CACHE_HOME": str(tmp_path / "cache"), "PYTHONPATH": str(packages)}
+        environment.pop("NUMBA_CACHE_DIR", None)
+        done = subprocess.run(
+            [sys.executable, "-c", OF_THE_HOUSE],
+            env=environment,
+            cwd=packages,
+            capture_output=True,
+            text=True,
+            check=True,
+        )
+        found.append(done.stdout.strip())
+        beside = list((packages / "parsers" / "__pycache__").glob("*.kernel"))
+        assert bool(beside) == (name == "first")
+    assert found == ["True", "False"]
 
 
 HELPER = """
@@ -385,11 +418,11 @@ def test_kernels_of_one_name_and_equal_kernels_are_kept_apart() -> None:
 def test_a_version_of_numba_that_nobody_tried_calls_its_kernels_itself(monkeypatch, tmp_path):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     monkeypatch.setattr("parsers.jit_compile.TRIED", frozenset())
-    _folder.cache_clear()
+    _writable.cache_clear()
     fresh = kernel(total.py_func)
     values = np.arange(5.0)
     assert fresh(values) == total.py_func(values) == 30.0
     kept = list(tmp_path.rglob("*.kernel"))
     assert kept
     assert all(place.stat().st_size < 100 for place in kept), "machine code was kept"
-    _folder.cache_clear()
+    _writable.cache_clear()
