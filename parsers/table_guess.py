@@ -29,6 +29,9 @@ _TICKS = (
 """The number of 1970, and what numbers the years 1997 to 2050 and 1997 to 2060 have: nanoseconds since 1970 of so small
 numbers would be of 1973 and 1990."""
 
+_SHUFFLED = 0.2
+"""Share of rows that go back from which on they are in no order, and their steps tell nothing."""
+
 _DENSE_S, _SPARSEST_S = 2.0, 60.0
 _LOGGED_S = (946_684_800.0, 2_208_988_800.0)
 """Rows of a drive are seconds apart at most, a tracker's up to a minute. The years 2000 to 2039, since 1970."""
@@ -58,6 +61,8 @@ def guess_unit(values: Sequence[float]) -> tuple[int, str]:
         return 1_000_000_000, "as most logs are"
     size = statistics.median(abs(value) for value in values)
     steps = [b - a for a, b in pairwise(values) if b > a]
+    if sum(b < a for a, b in pairwise(values)) > _SHUFFLED * len(values):
+        steps = [b - a for a, b in pairwise(sorted(values)) if b > a]
     step = statistics.median(steps) if steps else 0.0
     for least, unit_ns in ((1e17, 1), (1e14, 1000), (1e11, 1_000_000), (3e8, 1_000_000_000)):
         if size < least:

@@ -318,6 +318,8 @@ def test_times_of_day_run_on_over_midnight_and_back() -> None:
         ([1.7e12, 1.7e12 + 10, 1.7e12 + 20], 10**6),
         ([1.7e15, 1.7e15 + 10_000, 1.7e15 + 20_000], 1000),
         ([1.7e18, 1.7e18 + 1e7, 1.7e18 + 2e7], 1),
+        # 25 ms apart, in no order
+        ([k * 7919 % 2000 * 25 for k in range(300)], 10**6),
         ([], 10**9),
     ],
 )
