@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from rosbags.rosbag1 import Writer as Writer1
-from rosbags.rosbag2 import StoragePlugin
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.rosbag2 import Writer as Writer2
 from rosbags.typesys import Stores, get_typestore
 
@@ -20,7 +20,7 @@ TYPE = "sensor_msgs/msg/JointState"
 WHEELS = ["front_left_wheel_joint", "front_right_wheel_joint", "rear_left_wheel_joint", "rear_right_wheel_joint"]  # fmt: skip
 SUSPENSION = [f"{corner}_suspension_joint" for corner in ("fl", "fr", "rl", "rr")]
 STEER = ["left_steering_hinge_joint", "right_steering_hinge_joint"]
-KINDS = ["ros1", "sqlite", "mcap"]
+KINDS = ["ros1", "sqlite", "mcap", "packed"]
 
 
 def message(store: Any, kind: str, i: int, names: list[str], position: Any, velocity: Any) -> Any:
@@ -45,6 +45,8 @@ def write(tmp_path: Path, kind: str, rows: list[tuple[int, list[str], Any, Any]]
         writer = Writer2(
             path, version=9, storage_plugin=StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
         )
+    if kind == "packed":
+        writer.set_compression(CompressionMode.FILE, CompressionFormat.ZSTD)
     with writer:
         connection = writer.add_connection("/joint_states", TYPE, typestore=store)
         for row in rows:
