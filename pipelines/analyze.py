@@ -37,7 +37,13 @@ from pipelines.prepare.angle_scale import (
 from pipelines.prepare.deflection_zero import with_zero_open
 from pipelines.prepare.force_units import forces_in_newtons
 from pipelines.prepare.gravity import with_gravity
-from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
+from pipelines.prepare.lateral_scale import (
+    as_sure_as_the_scale,
+    kept_as_sure,
+    lateral_doubt,
+    left_without_gravity,
+    with_doubt,
+)
 from pipelines.prepare.level_unit import with_level_unit
 from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.spring_forces import at_the_wheels
@@ -192,6 +198,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     lateral, angles = lateral_doubt(drive, vehicle), angle_doubts(drive)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
+    lateral = lateral or left_without_gravity(drive)
     step = load_step(drive, vehicle)
     drive, vehicle = with_zero_open(with_load_step(drive, step), vehicle)
     results: list[Estimate] = []

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from parsers.channels import IntArray
 from parsers.checks.grid import Grid, make_grid
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.checks.springs import DEFLECTIONS
@@ -52,7 +53,11 @@ LEAST_TILT = 0.012
 """rad, rms: below it gravity's share is no more than offsets and noise."""
 
 TYPICAL_WHEELBASE = 2.7
+MIN_SAMPLES = 2
+FARTHEST_NS = 500_000_000
+"""Between two samples of a deflection that are further apart nobody knows what the wheel did."""
 GRAVITY_ADDED = "gravity's part added"
+LACKS = "has no part of gravity in it as the body leans: it is no accelerometer's reading, or its scale or delay is wrong"
 NAMES = (
     "accel_y",
     "accel_x",
@@ -87,13 +92,9 @@ def tilt_of(signals: Mapping[str, Signal], axis: str, vehicle: Vehicle) -> Signa
         return measured
     wheels = [signals.get(name) for name in DEFLECTIONS]
     first = wheels[0]
-    if (
-        first is None
-        or not len(first.values)
-        or any(w is None or not np.array_equal(w.time_ns, first.time_ns) for w in wheels)
-    ):
+    if first is None or any(w is None or len(w.values) < MIN_SAMPLES for w in wheels):
         return None
-    fl, fr, rl, rr = (w.values for w in wheels if w is not None)
+    fl, fr, rl, rr = (_at(first.time_ns, w) for w in wheels if w is not None)
     tracks = [vehicle.get(f"track_{axle}_m") for axle in ("front", "rear")]
     known = [t.value for t in tracks if t is not None]
     length = vehicle.get("wheelbase_m")
@@ -101,7 +102,22 @@ def tilt_of(signals: Mapping[str, Signal], axis: str, vehicle: Vehicle) -> Signa
         values = (fr + rr - fl - rl) / (2 * (float(np.mean(known)) if known else TYPICAL_TRACK[0]))
     else:
         values = (fl + fr - rl - rr) / (2 * (TYPICAL_WHEELBASE if length is None else length.value))
-    return Signal(axis, first.time_ns, values - float(np.median(values)), "derived: suspension deflections")
+    there = np.isfinite(values)
+    if int(there.sum()) < MIN_SAMPLES:
+        return None
+    level = values[there] - float(np.median(values[there]))
+    return Signal(axis, first.time_ns[there], level, "derived: suspension deflections")
+
+
+def _at(time_ns: IntArray, wheel: Signal) -> FloatArray:
+    """A wheel's deflection at stamps of another one, whose messages come at their own moments; NaN where it is missing."""
+    if np.array_equal(wheel.time_ns, time_ns):
+        return wheel.values
+    after = np.clip(np.searchsorted(wheel.time_ns, time_ns), 1, len(wheel.time_ns) - 1)
+    before_ns, after_ns = wheel.time_ns[after - 1], wheel.time_ns[after]
+    held = (before_ns <= time_ns) & (time_ns <= after_ns) & (after_ns - before_ns < FARTHEST_NS)
+    found = np.interp(time_ns.astype(np.float64), wheel.time_ns.astype(np.float64), wheel.values)
+    return np.where(held, found, np.nan)
 
 
 def share_of(rest: FloatArray, gravity: FloatArray, load: FloatArray, others: FloatArray) -> Share | None:
@@ -239,34 +255,61 @@ def with_gravity(drive: Drive, vehicle: Vehicle, *, fix: bool = True, known: Set
     fix=False: only said. known: accelerations that something else is wrong with, of which this tells nothing.
     """
     signals, said = dict(drive.signals), []
-    for name, (share, tilt) in shares(drive, vehicle).items():
+    found = shares(drive, vehicle)
+    for name, (share, tilt) in found.items():
         if not share.missing or name in known:
             continue
         right = _left_as_it_is(drive, vehicle, share, tilt) if name == "accel_y" else None
         if right is not None:
             said.append(right)
             continue
-        axis, sign = ("roll", 1.0) if name == "accel_y" else ("pitch", -1.0)
-        old = signals[name]
-        angle = np.interp(old.time_ns.astype(np.float64), tilt.time_ns.astype(np.float64), tilt.values)
-        if fix:
-            signals[name] = replace(old, values=old.values + sign * GRAVITY * np.sin(angle))
-        by = "the springs' travel" if tilt.source.startswith("derived") else axis
-        said.append(
-            Decision(
-                name, "choice", f"{name} has no part of gravity in it as the body leans: it is no accelerometer's reading, or its scale or delay is wrong",
-                f"{GRAVITY_ADDED}, by {by}" if fix else "left as it is (--no-fix)",
-                f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s", applied=fix,
-            )
-        )  # fmt: skip
-    turned = turned_share(drive) if tilt_of(drive.signals, "roll", vehicle) is None else None
-    if turned is not None and turned.missing and "accel_y" not in known:
-        # what a gyro shows of the lean is not that of a steady bend
-        said.append(
-            Decision(
-                "accel_y", "choice", "accel_y has no part of gravity in it as the body leans: it is no accelerometer's reading, or its scale or delay is wrong",
-                "left as it is: neither a roll angle nor suspension deflections tell the lean",
-                f"{turned.value:.2f} ± {turned.std:.2f} of it is there by the gyro's roll rate, over {turned.seconds:.0f} s", applied=False,
-            )
-        )  # fmt: skip
+        seen = f"{share.value:.2f} ± {share.std:.2f} of it is there, over {share.seconds:.0f} s"
+        signals[name], decision = _given_back(signals[name], tilt, seen, fix=fix)
+        said.append(decision)
+    if "accel_y" in signals and "accel_y" not in {*found, *known}:
+        signals, said = _told_otherwise(drive, vehicle, found, (signals, said), fix=fix)
     return decided(drive, said, signals)
+
+
+def _given_back(old: Signal, tilt: Signal, seen: str, *, fix: bool) -> tuple[Signal, Decision]:
+    """An acceleration with gravity's part by an angle, or as it was (fix=False), and what is said of it. seen: how it was found."""
+    sign = 1.0 if old.name == "accel_y" else -1.0
+    angle = np.interp(old.time_ns.astype(np.float64), tilt.time_ns.astype(np.float64), tilt.values)
+    by = "the springs' travel" if tilt.source.startswith("derived") else tilt.name
+    action = f"{GRAVITY_ADDED}, by {by}" if fix else "left as it is (--no-fix)"
+    new = replace(old, values=old.values + sign * GRAVITY * np.sin(angle)) if fix else old
+    return new, Decision(old.name, "choice", f"{old.name} {LACKS}", action, seen, applied=fix)
+
+
+def _told_otherwise(
+    drive: Drive,
+    vehicle: Vehicle,
+    found: Mapping[str, tuple[Share, Signal]],
+    so_far: tuple[dict[str, Signal], list[Decision]],
+    *,
+    fix: bool,
+) -> tuple[dict[str, Signal], list[Decision]]:
+    """`accel_y`, where its own bends do not tell gravity's share: a gyro does, or the accelerometer across it which lacks it.
+
+    found: the shares that are known; so_far: signals and decisions, which come back with what is found here.
+    """
+    signals, said = so_far
+    tilt, turned, along = tilt_of(drive.signals, "roll", vehicle), turned_share(drive), found.get("accel_x")
+    if turned is not None:
+        if not turned.missing:
+            return so_far
+        seen = f"{turned.value:.2f} ± {turned.std:.2f} of it is there by the gyro's roll rate, over {turned.seconds:.0f} s"
+    elif along is not None and along[0].missing and not along[1].source.startswith("derived"):
+        # one unit levels both or none of them, and bends of one rhythm do not tell
+        seen = "accel_x has none, and this drive's bends do not tell"
+    else:
+        return so_far
+    if tilt is None:
+        # what a gyro shows of the lean is not that of a steady bend
+        action = "left as it is: neither a roll angle nor suspension deflections tell the lean"
+        return signals, [
+            *said,
+            Decision("accel_y", "choice", f"accel_y {LACKS}", action, seen, applied=False),
+        ]
+    new, decision = _given_back(signals["accel_y"], tilt, seen, fix=fix)
+    return {**signals, "accel_y": new}, [*said, decision]

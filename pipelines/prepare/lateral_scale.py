@@ -20,7 +20,7 @@ from pipelines.joint.kept import KeptRelations
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import BLOCK_S, LEAST_BLOCKS, block_slopes
 from pipelines.prepare.decided import decided
-from pipelines.prepare.gravity import LEAST_MPS, NAMES, tilt_of
+from pipelines.prepare.gravity import LACKS, LEAST_MPS, NAMES, tilt_of
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.widened import by_share
@@ -43,6 +43,8 @@ LATE_S, LATE_GAIN = 0.3, 0.01
 
 HANG_ON_IT = ("roll_gradient_degpg", "roll_arm_m", "cg_height_m", "sprung_cg_height_m")
 SURE = 3.0
+GRAVITYS_PART = 0.12
+"""Of lateral acceleration as a body that leans by 7 degrees a g feels it."""
 
 
 @dataclass(frozen=True)
@@ -155,6 +157,13 @@ def _strange(felt: FloatArray, turning: FloatArray, there: float) -> LateralDoub
         return None
     text = "accel_y does not follow yaw_rate × speed: one of the channels is something else, or another axis"
     return LateralDoubt(1.0, text, f"correlation {there:.2f} at the best delay")
+
+
+def left_without_gravity(drive: Drive) -> LateralDoubt | None:
+    """What a lateral acceleration that surely lacks gravity's part, and was left so, makes of results; None for any other."""
+    left = (d for d in drive.record.decisions if d.signal == "accel_y" and d.found.endswith(LACKS))
+    said = next((d for d in left if not d.applied), None)
+    return None if said is None else LateralDoubt(GRAVITYS_PART, said.found, said.evidence)
 
 
 def with_doubt(drive: Drive, doubt: LateralDoubt | None) -> Drive:

@@ -11,6 +11,7 @@ import pytest
 from parsers.drive import Drive, ImportRecord, Signal
 from pipelines.limits import what_limits
 from pipelines.prepare.gravity import share_of, shares, turned_share, with_gravity
+from pipelines.prepare.lateral_scale import left_without_gravity
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 HZ = 50.0
@@ -239,3 +240,59 @@ def test_without_a_lean_it_is_only_said() -> None:
         found = with_gravity(replace(drive, signals=kept), CAR)
         assert found.signals["accel_y"] is drive.signals["accel_y"]
         assert [d.applied for d in found.record.decisions if "gravity" in d.found] == [False] * said
+
+
+def _one_rhythm(*, springs: bool, gyro: bool) -> Drive:
+    """Two minutes of weaving at one rhythm and one speed, with hard braking; no acceleration has gravity's part. Springs: four stamps."""
+    rng = np.random.default_rng(7)
+    t = np.arange(int(120 * HZ)) / HZ
+    slowed = 1.5 * np.sin(0.25 * t) if gyro else 2.5 * np.sin(0.5 * t)
+    speed = 15 + np.cumsum(slowed) / HZ
+    yaw = 0.25 * np.sin(2.5 * t)
+    lateral = speed * yaw
+    roll, pitch = np.radians(5) * lateral / 9.80665, -np.radians(6) * slowed / 9.80665
+    stamps = (t * 1e9).astype(np.int64)
+    columns = {
+        "speed": speed + 0.02 * rng.standard_normal(len(t)),
+        "yaw_rate": yaw + 0.002 * rng.standard_normal(len(t)),
+        "accel_y": lateral + 0.05 * rng.standard_normal(len(t)),
+        "accel_x": slowed + 0.02 * rng.standard_normal(len(t)),
+        "pitch": pitch,
+    }
+    if gyro:
+        columns["roll_rate"] = np.gradient(roll) * HZ + 0.002 * rng.standard_normal(len(t))
+    if not springs:
+        columns["roll"] = roll
+    signals = {n: Signal(n, stamps, v, n) for n, v in columns.items()}
+    if springs:
+        for late, (wheel, side) in enumerate((("fl", -1), ("fr", 1), ("rl", -1), ("rr", 1))):
+            name = f"suspension_deflection_{wheel}"
+            # less than the whole lean, as tyres give too
+            signals[name] = Signal(
+                name, stamps + late * 1_000_000, 0.01 + side * 0.5 * TRACK * 0.3 * roll, name
+            )
+    record = ImportRecord("csv", (Path("a.csv"),), "", "complete", len(t), {}, (), "t", None, 120.0, ())
+    return Drive(signals, record)
+
+
+@pytest.mark.parametrize(("springs", "gyro"), [(True, True), (False, True), (False, False)])
+def test_weaving_at_one_rhythm_is_given_gravity_by_what_else_tells(springs: bool, gyro: bool) -> None:
+    """A gyro, or the other axis of the unit; the lean of the springs, whose four messages come at their own moments, is what is added."""
+    drive = _one_rhythm(springs=springs, gyro=gyro)
+    assert "accel_y" not in shares(drive, CAR)
+    found = with_gravity(drive, CAR)
+    (decision,) = (d for d in found.record.decisions if d.signal == "accel_y")
+    assert decision.applied
+    assert ("gyro" in decision.evidence) is gyro
+    assert ("springs" in decision.action) is springs
+    added = found.signals["accel_y"].values - drive.signals["accel_y"].values
+    lean = np.radians(5) * drive.signals["yaw_rate"].values * drive.signals["speed"].values / 9.80665
+    by = 0.3 if springs else 1.0
+    assert np.abs(added - 9.80665 * np.sin(by * lean)).max() < 0.06
+
+
+def test_an_acceleration_left_without_gravity_makes_what_hangs_on_it_less_sure() -> None:
+    made = _superelevated(gravity=0.0)
+    kept = {n: s for n, s in made.signals.items() if not n.startswith("suspension")}
+    for drive, fix, doubted in ((replace(made, signals=kept), True, True), (made, False, True), (made, True, False)):  # fmt: skip
+        assert (left_without_gravity(with_gravity(drive, CAR, fix=fix)) is not None) is doubted
