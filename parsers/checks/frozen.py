@@ -38,6 +38,12 @@ LIVELY = {
 SHARE = 0.1
 """Of the time in which the others move: one that is idle for longer is left out. Less does little harm."""
 
+BY_THE_BODY = ("suspension_deflection", "suspension_force", "tire_normal_force")
+"""What changes as the body is braked and turned."""
+SHAKEN = 0.8
+"""Spread within a window, m/s², from which on dry friction holds no spring."""
+USUALLY = 0.75
+
 MOVING = 3.0
 """m/s."""
 SPEEDS = ("speed", "gps_speed_2d", "gps_speed_3d")
@@ -49,7 +55,9 @@ def frozen(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     for kind, least in LIVELY.items():
         wheels = {wheel: f"{kind}_{wheel}" for wheel in WHEELS if f"{kind}_{wheel}" in signals}
         if len(wheels) == len(WHEELS):
-            decisions += _idle_wheels(grid, list(wheels.values()), least)
+            decisions += _idle_wheels(grid, list(wheels.values()), least) or _idle_all(
+                grid, list(wheels.values()), least
+            )
     decisions += _idle_speeds(grid)
     speed = vehicle_speed(grid)
     if speed is not None:
@@ -77,6 +85,30 @@ def _idle_wheels(grid: Grid, names: list[str], least: float) -> list[Decision]:
     return decisions
 
 
+def _idle_all(grid: Grid, names: list[str], least: float) -> list[Decision]:
+    """Wheels' sensors that all stand still at once while the body is braked and turned as hard as when they moved."""
+    felt = [each for axis in "xy" if (each := grid.get(f"accel_{axis}")) is not None]
+    if not felt or not names[0].startswith(BY_THE_BODY):
+        return []
+    shaken = np.sqrt(np.sum([_spreads(each) ** 2 for each in felt], axis=0))
+    lively = shaken >= SHAKEN
+    spread = np.array([_spreads(each) for name in names if (each := grid.get(name)) is not None])
+    usual = np.full(len(names), np.nan)
+    for number, own in enumerate(spread):
+        there = lively & np.isfinite(own)
+        if np.count_nonzero(there) >= 2 * LEAST_WINDOWS:
+            # of a sensor that froze at half time, what it showed before
+            usual[number] = float(np.quantile(own[there] / shaken[there], USUALLY))
+    if not np.isfinite(usual).all():
+        return []
+    found = [
+        _idle(grid, name, own, np.where(lively, share * shaken, np.nan), least, "the body")
+        for name, own, share in zip(names, spread, usual, strict=True)
+    ]
+    # a single one was looked for among its like
+    return [each for one in found for each in one] if all(found) else []
+
+
 def _idle_speeds(grid: Grid) -> list[Decision]:
     """Speeds of the vehicle that stand still while the wheels' change."""
     wheels = [each for wheel in WHEELS if (each := grid.get(f"wheel_speed_{wheel}")) is not None]
@@ -100,8 +132,10 @@ def _idle(
         return []
     share = float(np.mean(idle[lively]))
     since = grid.time_s[np.flatnonzero(idle)[0] * PER_WINDOW] - 0.5 * CELL_S
-    how = f"{show(name, median(own[idle]))} against {show(name, median(others[idle]))}"
-    evidence = f"spread within {WINDOW_S:g} s: {how} of {who}, in {np.count_nonzero(idle)} of {np.count_nonzero(lively)} windows in which those move"
+    # the rounding of a mean is no motion
+    rest = median(own[idle]) if median(own[idle]) > 1e-9 * median(others[idle]) else 0.0
+    how = f"{show(name, rest)} against {show(name, median(others[idle]))}"
+    evidence = f"spread within {WINDOW_S:g} s: {how} of {who}, in {np.count_nonzero(idle)} of {np.count_nonzero(lively)} windows with motion"
     return [_said(name, f"does not move with {who}", float(since), share, evidence)]
 
 

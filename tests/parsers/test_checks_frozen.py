@@ -188,3 +188,20 @@ def test_an_inertial_unit_that_freezes_altogether_is_left_out() -> None:
     for name in unit:
         signals = hold(signals, name, (0.5, 1.0))
     assert not unit & set(check(signals)[0])
+
+
+@pytest.mark.parametrize("since", [0.0, 0.4, 0.6, 0.97])
+def test_four_wheels_that_freeze_at_once_are_seen_by_how_the_body_is_shaken(since: float) -> None:
+    """A recorder that goes on sending the last values: no wheel is unlike the others. One that never moved is told by what never changes."""
+    signals = with_wheels(seconds=150.0)
+    for wheel in WHEELS:
+        signals = hold(signals, f"suspension_deflection_{wheel}", (since, 1.0), 1e-5)
+    fixed, decisions = check(signals)
+    found = [each for each in decisions if "does not move with the body" in each.found]
+    if since in (0.4, 0.6):
+        assert {each.signal for each in found} == {f"suspension_deflection_{w}" for w in WHEELS}
+        assert all(each.applied for each in found)
+        assert not any(name.startswith("suspension_deflection") for name in fixed)
+        assert f"from {150 * since:.0f} s on" in found[0].found
+    else:
+        assert not found

@@ -242,3 +242,14 @@ def test_signals_that_hang_together_by_others_are_not_apart():
     (note,) = apart_notes(spans | {"pitch": (91 * NS, 95 * NS), "heave": (200 * NS, 201 * NS)})
     assert "pitch begin at 91.0 s" in note
     assert "heave begin at 200.0 s, 105.0 s after that" in note
+
+
+def test_signals_that_are_there_for_a_part_of_the_drive_are_named():
+    spans = {"speed": (0, 150 * NS), "roll": (2 * NS, 149 * NS)}
+    assert apart_notes(spans) == []
+    half = {f"suspension_deflection_{wheel}": (0, 75 * NS) for wheel in ("fl", "fr")}
+    (note,) = apart_notes(spans | half | {"pitch": (40 * NS, 150 * NS)})
+    assert (
+        "for a part of the 150 s only: pitch begin at 40 s; suspension_deflection_fl, suspension_deflection_fr end at 75 s"
+        in note
+    )
