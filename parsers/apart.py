@@ -58,7 +58,9 @@ def _in_part(spans: Mapping[str, Span]) -> list[str]:
     each = sorted(missing.items(), key=lambda item: (item[0][1], item[0][0]))
     said = [f"{_named(names)} {what}" for (what, _), names in each[:_MOST_SETS]]
     more = f" (and {len(each) - _MOST_SETS} more)" if len(each) > _MOST_SETS else ""
-    return [f"signals that are there for a part of the {(end - zero) / NS:.0f} s only: {'; '.join(said)}{more}"]
+    return [
+        f"signals that are there for a part of the {(end - zero) / NS:.0f} s only: {'; '.join(said)}{more}"
+    ]
 
 
 def _named(names: list[str]) -> str:
