@@ -195,6 +195,12 @@ def turned_share(drive: Drive) -> Share | None:
     return share if share.std < UNSURE else None
 
 
+def lacks_gravity(drive: Drive, vehicle: Vehicle) -> bool:
+    """Whether `accel_y` surely has no part of gravity in it, by its bends or by a gyro."""
+    share, _ = shares(drive, vehicle).get("accel_y", (turned_share(drive), None))
+    return share is not None and share.missing
+
+
 def _banked(drive: Drive, vehicle: Vehicle, tilt: Signal) -> tuple[Share, str] | None:
     """Gravity's share where it is there, and where that was seen: by a gyro, else in slow bends. None where it is not, or the log does not tell.
 
