@@ -54,7 +54,9 @@ def test_honest_sensors_are_left_alone(scale: float, bank: float, roll: bool) ->
     assert lateral_doubt(_drive(lambda felt: scale * felt, bank=bank, roll=roll), Vehicle()) is None
 
 
-@pytest.mark.parametrize(("scale", "roll"), [(1.2, True), (0.8, True), (1.1, True), (0.87, True), (1.4, False)])
+@pytest.mark.parametrize(
+    ("scale", "roll"), [(1.2, True), (0.8, True), (1.1, True), (0.87, True), (1.4, False)]
+)
 def test_a_wrong_scale_is_said_with_its_size(scale: float, roll: bool) -> None:
     doubt = lateral_doubt(_drive(lambda felt: scale * felt, roll=roll), Vehicle())
     assert doubt is not None
