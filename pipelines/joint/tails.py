@@ -15,7 +15,7 @@ from scipy.special import gamma, gammaincinv, ndtri, stdtr, stdtrit
 
 from pipelines.results import INNER, OUTER, FloatArray, ParameterEstimate
 
-FREEDOM = 5.0
+FREEDOM = 4.0
 """Degrees of freedom: see "Tails" in docs/calibration.md for the errors over simulators of many authors that it was taken from."""
 
 _NARROWER = float(stdtrit(FREEDOM, 0.5 + OUTER / 2) / ndtri(0.5 + OUTER / 2))

@@ -77,6 +77,18 @@ def test_a_gap_or_a_rest_takes_nothing_with_it_but_its_time() -> None:
     assert seen_length(replace(whole, segments=(Segment(0, 2000),)), speed, LENGTH) is None
 
 
+def test_channels_that_begin_and_end_some_rows_apart_cost_these_rows_alone() -> None:
+    """Those of several buses do; one missing sample took the whole drive."""
+    whole = _shaken(LENGTH, 50.0)
+    late = {**whole.columns, "speed": whole.columns["speed"].copy()}
+    late["speed"][:3] = late["speed"][-2:] = np.nan
+    late["suspension_deflection_rl"] = late["suspension_deflection_rl"].copy()
+    late["suspension_deflection_rl"][4000:4005] = np.nan
+    found = _seen(replace(whole, columns=late))
+    assert found is not None
+    assert found.length == pytest.approx(LENGTH, rel=0.01)
+
+
 def _inertia(share: float, std: float = 50.0) -> Evidence:
     """A log that tells the pitch inertia loosely: its share of what was known."""
     known = before_the_log(vehicle())

@@ -49,7 +49,7 @@ MOST_WINDOWS, LEAST_WINDOWS = 400, 40
 PARTS = 10
 """Parts of the drive that are left out in turn for the spread."""
 
-CLEAR, CONTRAST = 8.0, 1.15
+CLEAR, CONTRAST = 15.0, 1.02
 """Standard deviations of C without any common road that its peak must rise by, and its peak over its median: at one speed every
 length does as well as the next, as the axles' own phases make up for it."""
 
@@ -90,7 +90,7 @@ def _turned(
     rate, size = prepared.rate_hz, round(WINDOW_S * prepared.rate_hz)
     here = [[prepared.columns[name][rows] for name in pair] for pair in pairs]
     v = np.maximum(speed[rows], 0.0)
-    if len(v) < 2 * size or not (np.isfinite(v).all() and all(np.isfinite(c).all() for p in here for c in p)):
+    if len(v) < 2 * size:
         return None
     time = np.arange(len(v)) / rate
     way = np.concatenate(([0.0], np.cumsum(0.5 * (v[1:] + v[:-1])) / rate)) + 1e-9 * np.arange(len(v))
@@ -147,7 +147,8 @@ def seen_length(prepared: Prepared, speed: FloatArray, expected: float) -> SeenL
     lengths = expected * np.arange(FROM, TO, STEP)
     rows = sum(s.stop - s.start for s in prepared.segments)
     step = max(round(0.5 * WINDOW_S * prepared.rate_hz), rows // MOST_WINDOWS)
-    parts = [_turned(prepared, s, pairs, speed, lengths, step) for s in prepared.segments]
+    whole = _whole(prepared, pairs, speed)
+    parts = [_turned(prepared, s, pairs, speed, lengths, step) for s in whole]
     there = [p for p in parts if p is not None]
     if sum(p.shape[1] for p in there) < LEAST_WINDOWS:
         return None
@@ -161,6 +162,22 @@ def seen_length(prepared: Prepared, speed: FloatArray, expected: float) -> SeenL
     told = clear > CLEAR and float(total.max()) > CONTRAST * float(np.median(total))
     # NaN where a peak lies at an end
     return SeenLength(length, std, clear) if told and std < LARGEST_STD * length else None
+
+
+def _whole(prepared: Prepared, pairs: list[tuple[str, str]], speed: FloatArray) -> list[Segment]:
+    """Stretches of the drive in which speed and all of the pairs are there: channels of several buses begin some rows apart."""
+    there = np.isfinite(speed)
+    for pair in pairs:
+        for name in pair:
+            there = there & np.isfinite(prepared.columns[name])
+    found = []
+    for segment in prepared.segments:
+        edges = np.flatnonzero(np.diff(there[segment.start : segment.stop], prepend=False, append=False))
+        found += [
+            Segment(segment.start + a, segment.start + b)
+            for a, b in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+        ]
+    return found
 
 
 def _pairs(columns: Mapping[str, FloatArray]) -> list[tuple[str, str]]:
