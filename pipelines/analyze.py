@@ -43,6 +43,7 @@ from pipelines.prepare.lateral_scale import (
     lateral_doubt,
     left_without_gravity,
     with_doubt,
+    wrong_weight,
 )
 from pipelines.prepare.level_unit import with_level_unit
 from pipelines.prepare.load_step import load_step, with_load_step
@@ -195,7 +196,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     )
     drive = with_level_unit(drive, vehicle, fix=request.fix)
     drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
-    lateral, angles = lateral_doubt(drive, vehicle), angle_doubts(drive)
+    lateral, angles = lateral_doubt(drive, vehicle) or wrong_weight(drive), angle_doubts(drive)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
     lateral = lateral or left_without_gravity(drive)

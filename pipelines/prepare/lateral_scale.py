@@ -16,6 +16,7 @@ import numpy as np
 from parsers.checks.grid import CELL_S, make_grid
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.drive import Decision, Drive
+from parsers.quantiles import median
 from pipelines.joint.kept import KeptRelations
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import BLOCK_S, LEAST_BLOCKS, block_slopes
@@ -49,6 +50,9 @@ LATE_S, LATE_GAIN = 0.3, 0.01
 
 HANG_ON_IT = ("roll_gradient_degpg", "roll_arm_m", "cg_height_m", "sprung_cg_height_m")
 SURE = 3.0
+HEAVY, NO_SCALE = 0.04, 0.4
+"""By what share gravity may look larger or smaller by offsets, hills and a unit's own scale; and by what share it is a unit's fault."""
+LEAST_SAMPLES = 100
 GRAVITYS_PART = 0.12
 """Of lateral acceleration as a body that leans by 7 degrees a g feels it."""
 
@@ -157,6 +161,22 @@ def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
     by = "yaw_rate × speed" if found[-1] is None or angle is None else "yaw_rate × speed and gravity's part"
     text = f"accel_y is {scale:.2f} times {by}: the scale of one of them is wrong"
     return LateralDoubt(abs(scale - 1), text, f"slope {scale:.3f} ± {last.std:.3f} over {last.seconds:.0f} s")
+
+
+def wrong_weight(drive: Drive) -> LateralDoubt | None:
+    """What an inertial unit says that shows another gravity in the mean than there is; None where it shows that, or its axes are not all there."""
+    axes = [drive.signals.get(f"accel_{axis}") for axis in "xyz"]
+    values = [each.values[np.isfinite(each.values)] for each in axes if each is not None]
+    if len(values) < len(axes) or min(map(len, values)) < LEAST_SAMPLES:
+        return None
+    weight = math.sqrt(sum(median(each) ** 2 for each in values))
+    off = weight / GRAVITY - 1
+    if not HEAVY < abs(off) < NO_SCALE:
+        return None
+    found = f"the accelerations show a gravity of {weight:.2f} m/s² in the mean: their scale is wrong by {off:+.0%}"
+    return LateralDoubt(
+        abs(off), found, f"of accel_x, accel_y and accel_z together; {GRAVITY:.2f} m/s² is right"
+    )
 
 
 def _moves(felt: FloatArray, turning: FloatArray) -> bool:

@@ -12,7 +12,13 @@ import pytest
 from parsers.drive import Decision, Drive, ImportRecord, Signal
 from pipelines.joint.kept import KeptRelations
 from pipelines.prepare.gravity import with_gravity
-from pipelines.prepare.lateral_scale import as_sure_as_the_scale, kept_as_sure, lateral_doubt, with_doubt
+from pipelines.prepare.lateral_scale import (
+    as_sure_as_the_scale,
+    kept_as_sure,
+    lateral_doubt,
+    with_doubt,
+    wrong_weight,
+)
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -163,3 +169,27 @@ def test_what_is_handed_on_for_joining_is_no_surer_either() -> None:
     assert found.told["cg_height_m"] == (0.7, pytest.approx(np.hypot(0.05, 0.7 * doubt.off)))
     assert kept_as_sure(kept, None) is kept
     assert kept_as_sure(None, doubt) is None
+
+
+@pytest.mark.parametrize(("scale", "tilt_deg", "said"), [(1.1, 0.0, True), (0.9, 15.0, True), (1.0, 15.0, False), (1.02, 0.0, False)])  # fmt: skip
+def test_a_unit_that_shows_another_gravity_is_said_however_it_is_mounted(
+    scale: float, tilt_deg: float, said: bool
+) -> None:
+    """All three axes 10 % too large, in a log without a roll angle: nothing else tells, and a roll gradient was as much too small."""
+    drive = _drive(lambda felt: scale * felt, roll=False)
+    assert wrong_weight(drive) is None
+    lateral, tilt = drive.signals["accel_y"], np.radians(tilt_deg)
+    rng = np.random.default_rng(2)
+    more = {
+        name: replace(
+            lateral,
+            name=name,
+            values=scale * part * G + rng.normal(0.0, 0.4, len(lateral.values)),
+        )
+        for name, part in (("accel_x", np.sin(tilt)), ("accel_z", np.cos(tilt)))
+    }
+    found = wrong_weight(replace(drive, signals={**drive.signals, **more}))
+    assert (found is not None) is said
+    if found is not None:
+        assert found.off == pytest.approx(abs(scale - 1), abs=0.02)
+        assert "gravity" in found.found

@@ -161,7 +161,7 @@ def _slip_known(
         load=(_settings(settings, "slip_load", 0.1), _settings(settings, "slip_load_std", 0.2)),
         squash=(_settings(settings, "squash", 0.25), _settings(settings, "squash_std", 0.12)),
         ratio_error=RATIO_ERROR,
-        drive_front=(0.5, 0.5) if driven is None else (driven.value, max(driven.std, 0.02)),
+        drive_front=(0.5, 0.5) if driven is None or driven.std > 0.5 else (driven.value, max(driven.std, 0.02)),
         tyre_rate=TYRE_RATE if tyre is None else tyre.value,
         engine_drag=held if data.drive is None else 0.1 * ENGINE_DRAG,
     )  # fmt: skip
