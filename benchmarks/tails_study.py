@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import sys
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -22,6 +23,11 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import norm
 from scipy.stats import t as student
+
+ROOT = Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(ROOT)]
+
+from pipelines.joint.tails import FREEDOM  # noqa: E402
 
 FREEDOMS = (3.0, 4.0, 5.0, 6.0, 8.0, 12.0, float("inf"))
 NAMES = frozenset(
@@ -77,7 +83,7 @@ def line(label: str, groups: Mapping[str, Sequence[float]]) -> str:
     z = np.concatenate([np.array(g) for g in groups.values()])
     normal = score(z, float("inf"))
     gains = [f"{100 * (score(z, f) - normal):+.1f}" for f in FREEDOMS[:-1]]
-    shares = [f"{within(z, f, 0.5):.2f} / {within(z, f, 0.8):.2f}" for f in (5.0, float("inf"))]
+    shares = [f"{within(z, f, 0.5):.2f} / {within(z, f, 0.8):.2f}" for f in (FREEDOM, float("inf"))]
     outer = float(np.mean(np.abs(z) <= norm.ppf(OUTER)))
     return "| " + " | ".join([label, str(len(z)), *gains, *shares, f"{outer:.2f}"]) + " |"
 
@@ -102,7 +108,14 @@ def main() -> None:
     parser.add_argument("files", type=Path, nargs="+")
     a = parser.parse_args()
     sources = {path.stem: errors(path) for path in a.files}
-    head = ["drives of", "answers", *(f"{f:g}" for f in FREEDOMS[:-1]), "50 / 80 % by 5", "by normal", "95 %"]
+    head = [
+        "drives of",
+        "answers",
+        *(f"{f:g}" for f in FREEDOMS[:-1]),
+        f"50 / 80 % by {FREEDOM:g}",
+        "by normal",
+        "95 %",
+    ]
     print("| " + " | ".join(head) + " |\n|" + "---|" * len(head))
     for label, groups in sources.items():
         print(line(label, groups))
