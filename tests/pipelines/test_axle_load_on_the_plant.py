@@ -153,10 +153,23 @@ def test_bellows_of_both_axles_are_found_by_what_links_lift(run: PlantRun) -> No
     text = data_sheet(TRUCK, MOUNT, rng, load=(0.0, 1.0))
     vehicle = parse_vehicle(text, Path("truck.toml"))
     balance = LoadBalance()
-    found = run_estimator(
-        balance, Drive(signals, record_), vehicle, {s.name: s.default for s in balance.settings}, 0
-    )
+    settings, truth = {s.name: s.default for s in balance.settings}, run.truth["cg_height_m"]
+    drive = Drive(signals, record_)
+    found = run_estimator(balance, drive, vehicle, settings, 0)
     assert found.status == "ran", found.reason
+    # the balances' own answer holds both kinds of loads; taken for the tyres' it would be too low
+    own, taken = (
+        each.parameters["cg_height_m"]
+        for each in (
+            found,
+            run_estimator(balance, drive, replace(vehicle, axle_load_by="tires"), settings, 0),
+        )
+    )
+    assert own.low is not None
+    assert own.high is not None
+    assert own.low < truth < own.high
+    assert taken.high is not None
+    assert taken.high < truth
     answer = verdict_of([found], vehicle).parameters["cg_height_m"]
     if answer.status != "not_identifiable":
         assert answer.value is not None

@@ -14,7 +14,7 @@ from pipelines.estimators.load_balance.solve import Fit, without
 from pipelines.joint.answers import Told, left_of, prior_record, status_of
 from pipelines.joint.doubts.weighed import Weighed
 from pipelines.joint.information import Spread
-from pipelines.joint.mixture import doubted
+from pipelines.joint.mixture import Apart, doubted
 from pipelines.joint.posterior import both_ways, central, values_at
 from pipelines.joint.vehicle.outputs import outputs_of as all_outputs
 from pipelines.joint.vehicle.unknowns import CORNERS, Known
@@ -52,6 +52,10 @@ def _taught(fit: Fit, gradient: FloatArray, std: float) -> list[str]:
     return [words for _, words in sorted(found, reverse=True)]
 
 
+def _spread(fit: Fit, gradient: FloatArray) -> float:
+    return fit.inflation * math.sqrt(float(gradient @ fit.covariance @ gradient))
+
+
 def _all_taught(fit: Fit) -> str:
     return ", ".join(r.relation.title for r in fit.reduced)
 
@@ -72,15 +76,31 @@ def _missing(name: str) -> str:
 
 
 def answers(
-    fit: Fit, data: Columns, vehicle: Vehicle, priors: Mapping[str, Spread], doubts: Sequence[Weighed] = ()
+    fit: Fit,
+    data: Columns,
+    vehicle: Vehicle,
+    priors: Mapping[str, Spread],
+    doubts: Sequence[Weighed] = (),
+    others: Sequence[tuple[float, Fit, Sequence[Weighed]]] = (),
 ) -> dict[str, ParameterEstimate]:
-    """All parameters of a fit, over all that may be otherwise (`pipelines.joint.doubts`). priors: what was known before."""
+    """All parameters of a fit, over all that may be otherwise (`pipelines.joint.doubts`). priors: what was known before.
+
+    others: fits of another kind of load that the log leaves open, each with its chance and its own doubts.
+    """
     kinds = {kind_of(r.relation.name) for r in fit.reduced}
     last, after = outputs_of(fit.known, fit.u, data.sag)
     found: dict[str, ParameterEstimate] = {}
+    beside = [
+        (chance, other, more, *outputs_of(other.known, other.u, data.sag)) for chance, other, more in others
+    ]
     for name, value in last.items():
-        std = fit.inflation * math.sqrt(float(after[name] @ fit.covariance @ after[name]))
-        answer = doubted(Told(value, std, value - 1.96 * std, value + 1.96 * std, None), after[name], doubts)
+        std = _spread(fit, after[name])
+        apart = [
+            Apart(chance, values[name], _spread(other, slopes[name]), slopes[name], more)
+            for chance, other, more, values, slopes in beside
+        ]
+        told_alone = Told(value, std, value - 1.96 * std, value + 1.96 * std, None)
+        answer = doubted(told_alone, after[name], doubts, apart)
         prior = priors[name]
         left = left_of(name, prior, answer.std, answer.low, answer.high)
         status = status_of(name, answer.value, answer.std, left, kinds)

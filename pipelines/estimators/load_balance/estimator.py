@@ -17,13 +17,14 @@ from pipelines.estimators.base import Need, Setting, Settings
 from pipelines.estimators.load_balance.along import along_relation, pads_relation
 from pipelines.estimators.load_balance.answers import answers, behind_the_axles, unanswered
 from pipelines.estimators.load_balance.attitude import attitude_relation
+from pipelines.estimators.load_balance.by_springs import by_both
 from pipelines.estimators.load_balance.data import Columns, collect, speed_of
 from pipelines.estimators.load_balance.evidence import evidence_of
 from pipelines.estimators.load_balance.figures import traces, tracks
 from pipelines.estimators.load_balance.one_road import road_evidence
 from pipelines.estimators.load_balance.relations import relations
 from pipelines.estimators.load_balance.solve import Fit, solve
-from pipelines.joint.doubts.listed import doubts_of, said
+from pipelines.joint.doubts.listed import said
 from pipelines.joint.information import Spread, prior_spreads
 from pipelines.joint.vehicle.stated import stated_relations
 from pipelines.joint.vehicle.unknowns import Known, before_the_log
@@ -154,8 +155,9 @@ class LoadBalance:
         fit = solve(found, known)
         told = (*evidence_of(fit, data, heavy=heavy), *road_evidence(prepared, speed_of(prepared), known))
         # torques alone hardly tell a wheel that takes none from a per cent of mass
-        doubts = doubts_of(fit, vehicle) if data.kinds or data.one_axle else ()
-        parameters = answers(fit, data, vehicle, priors, doubts)
+        first, *others = by_both(found, fit, vehicle, doubted=bool(data.kinds or data.one_axle))
+        _, likelier, doubts = first
+        parameters = answers(likelier, data, vehicle, priors, doubts, others)
         if not data.kinds and not data.one_axle:
             # torques tell the mass, the nose's motion the height; what they seem to tell of the place is the load's prior alone
             seen = MASSES if nod is None else (*MASSES, *HEIGHTS)
