@@ -9,10 +9,17 @@ import numpy as np
 
 from pipelines.estimators.axle_load_gls.answers import IDENTIFIED, WEAK, against_stated, unknown
 from pipelines.estimators.axle_load_gls.data import AxleData
-from pipelines.estimators.axle_load_gls.known import ROLLING, WHEEL_SPIN_SHARE, MassKnowledge, usual_pitch
+from pipelines.estimators.axle_load_gls.known import (
+    ROLLING,
+    WHEEL_SPIN_SHARE,
+    MassKnowledge,
+    pitch_axis,
+    usual_pitch,
+)
 from pipelines.filters.hekf import HekfSettings, HekfTrack
 from pipelines.prepare.lowpass import lowpass
 from pipelines.results import Assumption, FloatArray, Identification, ParameterEstimate, Trace, Track
+from pipelines.vehicles.axle_loads import by_springs
 from pipelines.vehicles.vehicle import Vehicle
 
 LAGS_S = 2.0
@@ -121,6 +128,16 @@ class Doubts:
     model: float
     apart: float
     line: float
+    linked: float
+
+
+def _links(linked: float) -> str:
+    """What springs' loads make of it, in words; nothing of tyres' loads."""
+    return (
+        f" and by {linked:.2f} m (loads that may be the springs', to which the links' part never comes)"
+        if linked > 0.005
+        else ""
+    )
 
 
 def doubts_of(
@@ -139,13 +156,17 @@ def doubts_of(
     rolling = ROLLING[0] * USUAL_RADIUS_SHARE * wheelbase if filtered.rolling_unknown else filtered.rolling
     slope, apart = slow_line(data)
     line = slope * wheelbase / kilograms
-    tall = math.hypot(own[0], height * load_scale, height * model, height * apart, height - line)
+    # loads that the springs carry lack the links' part of the transfer
+    axis, axis_std, _ = pitch_axis(vehicle, wheelbase)
+    links = data.share_of("suspension") + data.share_of("axle") * math.sqrt(by_springs(vehicle))
+    linked = links * math.hypot(axis, axis_std)
+    tall = math.hypot(own[0], height * load_scale, height * model, height * apart, height - line, linked)
     slanted = height * data.grade_source.std
     rest = (axle * load_scale, slanted, rolling, 0.005 * wheelbase, 0.1 * apart * wheelbase)
     place = math.hypot(own[1], *rest)
     return Doubts(
         tall, place, math.hypot(tall, height * heavy), math.hypot(place, axle * heavy), own[0],
-        math.hypot(heavy, load_scale), model, apart, line,
+        math.hypot(heavy, load_scale), model, apart, line, linked,
     )  # fmt: skip
 
 
@@ -160,7 +181,7 @@ def published_answers(
     why = (
         f"the filter's own deviation {track.height_std[-1]:.3f} m was widened to {doubts.own:.3f} m (correlated residuals, "
         f"the estimate's wandering) and by {100 * doubts.common:.1f} % (mass, load sensor) and {100 * doubts.model:.1f} % "
-        f"(pitch, wheel spin and drag, which the method leaves out); {100 * doubts.apart:.1f} % of the load's changes do not "
+        f"(pitch, wheel spin and drag, which the method leaves out){_links(doubts.linked)}; {100 * doubts.apart:.1f} % of the load's changes do not "
         f"go with the force, and a straight line through them gives {doubts.line:.2f} m"
     )
     if not mass.load_known:
