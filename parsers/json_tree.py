@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from parsers.field_notes import MAX_FIELDS, MAX_LIST, unit_in
+from parsers.json_names import element_names, may_name
 from parsers.json_units import MOST_TEXTS, says_units, units_beside
 from parsers.ros.contract import FieldInfo
 from parsers.units import quantities_of
@@ -156,11 +157,11 @@ def add_schema(node: JsonNode, definition: bytes) -> bool:
 
 
 def has_open_places(node: JsonNode) -> bool:
-    """Whether the schema leaves something to be found in the messages: places, or what unit a text states."""
+    """Whether the schema leaves something to be found in the messages: places, or what unit or name a text states."""
     waiting = [node]
     while waiting:
         each = waiting.pop()
-        if each.open or says_units(each.keys):
+        if each.open or says_units(each.keys) or any(may_name(item.keys) for item in each.items):
             return True
         waiting += [*each.keys.values(), *each.items]
     return False
@@ -182,10 +183,10 @@ def flatten(root: JsonNode) -> FlatTree:
     fields: list[FieldInfo] = []
     taken: set[str] = set()
     clashes: list[str] = []
-    waiting: list[tuple[str, JsonNode]] = [("", root)]
+    waiting: list[tuple[str, JsonNode, str]] = [("", root, "")]
     full = False
     while waiting:
-        path, node = waiting.pop()
+        path, node, element = waiting.pop()
         nodes.append((path, node))
         _take_units(node)
         if path and (node.number or node.text):
@@ -196,8 +197,9 @@ def flatten(root: JsonNode) -> FlatTree:
                 full, node.number = True, False
             else:
                 taken.add(path)
-                fields.append(FieldInfo(path, "number" if node.number else "text", node.unit, node.comment))
-        waiting += reversed([*_inner(path, node)])
+                kind = "number" if node.number else "text"
+                fields.append(FieldInfo(path, kind, node.unit, node.comment, element))
+        waiting += reversed([*_inner(path, node, element)])
     return FlatTree(tuple(nodes), tuple(fields), tuple(clashes), full)
 
 
@@ -205,7 +207,7 @@ def _take_units(node: JsonNode) -> None:
     """Give the numbers of an object the units that its texts state."""
     if not says_units(node.keys):
         return
-    texts = {key: inner.texts for key, inner in node.keys.items() if inner.texts}
+    texts = _texts(node)
     numbers = [
         key for key, inner in node.keys.items() if inner.number or any(each.number for each in inner.items)
     ]
@@ -214,8 +216,14 @@ def _take_units(node: JsonNode) -> None:
             inner.unit = unit
 
 
-def _inner(path: str, node: JsonNode) -> Iterable[tuple[str, JsonNode]]:
+def _inner(path: str, node: JsonNode, element: str) -> Iterable[tuple[str, JsonNode, str]]:
+    """What is inside a place, with its path and the name of the list's element that it belongs to. element: the place's own."""
     for key, inner in node.keys.items():
-        yield (f"{path}.{key}" if path else key), inner
-    for index, inner in enumerate(node.items):
-        yield f"{path}[{index}]", inner
+        yield (f"{path}.{key}" if path else key), inner, element
+    names = element_names([_texts(item) for item in node.items])
+    for index, (inner, name) in enumerate(zip(node.items, names, strict=True)):
+        yield f"{path}[{index}]", inner, name or element
+
+
+def _texts(node: JsonNode) -> dict[str, tuple[str, ...]]:
+    return {key: inner.texts for key, inner in node.keys.items() if inner.texts}

@@ -15,6 +15,7 @@ from parsers.mapping.compass import compass
 from parsers.mapping.corners import say_corners
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
+from parsers.mapping.elements import channel_of, of_elements
 from parsers.mapping.joints import say_joints
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
@@ -152,19 +153,21 @@ def candidates(
 
 def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
     index = index_channels(channels)
+    by_name = {channel.name: channel for channel in index.channels}
     families = {channel.family for channel in index.channels}
     for profile in load_profiles():
         if families & profile.families:
-            yield from profile_bindings(profile, index)
+            for each in profile_bindings(profile, index):
+                yield from of_elements(by_name[channel_of(each)], (each,))
     prefixes = vendor_prefixes(index.channels)
     pitches, rates = attitudes(index.channels), triads(index.channels) | quads(index.channels)
     letters, north_east = velocities(index.channels), compass(index.channels)
-    yield from letters.found
-    yield from north_east.found
+    for each in (*letters.found, *north_east.found):
+        yield from of_elements(by_name[channel_of(each)], (each,))
     judged = letters.names | north_east.names
     for channel, tags in zip(index.channels, index.tags, strict=True):
         if channel.name not in judged and may_be_named(channel, tags):
-            yield from name_bindings(channel, prefixes, pitches, rates)
+            yield from of_elements(channel, name_bindings(channel, prefixes, pitches, rates))
 
 
 def texts_of_signals(channels: Sequence[ChannelInfo], wanted: Collection[str]) -> tuple[str, ...]:
