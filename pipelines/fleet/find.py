@@ -111,7 +111,7 @@ def _twin(drive: FoundDrive, original: FoundDrive, how: Likeness) -> FoundDrive:
     """A drive that says how its log holds what another's does."""
     same, once = f"{how.value} {original.name}", drive.vehicle_id == original.vehicle_id
     if how is Likeness.MOSTLY:
-        counts = "once where the log tells its date, else twice" if once else "for both vehicles"
+        counts = "once only where both begin at one moment of a known date" if once else "for both vehicles"
         wrong = f"{same}: one of the two is damaged or was changed, and they count {counts}; remove one"
         return replace(drive, lacks=(*drive.lacks, wrong))
     if once:

@@ -258,7 +258,7 @@ def test_a_copy_with_other_bytes_in_between_is_not_called_the_same(tmp_path):
     found = find_drives(str(tmp_path))
     assert reasons(found) == {}
     drives = by_name(found)
-    mostly = "the same size as, and for the most part the same bytes as, v/a (1).csv: one of the two is damaged or was changed, and they count once where the log tells its date, else twice; remove one"
+    mostly = "the same size as, and for the most part the same bytes as, v/a (1).csv: one of the two is damaged or was changed, and they count once only where both begin at one moment of a known date; remove one"
     assert mostly in drives["v/a.csv"].lacks
     assert "the same bytes as v/a (1).csv: for their vehicle they count once" in drives["v/z.csv"].notes
     assert any(
