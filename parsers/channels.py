@@ -28,7 +28,7 @@ class ChannelInfo:
     kind: only "number" channels become signals; text is listed by `inspect` and never decoded.
     count: number of samples where the container's index knows it without reading, else None.
     tags: facts that profiles match on. ROS and JSON: "topic", "type" (as "sensor_msgs/Imu", without /msg/),
-        "field" ("angular_velocity.z"). CAN: "message", "signal", "id" (decimal, without the extended bit),
+        "field" ("angular_velocity.z"), "element" (what the log calls the element of a list that it belongs to). CAN: "message", "signal", "id" (decimal, without the extended bit),
         "extended" ("1"), "pgn", "spn", "source_address", "bus", "builtin" ("1": of cogest's own definitions); what
         J1939 defines has its names for "message" and "signal", whatever the database calls them.
         Others: "column".

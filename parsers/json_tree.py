@@ -8,12 +8,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from parsers.field_notes import MAX_FIELDS, MAX_LIST, unit_in
+from parsers.json_names import element_names, may_list_names, may_name, names_beside
 from parsers.json_units import MOST_TEXTS, says_units, units_beside
 from parsers.ros.contract import FieldInfo
 from parsers.units import quantities_of
 
 MAX_DEPTH = 16
-_LONGEST_UNIT = 24
+_LONGEST_TEXT = 96
 _NUMBERS = ("number", "integer", "boolean")
 
 
@@ -22,6 +23,7 @@ class JsonNode:
     """One place in a message. A place may be a number in one message and an object in the next.
 
     open: the schema does not say what is inside, so that only messages can. texts: the first different texts that messages have there.
+    name: what a list of names beside its own calls it.
     """
 
     keys: dict[str, JsonNode] = field(default_factory=dict)
@@ -32,6 +34,7 @@ class JsonNode:
     unit: str | None = None
     comment: str = ""
     texts: tuple[str, ...] = ()
+    name: str = ""
 
     def item(self, index: int) -> JsonNode:
         """The list element at an index, made where it is not there yet."""
@@ -53,7 +56,7 @@ def add_sample(node: JsonNode, value: Any, depth: int = 0) -> None:
     elif isinstance(value, str):
         node.text = True
         if len(node.texts) < MOST_TEXTS and value not in node.texts:
-            node.texts += (value[:_LONGEST_UNIT],)
+            node.texts += (value[:_LONGEST_TEXT],)
     elif value is not None:
         node.number = True
 
@@ -156,14 +159,22 @@ def add_schema(node: JsonNode, definition: bytes) -> bool:
 
 
 def has_open_places(node: JsonNode) -> bool:
-    """Whether the schema leaves something to be found in the messages: places, or what unit a text states."""
+    """Whether the schema leaves something to be found in the messages: places, or what unit or name a text states."""
     waiting = [node]
     while waiting:
         each = waiting.pop()
-        if each.open or says_units(each.keys):
+        if each.open or says_units(each.keys) or _named_inside(each):
             return True
         waiting += [*each.keys.values(), *each.items]
     return False
+
+
+def _named_inside(node: JsonNode) -> bool:
+    """Whether messages may name the elements of a list: inside each, or by texts beside a list of numbers."""
+    texts = [key for key, inner in node.keys.items() if inner.text or any(item.text for item in inner.items)]
+    if may_list_names(texts) and any(item.number for inner in node.keys.values() for item in inner.items):
+        return True
+    return any(may_name(item.keys) for item in node.items)
 
 
 @dataclass(frozen=True)
@@ -182,10 +193,10 @@ def flatten(root: JsonNode) -> FlatTree:
     fields: list[FieldInfo] = []
     taken: set[str] = set()
     clashes: list[str] = []
-    waiting: list[tuple[str, JsonNode]] = [("", root)]
+    waiting: list[tuple[str, JsonNode, str]] = [("", root, "")]
     full = False
     while waiting:
-        path, node = waiting.pop()
+        path, node, element = waiting.pop()
         nodes.append((path, node))
         _take_units(node)
         if path and (node.number or node.text):
@@ -196,8 +207,9 @@ def flatten(root: JsonNode) -> FlatTree:
                 full, node.number = True, False
             else:
                 taken.add(path)
-                fields.append(FieldInfo(path, "number" if node.number else "text", node.unit, node.comment))
-        waiting += reversed([*_inner(path, node)])
+                kind = "number" if node.number else "text"
+                fields.append(FieldInfo(path, kind, node.unit, node.comment, element))
+        waiting += reversed([*_inner(path, node, element)])
     return FlatTree(tuple(nodes), tuple(fields), tuple(clashes), full)
 
 
@@ -205,7 +217,7 @@ def _take_units(node: JsonNode) -> None:
     """Give the numbers of an object the units that its texts state."""
     if not says_units(node.keys):
         return
-    texts = {key: inner.texts for key, inner in node.keys.items() if inner.texts}
+    texts = _texts(node)
     numbers = [
         key for key, inner in node.keys.items() if inner.number or any(each.number for each in inner.items)
     ]
@@ -214,8 +226,33 @@ def _take_units(node: JsonNode) -> None:
             inner.unit = unit
 
 
-def _inner(path: str, node: JsonNode) -> Iterable[tuple[str, JsonNode]]:
+def _inner(path: str, node: JsonNode, element: str) -> Iterable[tuple[str, JsonNode, str]]:
+    """What is inside a place, with its path and the name of the list's element that it belongs to. element: the place's own."""
+    listed = names_beside({key: _texts_at(inner) for key, inner in node.keys.items()})
     for key, inner in node.keys.items():
-        yield (f"{path}.{key}" if path else key), inner
-    for index, inner in enumerate(node.items):
-        yield f"{path}[{index}]", inner
+        yield (f"{path}.{key}" if path else key), inner, element
+        if inner.items and len(listed) <= len(inner.items):
+            _name_numbers(inner, listed)
+    names = element_names([_texts(item) for item in node.items])
+    for index, (inner, name) in enumerate(zip(node.items, names, strict=True)):
+        inner.comment, inner.unit = inner.comment or node.comment, inner.unit or node.unit
+        yield f"{path}[{index}]", inner, name or inner.name or element
+
+
+def _name_numbers(node: JsonNode, names: list[str]) -> None:
+    """Give the elements of a list of numbers their names."""
+    for item, name in zip(node.items, names, strict=False):
+        item.name = name if item.number else ""
+
+
+def _texts(node: JsonNode) -> dict[str, tuple[str, ...]]:
+    return {key: inner.texts for key, inner in node.keys.items() if inner.texts}
+
+
+def _texts_at(node: JsonNode) -> list[tuple[str, ...]]:
+    """The texts that messages have at a place, or at each place of a list of texts alone."""
+    if node.texts:
+        return [node.texts]
+    texts = [item.texts for item in node.items]
+    count = sum(bool(each) for each in texts)
+    return texts[:count] if all(texts[:count]) and not any(item.number for item in node.items) else []

@@ -19,7 +19,7 @@ from parsers.mapping import MapFile, missing_channels
 from parsers.merge import merge_parts
 from parsers.opened_log import LoadOptions, OpenedLog, Progress, lenient, open_log, quiet, read_chunks
 from parsers.other_units import better, choice, swapped_entries, to_swap, with_other
-from parsers.read_log import Part, PartFacts, make_part, take_in
+from parsers.read_log import BEYOND_JUMP, Part, PartFacts, make_part, take_in
 from parsers.registry import find_importer
 from parsers.timebase import MAX_GAPS, NS, GapList, list_gaps
 
@@ -210,13 +210,16 @@ DISORDER = 0.2
 def _odd_time(parts: Sequence[PartFacts], seconds: float) -> list[str]:
     """What is said of a time that is hardly the log's."""
     tables = [part for part in parts if not part.opened.log.can_frames]
-    rows = sum(part.opened.log.messages for part in tables)
+    # rows beyond a jump of the clock are of another drive, or another time, and told of
+    books = {id(part): part.opened.log for part in tables}
+    used = {key: max(0, log.messages - log.rejected[BEYOND_JUMP]) for key, log in books.items()}
+    rows = sum(used.values())
     said = []
     if rows >= MANY and seconds < SHORT_S:
         said.append(f"all {rows} rows lie within {seconds:.3g} s: {ODD_UNIT}")
     elif seconds > 0:
         # messages of several topics are no rows of one clock
-        most = max((p.opened.log.messages for p in tables if p.opened.importer.name in _ONE_CLOCK), default=0)
+        most = max((used[id(p)] for p in tables if p.opened.importer.name in _ONE_CLOCK), default=0)
         if most >= MANY and most / seconds > FAST_HZ:
             said.append(
                 f"{most} rows within {seconds:.3g} s are {most / seconds:.0f} Hz: {ODD_UNIT} "

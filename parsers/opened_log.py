@@ -15,6 +15,7 @@ from parsers.places import remote
 from parsers.registry import find_importer
 from parsers.ros.frame_topics import with_frame_topics
 from parsers.ros.joint_topics import with_joint_names
+from parsers.ros.labelled_topics import with_labels
 
 Progress = Callable[[str, float], None]
 """Called with what is being done and how much of it is done (0-1)."""
@@ -70,10 +71,12 @@ def open_log(
     )
     try:
         reader = importer.open(path, read_options, log)
-        reader = with_joint_names(reader, lambda book: importer.open(path, read_options, book), log)
-        reader = with_frame_topics(
-            reader, lambda book: importer.open(path, read_options, book), read_options, log, path
-        )
+
+        def reopen(book: ImportLog) -> LogReader:
+            return importer.open(path, read_options, book)
+
+        reader = with_labels(with_joint_names(reader, reopen, log), reopen, log)
+        reader = with_frame_topics(reader, reopen, read_options, log, path)
     except OSError as error:
         raise _unreadable(path, error) from error
     return OpenedLog(path, importer, reader, log)

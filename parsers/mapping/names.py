@@ -13,6 +13,7 @@ from parsers.mapping.bindings import Binding
 from parsers.mapping.contexts import blocking_words, without_device
 from parsers.mapping.dampers import at_which, reason_at
 from parsers.mapping.doubts import doubts
+from parsers.mapping.elements import element_texts, wheel_of
 from parsers.mapping.match import Refusal, choose_unit
 from parsers.mapping.name_units import without_suffix
 from parsers.mapping.wheel_radius import TURN_RATE, turn_rate
@@ -158,6 +159,9 @@ def _texts(channel: ChannelInfo) -> list[str]:
     ("/vehicle/speed" with "data").
     """
     parts = _parts(channel)
+    wheel = wheel_of(channel)
+    if wheel is not None:
+        return element_texts(channel, wheel, parts)
     texts = [" ".join(parts[start:]) for start in (-3, -2, -1, 0)]
     topic = channel.tags.get("topic", "").rstrip("/").rpartition("/")[2]
     if topic and parts:

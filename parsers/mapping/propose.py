@@ -15,6 +15,7 @@ from parsers.mapping.compass import compass
 from parsers.mapping.corners import say_corners
 from parsers.mapping.dampers import say_dampers
 from parsers.mapping.doubts import attitudes
+from parsers.mapping.elements import channel_of, of_elements, only_a_place
 from parsers.mapping.joints import say_joints
 from parsers.mapping.map_file import MapEntry, MapFile, nearest
 from parsers.mapping.match import Refusal, choose_unit, index_channels, profile_bindings
@@ -27,6 +28,7 @@ from parsers.mapping.triads import triads
 from parsers.mapping.turning import as_speed, say_turning, with_radius
 from parsers.mapping.unknown import say_unknown
 from parsers.mapping.velocities import velocities
+from parsers.mapping.wheel_lists import say_wheel_lists
 from parsers.mapping.wheel_radius import HOW, TURN_RATE, WheelRadius
 from parsers.signals import SIGNALS, WHEEL_SPEEDS
 
@@ -102,14 +104,15 @@ def propose_all(
     at_dampers = {signal: dampers[signal] for signal in SIGNALS if signal in dampers and signal in wanted}
     needed = {name for bindings in proposals.values() for each in bindings for name in each.needed}
     of_axles = axle_means([each for each in channels if each.name not in needed], wanted)
-    free = [channel for channel in channels if channel.name not in refusals and channel.name not in of_axles]
-    missed, told = overlooked(free, proposals, user.signals.keys() if user is not None else ())
+    spoken_of = user.signals.keys() if user is not None else ()
+    listed, in_lists = say_wheel_lists(channels, proposals, spoken_of)
+    known = refusals | in_lists | of_axles.keys()
+    missed, told = overlooked([each for each in channels if each.name not in known], proposals, spoken_of)
     texts, joints = texts_of_signals(channels, wanted), say_joints(proposals, channels)
     turning = say_turning(proposals, radius)
-    known = refusals | needed | told | of_axles.keys()
-    unknown = say_unknown(channels, known, {each.channel for each in left_out if each.unit})
+    unknown = say_unknown(channels, known | needed | told, {each.channel for each in left_out if each.unit})
     sentences = (
-        *said, *texts, *say_dampers(at_dampers, channels), *say_axle_means(of_axles), *say_corners(proposals), *joints, *turning, *missed,
+        *said, *texts, *say_dampers(at_dampers, channels), *say_axle_means(of_axles), *say_corners(proposals), *joints, *turning, *missed, *listed,
     )  # fmt: skip
     return Proposals(proposals, sentences, unknown)
 
@@ -152,19 +155,23 @@ def candidates(
 
 def _candidates(channels: Sequence[ChannelInfo]) -> Iterator[Binding | Refusal]:
     index = index_channels(channels)
+    by_name = {channel.name: channel for channel in index.channels}
     families = {channel.family for channel in index.channels}
     for profile in load_profiles():
         if families & profile.families:
-            yield from profile_bindings(profile, index)
+            for each in profile_bindings(profile, index):
+                yield from of_elements(by_name[channel_of(each)], (each,))
     prefixes = vendor_prefixes(index.channels)
     pitches, rates = attitudes(index.channels), triads(index.channels) | quads(index.channels)
     letters, north_east = velocities(index.channels), compass(index.channels)
-    yield from letters.found
-    yield from north_east.found
+    for each in (*letters.found, *north_east.found):
+        yield from of_elements(by_name[channel_of(each)], (each,))
     judged = letters.names | north_east.names
     for channel, tags in zip(index.channels, index.tags, strict=True):
-        if channel.name not in judged and may_be_named(channel, tags):
-            yield from name_bindings(channel, prefixes, pitches, rates)
+        if channel.name in judged or only_a_place(channel):
+            continue
+        if may_be_named(channel, tags):
+            yield from of_elements(channel, name_bindings(channel, prefixes, pitches, rates))
 
 
 def texts_of_signals(channels: Sequence[ChannelInfo], wanted: Collection[str]) -> tuple[str, ...]:

@@ -13,6 +13,7 @@ from parsers.mapping.names import ambiguous_name
 from parsers.mapping.profiles import tags_of, unusable_reason
 from parsers.mapping.propose import candidates
 from parsers.mapping.velocities import velocities
+from parsers.mapping.wheel_lists import wheel_of_a_list
 
 
 def unmapped_reason(channel: ChannelInfo) -> str:
@@ -35,7 +36,7 @@ def unmapped_reason(channel: ChannelInfo) -> str:
         return f"{refusals[0].signal}: {refusals[0].reason}"
     if axle_of(channel) is not None:
         return REASON
-    return ambiguous_name(channel) or "no profile knows it"
+    return wheel_of_a_list(channel) or ambiguous_name(channel) or "no profile knows it"
 
 
 def reasons_beside(channels: Sequence[ChannelInfo]) -> dict[str, str]:

@@ -14,12 +14,13 @@ from parsers.channels import ByteArray, FloatArray, IntArray
 @dataclass(frozen=True)
 class FieldInfo:
     """One scalar inside a message type. path: "angular_velocity.z", "wheel_speeds[0]"; kind as in ChannelInfo, or "letter": of
-    a text, as the number of its byte, which can be asked for and is no channel."""
+    a text, as the number of its byte, which can be asked for and is no channel. element: what messages call the element of a list that it belongs to."""
 
     path: str
     kind: str
     unit: str | None = None
     comment: str = ""
+    element: str = ""
 
 
 Cells = Callable[[int], FloatArray]

@@ -68,7 +68,7 @@ def _sampled(reader: LogReader, groups: Sequence[str]) -> list[_Topic]:
     values: dict[str, set[str]] = {group: set() for group in groups}
     chunks = reader.read(wanted)
     for number, chunk in enumerate(chunks):
-        found = _bytes_of(chunk, [f"{chunk.group}.{path}" for path in paths])
+        found = bytes_of(chunk, [f"{chunk.group}.{path}" for path in paths])
         if found is not None and chunk.group in texts:
             texts[chunk.group].append(np.unique(found[:_SAMPLE_ROWS], axis=0))
             values[chunk.group] |= {
@@ -100,7 +100,7 @@ def _topic(group: str, texts: Sequence[NDArray[np.uint8]], values: set[str]) -> 
     return _Topic(group, kept, places, letters, tuple(value for value in _VALUES if value in values))
 
 
-def _bytes_of(chunk: Chunk, names: Sequence[str]) -> NDArray[np.uint8] | None:
+def bytes_of(chunk: Chunk, names: Sequence[str]) -> NDArray[np.uint8] | None:
     """Letters of the chunk's messages, (rows, letters), 0 where there is none; None where the chunk does not have them."""
     if any(name not in chunk.columns for name in names):
         return None
@@ -190,7 +190,7 @@ def _joint_channels(info: ChannelInfo, topic: _Topic) -> list[ChannelInfo]:
 def _picked(chunk: Chunk, topic: _Topic, wanted: Mapping[str, tuple[str, bytes]]) -> dict[str, FloatArray]:
     """The wanted joints' values, NaN in messages that do not have the joint."""
     rows = len(chunk.time_ns)
-    letters = _bytes_of(chunk, topic.letter_channels())
+    letters = bytes_of(chunk, topic.letter_channels())
     if letters is None:
         return {name: np.full(rows, np.nan) for name in wanted}
     # messages mostly list the same joints: layouts are compared once, and rows by their layout

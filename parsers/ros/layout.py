@@ -50,6 +50,8 @@ LISTED_STRUCTS = 4
 LISTED_ARRAY = 512
 JOINTS, LETTERS = 16, 40
 """Of a joint state's names so many can be asked for, letter by letter, as numbers of bytes: what a place in the other lists means."""
+LABEL_LETTERS = 64
+"""Of the label of a MultiArray's dimension, which may list what stands at its places."""
 MAX_FIELDS = 20_000
 MAX_OPS = 20_000
 MAX_DEPTH = 24
@@ -165,6 +167,8 @@ def _single(
         return _message(builder, full_name(spec.ref), paths, above, loops)
     if spec.base in ("string", "wstring"):
         builder.fields.extend(FieldInfo(path, "text") for path in paths)
+        if _labels_places(spec, above, loops):
+            return _label(builder, paths)
         builder.has_wstring = builder.has_wstring or spec.base == "wstring"
         builder.op(OP_STRING if spec.base == "string" else OP_WSTRING, 0, 1)
         return 4, False
@@ -244,6 +248,27 @@ def _letters(builder: _Builder, spec: FieldSpec, loops: int) -> tuple[int, bool]
     builder.op(OP_STRING, 0, 1, -1, LETTERS, slot)
     builder.ops[start][JUMP] = builder.op(OP_END, 0, 0, 0, 0, -1, start)
     return 4, False
+
+
+def _labels_places(spec: FieldSpec, above: tuple[str, ...], loops: int) -> bool:
+    of_dimension = short_name(above[-1]) == "std_msgs/MultiArrayDimension" and spec.base == "string"
+    return of_dimension and spec.name == "label" and loops == 1
+
+
+def _label(builder: _Builder, paths: list[str]) -> tuple[int, bool]:
+    """The label of each dimension, whose letters have slots."""
+    letters = [label_path(path, j) for path in paths for j in range(LABEL_LETTERS)]
+    slot = len(builder.paths) if letters and len(builder.paths) + len(letters) <= MAX_FIELDS else -1
+    if slot >= 0:
+        builder.paths.extend(letters)
+        builder.fields.extend(FieldInfo(path, "letter") for path in letters)
+    builder.op(OP_STRING, 0, 1, -1, LABEL_LETTERS, slot)
+    return 4, False
+
+
+def label_path(field: str, letter: int) -> str:
+    """The path of a letter of a dimension's label. field: the label's."""
+    return f"{field}[{letter}]"
 
 
 def letter_path(joint: int, letter: int) -> str:

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from parsers.channels import ByteArray, ChannelInfo, Chunk, IntArray
 from parsers.errors import LogError
 from parsers.importer import ImportLog
-from parsers.ros.contract import MessageDecoder
+from parsers.ros.contract import FieldInfo, MessageDecoder
 from parsers.ros.decoder import LayoutDecoder, make_decoder, make_standard_decoder
 from parsers.ros.fields import Encoding, short_name
 from parsers.ros.stamps import StampChooser
@@ -39,11 +39,15 @@ class Topic:
                 kind="text" if info.kind == "text" else "number",
                 count=self.count,
                 comment=info.comment,
-                tags=MappingProxyType({"topic": self.topic, "type": self.type_name, "field": info.path}),
+                tags=MappingProxyType(self._tags(info)),
             )
             for info in self.decoder.fields
             if info.kind != "letter"
         ]
+
+    def _tags(self, info: FieldInfo) -> dict[str, str]:
+        tags = {"topic": self.topic, "type": self.type_name, "field": info.path}
+        return tags | {"element": info.element} if info.element else tags
 
     def wanted_paths(self, wanted: frozenset[str]) -> tuple[str, ...]:
         """Field paths of this topic among wanted channel names."""

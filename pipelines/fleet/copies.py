@@ -78,7 +78,7 @@ def _parts(drives: Sequence[Finished]) -> dict[str, Copy]:
     """Drives that are a part of another one."""
     parts: dict[str, Copy] = {}
     longer: dict[tuple[bool, int], list[_Span]] = defaultdict(list)
-    for span in sorted(_spans(drives), key=lambda each: -each.duration_s):
+    for span in sorted(_spans(drives), key=_longest_and_whole_first):
         second = int(span.start_s // SAME_START_S)
         near = [other for at in (second - 1, second, second + 1) for other in longer[span.local, at]]
         of = next((other for other in near if _within(span, other)), None)
@@ -87,6 +87,11 @@ def _parts(drives: Sequence[Finished]) -> dict[str, Copy]:
         else:
             parts[span.drive.drive_id] = Copy(of.drive.drive_id, part=True)
     return parts
+
+
+def _longest_and_whole_first(span: _Span) -> tuple[float, bool]:
+    """Of a recording and its damaged copy of one length the one that is whole counts."""
+    return -span.duration_s, span.drive.rows.import_status != "complete"
 
 
 def _spans(drives: Sequence[Finished]) -> Iterator[_Span]:

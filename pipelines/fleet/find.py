@@ -19,8 +19,8 @@ from pipelines.fleet.entries import Listing
 from pipelines.fleet.find_facts import LookedUp
 from pipelines.fleet.find_said import said_drives
 from pipelines.fleet.group import group_folder
-from pipelines.fleet.group_copies import same_bytes
 from pipelines.fleet.heads import Heads
+from pipelines.fleet.likeness import Likeness, likeness
 from pipelines.fleet.listing import Lister, list_any
 from pipelines.fleet.logs import Log
 from pipelines.fleet.names import drive_id
@@ -74,7 +74,7 @@ def _instead(listing: Listing, left_out: Sequence[tuple[str, str]]) -> str:
 
 
 def _marked_twins(found: Sequence[FoundDrive], drives: Sequence[Together]) -> list[FoundDrive]:
-    """Say of drives that hold the same bytes that they do. drives: those that `found` was made of, in the same order.
+    """Say of drives that hold the same bytes, or for the most part the same, that they do. drives: those that `found` was made of, in the same order.
 
     Of one vehicle they count once; for several vehicles they count, and can be of one of them only.
     """
@@ -84,17 +84,37 @@ def _marked_twins(found: Sequence[FoundDrive], drives: Sequence[Together]) -> li
         if len(each.logs) == 1 and log.size and log.digest:
             rows[(log.size, log.digest)].append((log, drive))
     said: dict[str, FoundDrive] = {}
-    for (first, original), *others in rows.values():
-        for log, drive in others:
-            if same_bytes(first, log):
-                said[drive.drive_id] = _twin(drive, original)
+    for row in rows.values():
+        kept: list[tuple[Log, FoundDrive]] = []
+        for log, drive in row:
+            how, original = _likest(log, kept)
+            if original is None or how is Likeness.MOSTLY:
+                kept.append((log, drive))
+            if original is not None:
+                said[drive.drive_id] = _twin(drive, original, how)
     return [said.get(drive.drive_id, drive) for drive in found]
 
 
-def _twin(drive: FoundDrive, original: FoundDrive) -> FoundDrive:
-    """A drive that says that its log holds the same bytes as another's."""
-    same = f"the same bytes as {original.name}"
-    if drive.vehicle_id == original.vehicle_id:
+def _likest(log: Log, others: Sequence[tuple[Log, FoundDrive]]) -> tuple[Likeness, FoundDrive | None]:
+    """The first drive that holds all that a log does, else the first that holds most of it."""
+    mostly: FoundDrive | None = None
+    for other, drive in others:
+        how = likeness(other, log)
+        if how in (Likeness.SAME, Likeness.ENDS):
+            return how, drive
+        if how is Likeness.MOSTLY and mostly is None:
+            mostly = drive
+    return Likeness.MOSTLY, mostly
+
+
+def _twin(drive: FoundDrive, original: FoundDrive, how: Likeness) -> FoundDrive:
+    """A drive that says how its log holds what another's does."""
+    same, once = f"{how.value} {original.name}", drive.vehicle_id == original.vehicle_id
+    if how is Likeness.MOSTLY:
+        counts = "once only where both begin at one moment of a known date" if once else "for both vehicles"
+        wrong = f"{same}: one of the two is damaged or was changed, and they count {counts}; remove one"
+        return replace(drive, lacks=(*drive.lacks, wrong))
+    if once:
         return replace(drive, notes=(*drive.notes, f"{same}: for their vehicle they count once"))
     wrong = f"{same}, which is of vehicle {original.vehicle_id}: it counts for both vehicles; remove one"
     return replace(drive, lacks=(*drive.lacks, wrong))

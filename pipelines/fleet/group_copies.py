@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Sequence
 
-from parsers.places import remote
 from pipelines.fleet.clocks import NS
+from pipelines.fleet.likeness import Likeness, likeness
 from pipelines.fleet.logs import Log
 from pipelines.fleet.names import copied_from
 from pipelines.fleet.together import (
@@ -15,45 +15,22 @@ from pipelines.fleet.together import (
     Moments,
 )
 
-_BLOCKS, _BLOCK = 32, 8192
 _BEST_FIRST = ("mf4", "blf", "mcap", "rosbag1", "rosbag2", "parquet", "vbo", "candump", "trc", "asc", "csv")
 
 
 def without_copies(logs: Sequence[Log], out: Grouped) -> list[Log]:
-    """Leave out what a file manager's name calls a copy and whose size and first bytes are those of the original."""
+    """Leave out what a file manager's name calls a copy and whose bytes are those of the original."""
     by_name = {(log.stem.casefold(), log.size, log.digest): log for log in logs if log.size and log.digest}
     kept = []
     for log in logs:
         of = copied_from(log.stem)
         original = by_name.get((of.casefold(), log.size, log.digest)) if of else None
-        if original is not None and original is not log and same_bytes(original, log):
-            out.left_out.append((log.place, f"a copy of {original.name}: the same bytes"))
+        found = Likeness.NONE if original is None or original is log else likeness(original, log)
+        if original is not None and found in (Likeness.SAME, Likeness.ENDS):
+            out.left_out.append((log.place, f"a copy of {original.name}: {found.value.removesuffix(' as')}"))
         else:
             kept.append(log)
     return kept
-
-
-def same_bytes(a: Log, b: Log) -> bool:
-    """Whether two files of one size and one beginning hold the same bytes: compared at places spread over them, small files
-    whole; of files behind a URL the last bytes alone, since each look costs a way there and back.
-    """
-    if a.size != b.size:
-        return False
-    last = max(0, a.size - _BLOCK)
-    try:
-        first, second = a.path, b.path
-        far, other = remote(first), remote(second)
-        if far is not None and other is not None:
-            return far.fetch(last, a.size) == other.fetch(last, b.size)
-        with first.open("rb") as one, second.open("rb") as two:
-            for at in [*range(0, a.size, max(_BLOCK, a.size // _BLOCKS)), last]:
-                one.seek(at)
-                two.seek(at)
-                if one.read(_BLOCK) != two.read(_BLOCK):
-                    return False
-    except OSError:
-        return False
-    return True
 
 
 def without_formats(logs: Sequence[Log], facts: Facts, out: Grouped) -> list[Log]:

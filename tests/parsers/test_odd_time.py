@@ -53,3 +53,14 @@ def test_rows_that_come_too_seldom_for_any_motion_are_said(tmp_path: Path) -> No
         path, '[time]\nchannel = "time_s"\nunit = "s"\n'
     )
     assert "time right?" not in _notes(path, '[time]\nchannel = "time_s"\nunit = "ms"\n')
+
+
+def test_two_drives_that_begin_at_zero_are_no_doubt_about_the_unit(tmp_path: Path) -> None:
+    """A blind checker's: the jump was known, and twice the rows within one drive's time were a rate no recorder has."""
+    drive = np.arange(12_000) / 1200
+    said = _notes(_log(tmp_path, np.concatenate([drive, drive])), "")
+    assert "the clock is set or starts again within the log" in said
+    assert "time right?" not in said
+    # each of the two at a rate that no recorder has
+    quick = _notes(_log(tmp_path, np.concatenate([drive, drive]) / 2), "")
+    assert "12000 rows within 5 s are 2400 Hz: is the unit of the time right?" in quick

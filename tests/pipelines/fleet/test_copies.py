@@ -125,3 +125,11 @@ def test_a_part_is_told_of_and_tells_nothing_twice(tmp_path: Path) -> None:
     again = gather(store, fleet_of(*drives.values()), join, lambda *_: ())
     assert again["drives"].equals(tables["drives"])
     assert len(told) == 1
+
+
+def test_of_a_recording_and_its_damaged_copy_the_whole_one_counts() -> None:
+    damaged, whole = (
+        replace(each, rows=replace(each.rows, import_status=status))
+        for each, status in ((drive(1), "malformed"), (drive(2), "complete"))
+    )
+    assert copies_of([damaged, whole]) == {damaged.drive_id: Copy(whole.drive_id, part=True)}
