@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 _LENGTH = "m, not in mm or cm"
+_BAR = "N·m/rad, not per degree; 0 where there is none"
 # key -> (least, greatest, the unit in words); from a small robot to a loaded truck
 SPANS: Mapping[str, tuple[float, float, str]] = {
     "mass_kg": (5.0, 200e3, "kg"),
@@ -47,8 +48,8 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "roll_center_drop_rear": (-10.0, 15.0, "m of the roll centre a m that the body goes down"),
     "damper_rate_front_nspm": (5.0, 1e6, "N·s/m a wheel, not in N·s/mm"),
     "damper_rate_rear_nspm": (5.0, 1e6, "N·s/m a wheel, not in N·s/mm"),
-    "anti_roll_stiffness_front_nmprad": (0.0, 1e8, "N·m/rad"),
-    "anti_roll_stiffness_rear_nmprad": (0.0, 1e8, "N·m/rad"),
+    "anti_roll_stiffness_front_nmprad": (0.0, 1e8, _BAR),
+    "anti_roll_stiffness_rear_nmprad": (0.0, 1e8, _BAR),
     "tire_vertical_rate_npm": (1e3, 1e12, "N/m of one tyre, not in N/mm"),
     "patch_path_front_mprad": (-1.0, 1.5, "m a rad, not mm a degree"),
     "patch_path_rear_mprad": (-1.0, 1.5, "m a rad, not mm a degree"),
@@ -84,6 +85,8 @@ _G = 9.81
 _MOST_LOAD = 3.0
 _MOST_SAG_M = 1.2
 _WIDEST_BASE = 1.1
+_LEAST_BAR = 0.5
+"""N·m/rad a kg of the vehicle: a quarter of what the thinnest bars of cars have, and more than nearly all of them have a degree."""
 _LEAST_ROLL_ARM_M = 0.15
 _CAR_BASE_M, _NARROWEST_M = (2.2, 3.6), 0.95
 """Wheelbases of cars and vans (narrow tractors have shorter, karts much shorter ones), and a track below that of the narrowest."""
@@ -195,12 +198,19 @@ def _check_tracks(quantities: Mapping[str, Quantity], path: Path) -> None:
 
 
 def _check_springs(mass: Quantity, quantities: Mapping[str, Quantity], path: Path) -> None:
-    """Springs that could not carry the vehicle, or keep it upright."""
+    """Springs that could not carry the vehicle, or keep it upright, and bars that do nothing."""
     for key in ("spring_rate_front_npm", "spring_rate_rear_npm"):
         rate = quantities.get(key)
         # an axle carries at least a fifth of the vehicle
         if rate is not None and rate.value * 2 * _MOST_SAG_M < 0.2 * mass.value * _G:
             text = f"found {rate.value:g}: a vehicle of {mass.value:g} kg would sink by more than {_MOST_SAG_M:g} m"
+            raise VehicleError(
+                text, path=path, place=f"[vehicle] {key}", hint=f"this key is in {SPANS[key][2]}"
+            )
+    for key in ("anti_roll_stiffness_front_nmprad", "anti_roll_stiffness_rear_nmprad"):
+        bar = quantities.get(key)
+        if bar is not None and 0.0 < bar.value < _LEAST_BAR * mass.value:
+            text = f"found {bar.value:g}: no bar of a vehicle of {mass.value:g} kg is so thin"
             raise VehicleError(
                 text, path=path, place=f"[vehicle] {key}", hint=f"this key is in {SPANS[key][2]}"
             )

@@ -24,6 +24,7 @@ FILE = Path("car.toml")
         ("[vehicle]\nmass_kg = 1e30", ("mass_kg", "5 to 200000")),
         ("[vehicle]\nspring_rate_front_npm = 28", ("spring_rate_front_npm", "not in N/mm")),
         ("[vehicle]\nmass_kg = 1500\nspring_rate_rear_npm = 150", ("would sink", "not in N/mm")),
+        ("[vehicle]\nmass_kg = 1500\nanti_roll_stiffness_front_nmprad = 450", ("so thin", "not per degree")),
         ("[vehicle]\nmass_kg = 1355\nroll_stiffness_nmprad = 1082", ("would fall over", "not per degree")),
         (
             "[vehicle]\ntire_vertical_rate_npm = 250",
