@@ -23,6 +23,31 @@ class QuickCommand(TyperCommand):
         """Its parameters, --help among them."""
         return _quick(super().get_params(ctx))
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """The words that are left. Raises UsageError for an option given twice that takes one value: the first would be lost."""
+        seen: set[str] = set()
+        single = _single(self.get_params(ctx))
+        for word in args:
+            if word == "--":
+                break
+            name = word.partition("=")[0]
+            option = single.get(name)
+            if option in seen:
+                ctx.fail(f"{name} was given twice: it takes one value")
+            if option is not None:
+                seen.add(option)
+        return super().parse_args(ctx, args)
+
+
+def _single(params: list[Any]) -> dict[str, str]:
+    """The spellings of options that take one value -> the option's name."""
+    found: dict[str, str] = {}
+    for param in params:
+        plain = not (getattr(param, "multiple", True) or getattr(param, "is_flag", False))
+        if plain and param.param_type_name == "option":
+            found |= dict.fromkeys(param.opts, str(param.name))
+    return found
+
 
 class QuickGroup(TyperGroup):
     """The program before its commands, with options of its own."""

@@ -112,3 +112,13 @@ def test_an_analysis_whose_kernels_are_made_loads_no_numba(tmp_path):
     words = ["analyze", str(log), "--format", "json", "--out", str(tmp_path / "out")]
     # whatever was not compiled yet is at the first start
     assert "numba" not in loaded_by(*words) or "numba" not in loaded_by(*words)
+
+
+@pytest.mark.parametrize(
+    ("command", "option"), [("analyze", "--map"), ("inspect", "--map"), ("analyze", "--vehicle")]
+)
+def test_an_option_of_one_value_is_not_given_twice(cogest, command: str, option: str) -> None:
+    """The first of two mapping files was lost without a word."""
+    run = cogest(command, "a.csv", option, "a.toml", f"{option}=b.toml")
+    assert run.code == 2
+    assert f"{option} was given twice" in run.out + run.err
