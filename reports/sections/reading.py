@@ -12,7 +12,7 @@ from reports.text import spec_of
 TERMS: tuple[tuple[str, str], ...] = (
     ("95 % interval", "the range in which the true value lies with 95 % probability, if what was taken as given is right."),
     ("identified", "the log narrowed the parameter well beyond what was known before."),
-    ("weak", "the log narrowed it little: most of the value is the prior, and the interval says so."),
+    ("weak", "the log narrowed it little, or not far enough to build on: the interval says how far."),
     ("not identifiable", "the log says nothing of use about it; the prior beside it is general knowledge, not a result."),
     ("prior", "what was known before the log: the vehicle file, or the spread among measured vehicles."),
     ("relation", "one piece of physics that the log shows: how far the springs sink, how the body rolls in a turn, what a torque does to the speed."),

@@ -41,6 +41,8 @@ INTRO = (
 MOST_SHARES = 2
 MOST_ALERTS = 2
 WIDENED = "Intervals are widened to hold what either side says."
+FULL_BITS = 1.0
+"""Of a full bar, at the least: the longest of hundredths of a bit is no long one."""
 LEAST_BITS = 0.05
 """A relation that brought less is not worth a line."""
 
@@ -85,6 +87,9 @@ def _share_text(name: str, share: Share) -> str:
 
 def _brought(name: str, learned: Learned) -> Cell:
     """The relations that brought most; where none is missed alone, the one that tells most alone."""
+    if learned.bits < LEAST_BITS:
+        # what a relation brought, and a conflict or a doubt took away again, is nothing learned
+        return Cell(DASH, tone="quiet")
     shares = [s for s in learned.shares if math.isfinite(s.bits)]
     worth = sorted((s for s in shares if s.bits >= LEAST_BITS), key=lambda s: -s.bits)
     if worth:
@@ -93,7 +98,7 @@ def _brought(name: str, learned: Learned) -> Cell:
             told.append(f"and {len(worth) - MOST_SHARES} more")
         return Cell(told[0], lines=tuple(told[1:]))
     known = [s for s in shares if math.isfinite(s.std_alone)]
-    if learned.bits < LEAST_BITS or not known:
+    if not known:
         return Cell(DASH, tone="quiet")
     best = min(known, key=lambda s: s.std_alone)
     alone = spread_text(name, best.std_alone)
@@ -107,7 +112,7 @@ def _bits_cell(learned: Learned, most: float, tone: Tone) -> Cell:
     bits = learned.bits
     if not math.isfinite(bits):
         return Cell(DASH, tone="quiet")
-    share = min(1.0, max(0.0, bits / most)) if most > 0 else 0.0
+    share = min(1.0, max(0.0, bits / max(most, FULL_BITS)))
     return Cell(bits_text(bits), kind="meter", bar=Bar(0.0, 100.0, 0.0, round(100 * share, 1), tone=tone))
 
 

@@ -169,7 +169,7 @@ def known_of(vehicle: Vehicle) -> BrakeRollVehicle | None:
     front = _front(vehicle, masses[0])
     if front is not None:
         book.note("CG to front axle (loaded)", front, "m")
-    centre = book.note("roll axis height below the CG", _centre(vehicle), "m")
+    centre = book.note("roll axis above ground, under the CG", _centre(vehicle), "m")
     radius = book.usual("wheel_radius_m", usual_radius(vehicle), "m")
     return BrakeRollVehicle(
         mass=masses[0],

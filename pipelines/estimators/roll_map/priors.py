@@ -164,9 +164,9 @@ def _roll_axis(book: _Book, vehicle: Vehicle) -> FloatArray:
     if front is None or rear is None:
         known = front or rear
         if known is None:
-            return book.assumed("roll axis height below the CG", usual_roll_axis(vehicle), "m", SILENT)
+            return book.assumed("roll axis above ground, under the CG", usual_roll_axis(vehicle), "m", SILENT)
         wide = Quantity(known.value, math.hypot(known.std, 0.05), "vehicle file, one axle only")
-        return book.known("roll axis height below the CG", wide, "m")
+        return book.known("roll axis above ground, under the CG", wide, "m")
     a, wheelbase = vehicle.get("cg_to_front_axle_m"), vehicle.get("wheelbase_m")
     share = 0.5 if a is None or wheelbase is None else a.value / wheelbase.value
     ahead = book.known("roll centre height, front", front, "m")
