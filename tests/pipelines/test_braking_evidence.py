@@ -75,6 +75,22 @@ def test_torques_give_back_the_mass(stops: SimulatedLog) -> None:
     assert std == pytest.approx(own.std, rel=0.35)
 
 
+def test_a_torque_that_the_log_lacks_has_no_scale(stops: SimulatedLog) -> None:
+    whole, file = drive_of(stops.log), loose(stops)
+    known = before_the_log(file)
+    for kind, other in (("drive", "brake"), ("brake", "drive")):
+        lacking = {
+            n: s for n, s in whole.signals.items() if not n.startswith((f"{kind}_torque", "brake_pressure"))
+        }
+        prepared = BrakeRollBatch().prepare(replace(whole, signals=lacking), {})
+        found = BrakeRollBatch().estimate(prepared, file, {}, np.random.default_rng(0))
+        (torques,) = [e for e in found.evidence if e.carrier == "torques"]
+        assert f"{kind}_scale" not in torques.unknowns
+        assert f"{other}_scale" in torques.unknowns
+        own = {each.name: each.mean for each in torques.own}
+        assert np.isfinite(torques.predict(known.at(np.zeros(len(known.names))) | own)).all()
+
+
 def test_torque_scales_that_nobody_knows_leave_no_mass(stops: SimulatedLog) -> None:
     file = loose(stops)
     known = before_the_log(file)

@@ -202,6 +202,38 @@ def test_jacobian_knows_every_unknown_that_matters(driven: tuple[Car, dict[str, 
             assert np.allclose(change, slope[:, i], rtol=0.02, atol=1e-2 * np.abs(slope).max() + 1e-9)
 
 
+@pytest.mark.parametrize(
+    ("left_out", "scales"),
+    [
+        ((), {"drive_scale", "brake_scale"}),
+        (("drive_torque",), {"brake_scale"}),
+        (("brake_torque",), {"drive_scale"}),
+        (("drive_torque", "brake_torque"), set()),
+    ],
+)
+def test_a_torque_that_the_log_lacks_has_no_scale(
+    driven: tuple[Car, dict[str, FloatArray]], left_out: tuple[str, ...], scales: set[str]
+) -> None:
+    """The verdict said of a log without a drive torque that this was of a wrong scale."""
+    car, columns = driven
+    known = before_the_log(vehicle_file(car, None))
+    prepared = ESTIMATOR.prepare(logged(columns, np.random.default_rng(1), *left_out), {})
+    data = collect(prepared, known, 2.0)
+    along = along_relation(data, known)
+    found = [*relations(data, known), *([] if along is None else [along])]
+    assert len(found) == (7 if scales else 6)
+    names = {known.names[i] for relation in found for i in relation.unknowns}
+    assert names & {"drive_scale", "brake_scale"} == scales
+    if along is not None:
+        # where only braking is looked at, or only driving, nothing asks what the pedals' edges hold
+        asked = {*along.instrument_names}
+        assert ({"off", "v2_off"} <= asked, {"on", "v2_on"} <= asked) == (
+            "drive_scale" in scales,
+            "brake_scale" in scales,
+        )
+        assert bool(asked & {"off", "v2_off"}) == ("drive_scale" in scales)
+
+
 @pytest.mark.parametrize("left_out", ["suspension_force", "suspension_deflection", "drive_torque"])
 def test_recovers_what_was_planted(driven: tuple[Car, dict[str, FloatArray]], left_out: str) -> None:
     car, columns = driven

@@ -114,16 +114,30 @@ def _longitudinal(
     def parameters(values: Values) -> list[float | FloatArray]:
         body = loaded_body(values)
         arm = used / (values["radius"] * values[ARM])
-        brake = even_factor(values["brake_gain"] / nominal if gained else values["brake_scale"])
+        # of a torque that the log lacks nothing is told, and nothing asked
+        brake = (
+            even_factor(values["brake_gain"] / nominal if gained else values["brake_scale"])
+            if fit.braked
+            else 1.0
+        )
+        drive = even_factor(values["drive_scale"]) if fit.driven else 1.0
         return [
             body.mass + values[TOWED],
             brake * arm - 1,
-            even_factor(values["drive_scale"]) * arm - 1,
+            drive * arm - 1,
             values["drag"],
             values["rolling"],
         ]
 
-    names = (*BODY, "brake_gain" if gained else "brake_scale", "drive_scale", "drag", "rolling", TOWED)
+    brakes, drives = ("brake_gain" if gained else "brake_scale",), ("drive_scale",)
+    names = (
+        *BODY,
+        *(brakes if fit.braked else ()),
+        *(drives if fit.driven else ()),
+        "drag",
+        "rolling",
+        TOWED,
+    )
     return evidence_of(
         "longitudinal", "torques", "torques against longitudinal acceleration", SOURCE, told, parameters, names,
         (Unknown(ARM, 1.0, share),),

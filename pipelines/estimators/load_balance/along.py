@@ -52,6 +52,8 @@ def along_terms(
         scale = {kind: even_factor(p[f"{kind}_scale"]) for kind in ("brake", "drive")}
         if by_pressure:
             scale["brake"] = even_factor(p["brake_gain"] / gain)
+        # one torque alone stands for both: a log without the other has no scale of it
+        scale = {"brake": scale["brake" if brake else "drive"], "drive": scale["drive" if drive else "brake"]}
         if brake:
             add(terms, "brake", -1.0)
         if drive:
@@ -75,7 +77,7 @@ def along_terms(
                 add(terms, f"fx_{mode}", mass * p["recovered"])
             add(terms, f"v2_{name}", -radius * air_pressure(p) * p["drag"] / scale[mode])
         radius = p["radius"]
-        mean = scale["drive"] if drive else scale["brake"]
+        mean = scale["drive"]
         add(terms, "vdot", -4 * p["wheel_inertia"] / radius / mean)
         add(terms, "fy2", -radius * p["corner_drag"])
         # the steered wheels' side force points backwards: F_yf sin(steer), with steer = L r / v and F_yf = (m b f_y + I_zz r') / L;
@@ -150,6 +152,9 @@ def along_relation(data: Columns, known: Known) -> Relation | None:
         data.sag, drive, brake, "by_pressure" in c, gain, "deflection" not in data.kinds, known.springs
     )
     # the torques are the instruments: a rough road shakes the acceleration, and its shaking would lower the mass
-    names = ("on", "off", "brake", "drive", "v2_on", "v2_off", "dfx", "fy2")
+    names = ["brake", "drive", "dfx", "fy2"]
+    # where only braking is looked at, what is left of the rest is the smoothed edges of the pedals: it would test the filter
+    names += ["on", "v2_on"] if brake else []
+    names += ["off", "v2_off"] if drive else []
     return make_relation("along", "torque against longitudinal acceleration", data, extra, terms, names,
                      where.astype(float), known)  # fmt: skip

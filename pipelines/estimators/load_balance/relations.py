@@ -277,16 +277,24 @@ def one_axle_terms(axle: str, known: Known) -> Coefficients:
     return coefficients
 
 
-def _unknowns(terms: Coefficients, known: Known) -> tuple[int, ...]:
-    """Rows of the unknowns that change any coefficient, tried away from the mean, where products are not zero."""
+def _unknowns(terms: Coefficients, known: Known, columns: Sequence[str]) -> tuple[int, ...]:
+    """Rows of the unknowns that change the coefficient of any of the columns, tried away from the mean, where products are not zero.
+
+    A column that the drive lacks (a drive torque that is not in the log) shows nothing of what its coefficient holds.
+    """
     # not all alike: front and rear often have one prior, and their difference would be none
     u = np.linspace(0.2, 0.6, len(known.names))
-    base = terms(known.at(u))
+
+    def own(u: FloatArray) -> list[float]:
+        found = terms(known.at(u))
+        return [found[name] for name in columns]
+
+    base = own(u)
     found = []
     for i in range(len(u)):
         moved = u.copy()
         moved[i] += 0.1
-        if terms(known.at(moved)) != base:
+        if own(moved) != base:
             found.append(i)
     return tuple(found)
 
@@ -323,7 +331,7 @@ def make_relation(
     return Relation(
         name, title, used, table[good], z[:, keep] / size[keep],
         tuple(n for n, k in zip(named, keep, strict=True) if k), np.flatnonzero(good).astype(np.int64), data.block[good], terms,
-        _unknowns(terms, known),
+        _unknowns(terms, known, used),
     )  # fmt: skip
 
 
