@@ -85,6 +85,10 @@ _G = 9.81
 _MOST_LOAD = 3.0
 _MOST_SAG_M = 1.2
 _WIDEST_BASE = 1.1
+_LEAST_DAMPING = 0.1
+"""N·m·s/rad a kg: an eighth of the softest dampers of cars."""
+_RADII = (0.18, 0.9)
+"""Radii of gyration over track and wheelbase: measured vehicles have 0.35 to 0.55 and some 0.4 to 0.65."""
 _LEAST_BAR = 0.5
 """N·m/rad a kg of the vehicle: a quarter of what the thinnest bars of cars have, and more than nearly all of them have a degree."""
 _LEAST_ROLL_ARM_M = 0.15
@@ -123,6 +127,7 @@ def check_plausible(vehicle: Vehicle, path: Path) -> None:
     if mass is not None:
         _check_body(mass, vehicle.body, path)
         _check_springs(mass, vehicle.quantities, path)
+        _check_inertias(mass, vehicle.quantities, path)
         _check_load(mass, vehicle.load, path)
 
 
@@ -197,8 +202,25 @@ def _check_tracks(quantities: Mapping[str, Quantity], path: Path) -> None:
             )  # fmt: skip
 
 
+def _check_inertias(mass: Quantity, quantities: Mapping[str, Quantity], path: Path) -> None:
+    """Inertias of no body that stands on these wheels: radii of gyration of a fifth of its width or length, or beyond its ends."""
+    for key, names in (
+        ("roll_inertia_kgm2", ("track_front_m", "track_rear_m")),
+        ("pitch_inertia_kgm2", ("wheelbase_m",)),
+    ):
+        inertia, length = quantities.get(key), next((quantities[n] for n in names if n in quantities), None)
+        if inertia is None or length is None:
+            continue
+        radius = (inertia.value / mass.value) ** 0.5
+        if not _RADII[0] * length.value <= radius <= _RADII[1] * length.value:
+            raise VehicleError(
+                f"found {inertia.value:g}: of {mass.value:g} kg that is a radius of gyration of {radius:.2f} m, on {length.value:g} m",
+                path=path, place=f"[vehicle] {key}", hint="this key is in kg·m², of the whole empty vehicle about its own CG",
+            )  # fmt: skip
+
+
 def _check_springs(mass: Quantity, quantities: Mapping[str, Quantity], path: Path) -> None:
-    """Springs that could not carry the vehicle, or keep it upright, and bars that do nothing."""
+    """Springs that could not carry the vehicle, or keep it upright, bars and dampers that do nothing."""
     for key in ("spring_rate_front_npm", "spring_rate_rear_npm"):
         rate = quantities.get(key)
         # an axle carries at least a fifth of the vehicle
@@ -214,6 +236,13 @@ def _check_springs(mass: Quantity, quantities: Mapping[str, Quantity], path: Pat
             raise VehicleError(
                 text, path=path, place=f"[vehicle] {key}", hint=f"this key is in {SPANS[key][2]}"
             )
+    key = "roll_damping_nmsprad"
+    damping = quantities.get(key)
+    if damping is not None and damping.value < _LEAST_DAMPING * mass.value:
+        text = f"found {damping.value:g}: a vehicle of {mass.value:g} kg would not stop rocking"
+        raise VehicleError(
+            text, path=path, place=f"[vehicle] {key}", hint="this key is in N·m·s/rad, not per degree"
+        )
     key = "roll_stiffness_nmprad"
     roll = quantities.get(key)
     if roll is not None and roll.value < mass.value * _G * _LEAST_ROLL_ARM_M:

@@ -36,7 +36,7 @@ def test_with_one_estimator_the_joint_posterior_is_its_own(
     log: tuple[Drive, Vehicle], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # what may be otherwise: `tests/pipelines/test_doubts.py`
-    for module in ("pipelines.joint.inference", "pipelines.estimators.load_balance.estimator"):
+    for module in ("pipelines.joint.inference", "pipelines.estimators.load_balance.by_springs"):
         monkeypatch.setattr(f"{module}.doubts_of", lambda joint, vehicle, opened="": ())
     drive, vehicle = log
     alone = _run(LoadBalance(), drive, vehicle)

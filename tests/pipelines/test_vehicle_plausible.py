@@ -25,6 +25,15 @@ FILE = Path("car.toml")
         ("[vehicle]\nspring_rate_front_npm = 28", ("spring_rate_front_npm", "not in N/mm")),
         ("[vehicle]\nmass_kg = 1500\nspring_rate_rear_npm = 150", ("would sink", "not in N/mm")),
         ("[vehicle]\nmass_kg = 1500\nanti_roll_stiffness_front_nmprad = 450", ("so thin", "not per degree")),
+        (
+            "[vehicle]\nmass_kg = 1900\ntrack_front_m = 1.6\nroll_inertia_kgm2 = 84",
+            ("radius of gyration of 0.21 m", "kg·m²"),
+        ),
+        (
+            "[vehicle]\nmass_kg = 1900\nwheelbase_m = 2.8\npitch_inertia_kgm2 = 29000",
+            ("radius of gyration", "kg·m²"),
+        ),
+        ("[vehicle]\nmass_kg = 1900\nroll_damping_nmsprad = 84", ("stop rocking", "not per degree")),
         ("[vehicle]\nmass_kg = 1355\nroll_stiffness_nmprad = 1082", ("would fall over", "not per degree")),
         (
             "[vehicle]\ntire_vertical_rate_npm = 250",

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from pipelines.evidence import Evidence, Kind, Values
-from pipelines.joint.vehicle.outputs import roll_stiffness_of
+from pipelines.joint.vehicle.outputs import roll_damping_of, roll_stiffness_of
 from pipelines.joint.vehicle.suspension import levels
 from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.models.roll import GRAVITY
@@ -16,6 +16,9 @@ from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 
 DEPENDS = tuple(f"{part}_{axle}" for part in ("spring", "bar", "track") for axle in AXLES)
+
+
+DAMPED_BY = tuple(f"{part}_{axle}" for part in ("bump", "rebound", "spring_base", "track") for axle in AXLES)
 
 
 def _roll_stiffness(values: Values) -> FloatArray:
@@ -29,7 +32,7 @@ def _roll_stiffness(values: Values) -> FloatArray:
 
 def stated_relations(vehicle: Vehicle) -> tuple[Evidence, ...]:
     """What the file states of several unknowns together."""
-    return (*_stated_roll_stiffness(vehicle), *_stated_level(vehicle))
+    return (*_stated_roll_stiffness(vehicle), *_stated_roll_damping(vehicle), *_stated_level(vehicle))
 
 
 def stated_beside(evidence: Sequence[Evidence], vehicle: Vehicle) -> tuple[Evidence, ...]:
@@ -103,5 +106,24 @@ def _stated_roll_stiffness(vehicle: Vehicle) -> tuple[Evidence, ...]:
         Evidence(
             "roll", "vehicle file", "stated roll stiffness", "vehicle file", np.array([total.value]),
             np.array([[std**2]]), _roll_stiffness, DEPENDS,
+        ),
+    )  # fmt: skip
+
+
+def _roll_damping(values: Values) -> FloatArray:
+    found = roll_damping_of(values)
+    return np.atleast_2d(found) if np.ndim(values["bump_front"]) else np.array([float(found)])
+
+
+def _stated_roll_damping(vehicle: Vehicle) -> tuple[Evidence, ...]:
+    """The roll damping where the file states it and not the dampers that make it up."""
+    total = vehicle.get("roll_damping_nmsprad")
+    if total is None or all(vehicle.get(f"damper_rate_{axle}_nspm") is not None for axle in AXLES):
+        return ()
+    std = max(total.std, 1e-3 * total.value)
+    return (
+        Evidence(
+            "roll", "vehicle file", "stated roll damping", "vehicle file", np.array([total.value]),
+            np.array([[std**2]]), _roll_damping, DAMPED_BY,
         ),
     )  # fmt: skip
