@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from parsers.channels import FloatArray
-from parsers.checks.grid import BoolArray, Grid, Together, compare
+from parsers.checks.grid import BoolArray, Grid, Together, compare, size
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.checks.pedals import backwards, change_of_speed, pedalled
 from parsers.drive import Decision, Signal
@@ -17,6 +17,8 @@ from parsers.signals import WHEELS
 
 _LEAST = 0.7
 """Correlation from which a torque tells its sign: 0.8 to 1 in simulated drives of all kinds."""
+_DRIVEN = 0.1
+"""Of the largest drive torque: a wheel with less is not driven."""
 _MOVES = 2.0
 """m/s: slower vehicles are being held or pushed about."""
 _BRAKES = 0.5
@@ -30,9 +32,12 @@ def torque_signs(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
         return []
     moving = speed > _MOVES
     decisions = list[Decision]()
-    for name in _there(signals, "drive_torque"):
+    names = _there(signals, "drive_torque")
+    most = max((size(grid.columns[name]) for name in names), default=0.0)
+    for name in names:
         found = _together(grid.columns[name], change, moving & (change > -_BRAKES))
-        if found is not None and found.sign < 0:
+        # what is left of noise, of gears that drag, at wheels that are not driven has any sign
+        if found is not None and found.sign < 0 and size(grid.columns[name]) > _DRIVEN * most:
             text = f"{name} has the sign opposite to the change of speed: it drives forwards where it is below zero"
             decisions.append(_inverted(name, text, found))
     return decisions + _unlike_brakes(signals, grid, -change, moving)

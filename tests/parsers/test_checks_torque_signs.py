@@ -92,3 +92,12 @@ def test_steady_driving_and_driving_backwards_tell_nothing() -> None:
     back = kinematic(-0.6 * signals["speed"].values, signals["yaw_rate"].values)
     for sign in (1.0, -1.0):  # logs differ in how they give a torque that drives backwards
         assert not told(check(back, drive_torque=sign * drive))
+
+
+@pytest.mark.parametrize("noise", [-1.0, 1.0])
+def test_what_is_left_at_wheels_that_are_not_driven_has_no_sign(noise: float) -> None:
+    """A hundredth of the driven wheels' torque, against the change of speed: bearings that drag, or the sensor's crosstalk."""
+    signals, drive, brake = stops(5.0)
+    motors: dict[str, FloatArray] = {f"drive_torque_{w}": drive / 2 for w in ("fl", "fr")}
+    motors |= {f"drive_torque_{w}": noise * drive / 100 for w in ("rl", "rr")}
+    assert not told(check(signals, **motors, brake_pressure=brake / 25e-5))

@@ -47,7 +47,7 @@ def test_stops_that_braking_touches_do_not_lower_the_height(monkeypatch: pytest.
     assert abs(z) < 1.0
     # springs alone take the stop for weight that was not there, where nothing else is doubted either
     monkeypatch.setattr(suspension, "STOP_A_METRE", 1e-6)
-    monkeypatch.setattr("pipelines.estimators.load_balance.estimator.doubts_of", lambda fit, vehicle: ())
+    monkeypatch.setattr("pipelines.estimators.load_balance.by_springs.doubts_of", lambda fit, vehicle: ())
     error, z = wrong(height(car, drive), car)
     assert error < -0.05
     assert z < -1.5
