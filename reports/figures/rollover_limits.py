@@ -99,7 +99,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
             figure, "rollover_limits", "Limits of the lateral acceleration to both sides with 95 % intervals"
         )
     known = has_result(rollover.limits[-1].left)
-    words = "Bars: 95 % intervals; the shaded one is the threshold used for the margin. Black: what this drive reached."
+    words = "Bars: 95 % intervals; the shaded one is the threshold, with the body's roll. Black: what this drive reached."
     if not known:
         words += " Grey: from what was known before the log, no result."
     return Drawing((svg,), words, "Limits of the lateral acceleration")

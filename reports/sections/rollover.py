@@ -71,7 +71,9 @@ def _margin(results: DriveResults) -> Fact | None:
         return None
     nearest = min(known, key=lambda t: t.least_margin_g.value or 0.0)
     fact = _fact("Least margin", nearest.least_margin_g, "g")
-    return replace(fact, sub=f"{nearest.turn} turn at {seconds(nearest.time_s)} · {fact.sub}")
+    return replace(
+        fact, sub=f"{nearest.turn} turn at {seconds(nearest.time_s)}, at the body's roll then · {fact.sub}"
+    )
 
 
 def _lifted(results: DriveResults) -> Fact | None:

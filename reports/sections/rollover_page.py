@@ -16,7 +16,8 @@ INTRO = (
 )
 LIMITS_NOTE = "Below each value its 95 % interval, which follows from those of the CG height, the track, the CG's lateral offset and the body's roll."
 TURNS_NOTE = (
-    "Least margin: the limit at that moment's body roll less the lateral acceleration; below zero, the wheels of that side carried nothing. "
+    "Least margin: the limit at that moment's body roll less the lateral acceleration (turned harder the body rolls on, and the limit falls to the threshold); "
+    "below zero, the wheels of that side carried nothing. "
     "Share moved across: 1 = all weight on the outer wheels. Reached: probability that it got there at any time."
 )
 MOST_EVENTS = 30
@@ -158,7 +159,7 @@ def _headline(rollover: Rollover) -> Paragraph:
         else f"{number(-gap, decimals)}{NARROW}g beyond"
     )
     text = (
-        f"The drive came {came} the limit in a {nearest.turn} turn at {seconds(nearest.time_s)} "
+        f"The drive came {came} the limit, at its body's roll then, in a {nearest.turn} turn at {seconds(nearest.time_s)} "
         f"(95{NARROW}% between {number(margin.low, decimals)} and {number(margin.high, decimals)}{NARROW}g of margin)."
     )
     if rollover.exceedance is not None and rollover.exceedance.probability is not None:

@@ -36,7 +36,7 @@ def texts(section: Section) -> str:
 def test_the_chapter_says_how_near_the_drive_came(rich_document: Document) -> None:
     section = chapter(rich_document)
     told = texts(section)
-    assert "within 0.41 g of the limit in a left turn at 48.3 s" in told
+    assert "within 0.41 g of the limit, at its body's roll then, in a left turn at 48.3 s" in told
     assert "about 13 %" in told
     assert "RL" in told
     assert "one wheel, in a turn" in told
