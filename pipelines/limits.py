@@ -16,6 +16,8 @@ from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.missing import by_lack
 
+FILE_AGAINST_ITSELF = "The vehicle file contradicts itself"
+
 
 def _data_limits(record: ImportRecord) -> list[str]:
     limits: list[str] = []
@@ -118,7 +120,7 @@ def _two_stiffnesses(vehicle: Vehicle) -> list[str]:
     ):
         return []
     return [
-        f"The vehicle file contradicts itself: roll_stiffness_nmprad is {total.value:.0f}, its springs and bars make {made:.0f} "
+        f"{FILE_AGAINST_ITSELF}: roll_stiffness_nmprad is {total.value:.0f}, its springs and bars make {made:.0f} "
         "(½ spring rate × spring base² + bar, of both axles; the base is the track where none is given): springs and bars are used."
     ]
 

@@ -12,6 +12,7 @@ from parsers.drive import Decision, Gap
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
+from pipelines.limits import FILE_AGAINST_ITSELF
 from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
 from reports.sections.quality import checks_card, decision_item
@@ -115,6 +116,13 @@ def test_a_log_that_is_not_whole_is_said_below() -> None:
     assert "The log is malformed: left out 800 × row beyond a jump of the clock, 2 × cell (report:" in told
     complete = replace(record, status="complete")
     assert "The log is" not in verdict_table(replace(sample, record=complete))
+
+
+def test_a_file_that_contradicts_itself_is_said_below() -> None:
+    said = f"{FILE_AGAINST_ITSELF}: roll_stiffness_nmprad is 1, its springs and bars make 2"
+    text = verdict_table(replace(rich(), limits=("something else", said)))
+    assert said in " ".join(line.strip() for line in text.splitlines())
+    assert "something else" not in text
 
 
 def test_a_pause_of_the_whole_drive_is_said_below() -> None:
