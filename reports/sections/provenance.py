@@ -51,8 +51,8 @@ def build(results: DriveResults, plots: Plots) -> tuple[Block, ...]:
         rows.append(Fact("CAN databases" if place == 0 else "", clean(dbc), code=True))
     rows.append(
         Fact(
-            "Written beside this",
-            "report.html, report.pdf, results.json: the same results; the PDF leaves long tables to the others and says so",
+            "Forms of this report",
+            "report.html, report.pdf and results.json, as they were asked for: the same results; the PDF leaves long tables to the others and says so",
         )
     )
     return (Facts(tuple(rows)),)
