@@ -149,7 +149,7 @@ def _folders(kernel: Kernel) -> list[Path]:
     users = user_cache()
     ours = users is not None and kernel.py_func.__module__.partition(".")[0] in _OURS
     found = _writable(source / "__pycache__")
-    return [*found, *_writable(users / _SHARED)] if users and (ours or not found) else found
+    return [*found, *_own(users / _SHARED)] if users and (ours or not found) else found
 
 
 @cache
@@ -159,6 +159,19 @@ def _writable(folder: Path) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         if os.access(folder, os.W_OK | os.X_OK):
             return [folder]
+    return []
+
+
+@cache
+def _own(folder: Path) -> list[Path]:
+    """The folder, made where need be, where nobody else can put code into it."""
+    with contextlib.suppress(OSError):
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.stat()
+        if hasattr(os, "getuid") and (found.st_uid != os.getuid() or found.st_mode & 0o022):
+            return []
+        return _writable(folder)
     return []
 
 

@@ -9,9 +9,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from parsers.jit import Kernel, kernel
-from parsers.jit_store import _MARK, _writable, key_of, read_code, write_code
+from parsers.jit_store import _MARK, _own, _writable, key_of, read_code, write_code
 
 ROOT = Path(__file__).resolve().parents[2]
 SCALE = 3
@@ -186,6 +187,17 @@ def test_a_second_installation_takes_what_the_first_compiled(tmp_path):
         beside = list((packages / "parsers" / "__pycache__").glob("*.kernel"))
         assert bool(beside) == (name == "first")
     assert found == ["True", "False"]
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="permissions are of POSIX")
+def test_a_folder_that_others_can_write_into_gives_no_code(tmp_path):
+    folder = tmp_path / "cache" / "kernels"
+    assert _own(folder) == [folder]
+    assert folder.stat().st_mode & 0o777 == 0o700
+    folder.chmod(0o777)
+    _own.cache_clear()
+    assert _own(folder) == []
+    _own.cache_clear()
 
 
 HELPER = """
