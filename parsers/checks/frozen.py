@@ -43,6 +43,7 @@ BY_THE_BODY = ("suspension_deflection", "suspension_force", "tire_normal_force")
 SHAKEN = 0.8
 """Spread within a window, m/s², from which on dry friction holds no spring."""
 USUALLY = 0.75
+"""Quantile of a sensor's spread for a shake that counts as what it shows of itself: the calmer half may be its frozen time."""
 
 MOVING = 3.0
 """m/s."""
@@ -132,9 +133,10 @@ def _idle(
         return []
     share = float(np.mean(idle[lively]))
     since = grid.time_s[np.flatnonzero(idle)[0] * PER_WINDOW] - 0.5 * CELL_S
+    rest, moving = median(own[idle]), median(others[idle])
     # the rounding of a mean is no motion
-    rest = median(own[idle]) if median(own[idle]) > 1e-9 * median(others[idle]) else 0.0
-    how = f"{show(name, rest)} against {show(name, median(others[idle]))}"
+    rest = rest if rest > 1e-9 * moving else 0.0
+    how = f"{show(name, rest)} against {show(name, moving)}"
     evidence = f"spread within {WINDOW_S:g} s: {how} of {who}, in {np.count_nonzero(idle)} of {np.count_nonzero(lively)} windows with motion"
     return [_said(name, f"does not move with {who}", float(since), share, evidence)]
 

@@ -16,6 +16,7 @@ import numpy as np
 from parsers.can.frames import EXTENDED, CanFrames
 from parsers.channels import ChannelInfo, Chunk, FloatArray
 from parsers.importer import ImportLog, LogReader, ReadOptions
+from parsers.ros.over import OverMessages
 
 FRAME_TYPE = "can_msgs/Frame"
 _PAYLOAD = 8
@@ -66,68 +67,36 @@ def _frame_topics(channels: Sequence[ChannelInfo]) -> list[str]:
 
 
 @dataclass(frozen=True)
-class FrameTopicsReader:
+class FrameTopicsReader(OverMessages):
     """A `LogReader` over a log's messages and over the signals of the frames in some of its topics."""
 
-    messages: LogReader
     frames: LogReader
     topics: frozenset[str]
 
     @property
     def channels(self) -> tuple[ChannelInfo, ...]:
         """Messages' fields first, then what databases make of frames."""
-        known = self.messages.channels
+        known = self.inner.channels
         names = {info.name for info in known}
         return known + tuple(info for info in self.frames.channels if info.name not in names)
 
-    @property
-    def clock(self) -> str:
-        """The messages' clock."""
-        return self.messages.clock
-
-    @property
-    def absolute(self) -> bool:
-        """As the messages have it."""
-        return self.messages.absolute
-
-    @property
-    def start_utc_ns(self) -> int | None:
-        """As the messages have it."""
-        return self.messages.start_utc_ns
-
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield the wanted channels: messages' own first, then frames'."""
-        own = wanted & {info.name for info in self.messages.channels}
+        own = wanted & {info.name for info in self.inner.channels}
         if own:
-            yield from self.messages.read(own)
+            yield from self.inner.read(own)
         rest = wanted - own
         if rest:
             yield from self.frames.read(rest)
 
 
 @dataclass(frozen=True)
-class _TopicFrames:
+class _TopicFrames(OverMessages):
     """A `FrameSource` over the topics' messages; the first topic is bus 1."""
 
-    reader: LogReader
     reopen: Reopen
     topics: tuple[str, ...]
     log: ImportLog
-
-    @property
-    def clock(self) -> str:
-        """The messages' clock."""
-        return self.reader.clock
-
-    @property
-    def absolute(self) -> bool:
-        """As the messages have it."""
-        return self.reader.absolute
-
-    @property
-    def start_utc_ns(self) -> int | None:
-        """As the messages have it."""
-        return self.reader.start_utc_ns
 
     def frames(self, *, counting: bool) -> Iterator[CanFrames]:
         """Yield the topics' frames; with counting also into the log book."""

@@ -17,11 +17,13 @@ from parsers.channels import ChannelInfo, Chunk, FloatArray
 from parsers.importer import ImportLog, LogReader
 from parsers.ros.frame_topics import Reopen
 from parsers.ros.layout import JOINTS, LETTERS, letter_path
+from parsers.ros.over import OverMessages
 
 JOINT_TYPE = "sensor_msgs/JointState"
 _VALUES = ("position", "velocity", "effort")
-_SAMPLE_ROWS = 400
-_SAMPLE_CHUNKS = 400
+SAMPLE_ROWS = 400
+SAMPLE_CHUNKS = 400
+"""How much of a log is looked into for the names in it: rows of a chunk, and chunks."""
 
 
 @dataclass(frozen=True)
@@ -70,13 +72,13 @@ def _sampled(reader: LogReader, groups: Sequence[str]) -> list[_Topic]:
     for number, chunk in enumerate(chunks):
         found = bytes_of(chunk, [f"{chunk.group}.{path}" for path in paths])
         if found is not None and chunk.group in texts:
-            texts[chunk.group].append(np.unique(found[:_SAMPLE_ROWS], axis=0))
+            texts[chunk.group].append(np.unique(found[:SAMPLE_ROWS], axis=0))
             values[chunk.group] |= {
                 value
                 for value, first in zip(_VALUES, firsts, strict=True)
                 if np.isfinite(chunk.columns.get(f"{chunk.group}.{first}", np.empty(0))).any()
             }
-        if number >= _SAMPLE_CHUNKS or all(len(each) >= 3 for each in texts.values()):
+        if number >= SAMPLE_CHUNKS or all(len(each) >= 3 for each in texts.values()):
             break
     topics = (_topic(group, texts[group], values[group]) for group in groups if texts[group])
     return [topic for topic in topics if topic.names and topic.values]
@@ -112,10 +114,9 @@ def bytes_of(chunk: Chunk, names: Sequence[str]) -> NDArray[np.uint8] | None:
 
 
 @dataclass(frozen=True)
-class JointNamesReader:
+class JointNamesReader(OverMessages):
     """A `LogReader` over another, with the joints of its joint states by name."""
 
-    inner: LogReader
     topics: Mapping[str, _Topic]
 
     @property
@@ -129,21 +130,6 @@ class JointNamesReader:
             if topic is not None and (place + 1 == len(own) or own[place + 1].group != info.group):
                 found += _joint_channels(info, topic)
         return tuple(found)
-
-    @property
-    def clock(self) -> str:
-        """The messages' clock."""
-        return self.inner.clock
-
-    @property
-    def absolute(self) -> bool:
-        """As the messages have it."""
-        return self.inner.absolute
-
-    @property
-    def start_utc_ns(self) -> int | None:
-        """As the messages have it."""
-        return self.inner.start_utc_ns
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield the wanted channels; joints' values are picked by the names of each message."""

@@ -16,13 +16,12 @@ from numpy.typing import NDArray
 from parsers.channels import ChannelInfo, Chunk
 from parsers.importer import ImportLog, LogReader
 from parsers.ros.frame_topics import Reopen
-from parsers.ros.joint_topics import bytes_of
+from parsers.ros.joint_topics import SAMPLE_CHUNKS, SAMPLE_ROWS, bytes_of
 from parsers.ros.layout import LABEL_LETTERS, label_path
+from parsers.ros.over import OverMessages
 
 _LABEL = "layout.dim[0].label"
 _MARKS = re.compile(r"[,;/|]+")
-_SAMPLE_ROWS = 400
-_SAMPLE_CHUNKS = 400
 OTHER_LABEL = "value of a list under another label than its first ones"
 
 
@@ -74,9 +73,9 @@ def _sampled(reader: LogReader, lists: Sequence[tuple[str, str]]) -> list[_Label
         for group, path in lists:
             letters = bytes_of(chunk, _letters(group, path)) if chunk.group == group else None
             if letters is not None:
-                labels[group, path] |= {_text(row) for row in np.unique(letters[:_SAMPLE_ROWS], axis=0)}
+                labels[group, path] |= {_text(row) for row in np.unique(letters[:SAMPLE_ROWS], axis=0)}
                 seen[group, path] += 1
-        if number >= _SAMPLE_CHUNKS or all(count >= 3 for count in seen.values()):
+        if number >= SAMPLE_CHUNKS or all(count >= 3 for count in seen.values()):
             break
     found = []
     for (group, path), texts in labels.items():
@@ -101,10 +100,9 @@ def _names(label: bytes) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True)
-class LabelledReader:
+class LabelledReader(OverMessages):
     """A `LogReader` over another, with the places of labelled lists named."""
 
-    inner: LogReader
     lists: tuple[_Labelled, ...]
     log: ImportLog
 
@@ -120,21 +118,6 @@ class LabelledReader:
             else info
             for info in self.inner.channels
         )
-
-    @property
-    def clock(self) -> str:
-        """The messages' clock."""
-        return self.inner.clock
-
-    @property
-    def absolute(self) -> bool:
-        """As the messages have it."""
-        return self.inner.absolute
-
-    @property
-    def start_utc_ns(self) -> int | None:
-        """As the messages have it."""
-        return self.inner.start_utc_ns
 
     def read(self, wanted: frozenset[str]) -> Iterator[Chunk]:
         """Yield the wanted channels, a named place's without the values of messages that have another label."""

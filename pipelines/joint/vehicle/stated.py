@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
 import numpy as np
@@ -13,7 +13,7 @@ from pipelines.joint.vehicle.suspension import levels
 from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.models.roll import GRAVITY
 from pipelines.results import FloatArray
-from pipelines.vehicles.vehicle import Vehicle
+from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 DEPENDS = tuple(f"{part}_{axle}" for part in ("spring", "bar", "track") for axle in AXLES)
 
@@ -88,6 +88,23 @@ LEAST_LEVEL_DEG = 0.01
 """No garage's floor is more level."""
 
 
+def _stated_total(
+    name: str, total: Quantity, predict: Callable[[Values], FloatArray], depends: tuple[str, ...]
+) -> Evidence:
+    """The relation of a stated sum over both axles to the unknowns that make it up."""
+    spread = np.array([[max(total.std, 1e-3 * total.value) ** 2]])
+    return Evidence(
+        "roll",
+        "vehicle file",
+        f"stated {name}",
+        "vehicle file",
+        np.array([total.value]),
+        spread,
+        predict,
+        depends,
+    )
+
+
 def _stated_roll_stiffness(vehicle: Vehicle) -> tuple[Evidence, ...]:
     """The roll stiffness where the file states it and not the springs and bars that make it up.
 
@@ -101,13 +118,7 @@ def _stated_roll_stiffness(vehicle: Vehicle) -> tuple[Evidence, ...]:
     if any(levels(vehicle, axle) for axle in AXLES):
         # it is the empty vehicle's, and such springs grow with the load
         return ()
-    std = max(total.std, 1e-3 * total.value)
-    return (
-        Evidence(
-            "roll", "vehicle file", "stated roll stiffness", "vehicle file", np.array([total.value]),
-            np.array([[std**2]]), _roll_stiffness, DEPENDS,
-        ),
-    )  # fmt: skip
+    return (_stated_total("roll stiffness", total, _roll_stiffness, DEPENDS),)
 
 
 def _roll_damping(values: Values) -> FloatArray:
@@ -120,10 +131,4 @@ def _stated_roll_damping(vehicle: Vehicle) -> tuple[Evidence, ...]:
     total = vehicle.get("roll_damping_nmsprad")
     if total is None or all(vehicle.get(f"damper_rate_{axle}_nspm") is not None for axle in AXLES):
         return ()
-    std = max(total.std, 1e-3 * total.value)
-    return (
-        Evidence(
-            "roll", "vehicle file", "stated roll damping", "vehicle file", np.array([total.value]),
-            np.array([[std**2]]), _roll_damping, DAMPED_BY,
-        ),
-    )  # fmt: skip
+    return (_stated_total("roll damping", total, _roll_damping, DAMPED_BY),)
