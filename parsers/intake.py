@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from parsers.adjacent import joined
 from parsers.channels import ChannelInfo, FloatArray, IntArray
+from parsers.sparse_column import Kept, Packed, SparseColumns, joined_pieces, packed, whole
 from parsers.timebase import Ordered, order
 
 if TYPE_CHECKING:
@@ -58,7 +59,7 @@ class LogRows:
     def __init__(self, intake: Intake, columns: Mapping[str, tuple[str, ...]]) -> None:
         self._intake, self._names = intake, columns
         self._times: dict[str, list[IntArray]] = {}
-        self._columns: dict[str, dict[str, list[FloatArray]]] = {}
+        self._columns: dict[str, dict[str, list[Kept]]] = {}
         self._shared: set[str] = set()
         self.writers: dict[str, GroupWriter] = {}
 
@@ -73,7 +74,7 @@ class LogRows:
             held = self._columns.setdefault(group, {})
             if not own:
                 self._shared.add(group)
-            for name, values in columns.items():
+            for name, values in packed(columns).items():
                 held.setdefault(name, []).append(values)
         self._intake.took(len(time_ns) * (1 + len(columns)) * _ITEM)
 
@@ -90,7 +91,7 @@ class LogRows:
             times, columns = self._times.pop(group), self._columns.pop(group)
             writer = self._writer(group, spool)
             for number, time_ns in enumerate(times):
-                writer.add(time_ns, {name: parts[number] for name, parts in columns.items()})
+                writer.add(time_ns, {name: whole(parts[number]) for name, parts in columns.items()})
                 if writer.pending_bytes > self._intake.budget_pending:
                     writer.flush()
 
@@ -101,16 +102,26 @@ class LogRows:
             ordered = order(joined(self._times.pop(name)))
             held = self._columns.pop(name)
             columns: dict[str, FloatArray] = {}
+            sparse: dict[str, list[Kept]] = {}
             own: set[str] = set()
             for column in list(held):
-                values = joined(parts := held.pop(column))
+                parts = held.pop(column)
+                if any(isinstance(part, Packed) for part in parts):
+                    # made when it is asked for, and then nobody else's
+                    sparse[column] = parts
+                    own.add(column)
+                    continue
+                values = joined_pieces(parts)
                 columns[column] = values if ordered.untouched else values[ordered.rows]
                 # what a reader gave may be several columns at once; a copy is nobody else's
                 if name not in self._shared or (
                     columns[column].base is None and columns[column] is not parts[0]
                 ):
                     own.add(column)
-            groups[name] = Group(columns, ordered, frozenset(own))
+            rows = None if ordered.untouched else ordered.rows
+            groups[name] = Group(
+                SparseColumns(columns, sparse, rows) if sparse else columns, ordered, frozenset(own)
+            )
         return groups
 
     def spooled(self) -> dict[str, GroupRows]:
