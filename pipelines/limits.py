@@ -11,12 +11,13 @@ from parsers.timebase import MAX_GAPS
 from pipelines.joint.conflict import BEYOND_DOUBT
 from pipelines.prepare.gravity import GRAVITY_ADDED
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
+from pipelines.vehicles.axle_share import LEAST_FRONT, MOST_FRONT, front_share
 from pipelines.vehicles.measured import known_body
 from pipelines.vehicles.spring_base import spring_base
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.missing import by_lack
 
-FILE_AGAINST_ITSELF = "The vehicle file contradicts itself"
+FILE_AGAINST_ITSELF, FILE_UNLIKE = "The vehicle file contradicts itself", "The vehicle file puts"
 
 
 def _data_limits(record: ImportRecord) -> list[str]:
@@ -125,6 +126,17 @@ def _two_stiffnesses(vehicle: Vehicle) -> list[str]:
     ]
 
 
+def _unheard_of_place(vehicle: Vehicle) -> list[str]:
+    """That a file puts more of the empty vehicle on one axle than any such vehicle has there."""
+    share, place = front_share(vehicle), vehicle.get("cg_to_front_axle_m")
+    if share is None or place is None:
+        return []
+    return [
+        f"{FILE_UNLIKE} {share:.0%} of the empty mass on the front axle (cg_to_front_axle_m {place.value:.3f}): cars, vans "
+        f"and pickups have {LEAST_FRONT:.0%} to {MOST_FRONT:.0%}; is that figure from the front axle, and of this vehicle?"
+    ]
+
+
 def _contradiction(joint: JointVerdict | None) -> list[str]:
     """That something is surely wrong, and what most likely."""
     surely = [r.relation for r in joint.relations if r.probability < BEYOND_DOUBT] if joint else []
@@ -158,6 +170,7 @@ def what_limits(
         *_changed(record),
         *_contradiction(joint),
         *_two_stiffnesses(vehicle),
+        *_unheard_of_place(vehicle),
     ]
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")

@@ -12,7 +12,7 @@ from parsers.drive import Decision, Gap
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
-from pipelines.limits import FILE_AGAINST_ITSELF
+from pipelines.limits import FILE_AGAINST_ITSELF, FILE_UNLIKE
 from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
 from reports.sections.quality import checks_card, decision_item
@@ -118,8 +118,14 @@ def test_a_log_that_is_not_whole_is_said_below() -> None:
     assert "The log is" not in verdict_table(replace(sample, record=complete))
 
 
-def test_a_file_that_contradicts_itself_is_said_below() -> None:
-    said = f"{FILE_AGAINST_ITSELF}: roll_stiffness_nmprad is 1, its springs and bars make 2"
+@pytest.mark.parametrize(
+    "said",
+    [
+        f"{FILE_AGAINST_ITSELF}: roll_stiffness_nmprad is 1, its springs and bars make 2",
+        f"{FILE_UNLIKE} 72% of the empty mass on the front axle",
+    ],
+)
+def test_a_file_that_contradicts_itself_is_said_below(said: str) -> None:
     text = verdict_table(replace(rich(), limits=("something else", said)))
     assert said in " ".join(line.strip() for line in text.splitlines())
     assert "something else" not in text

@@ -8,6 +8,7 @@ from pipelines.joint.doubts.weighed import WRONG_FILE, Doubt, Place, elsewhere, 
 from pipelines.joint.file_check import BARS, LOAD, of_any, stated_unknowns
 from pipelines.joint.vehicle.no_bars import NOT_LOOKED_UP, bars_not_looked_up
 from pipelines.joint.vehicle.unknowns import AXLES
+from pipelines.vehicles.axle_share import front_share, usual_place
 from pipelines.vehicles.kinds import usual_load
 from pipelines.vehicles.kinematics import spring_curve
 from pipelines.vehicles.vehicle import Vehicle
@@ -20,6 +21,10 @@ a load, which who wrote it down did not drive with."""
 WEIGHED = 0.005
 """The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
 
+UNHEARD_OF = 0.5
+"""The same where no car or van has its CG at the stated place."""
+PLACE = "stated place of the CG"
+
 UNLIKE, FARTHER = 0.06, 2.0
 """Chance that an empty vehicle is unlike the measured ones of its kind, and its CG height's spread over theirs then: about the lines by
 style and mass the measured heights lie as Student's law of 7 degrees of freedom has it, three of theirs beyond three spreads for one of
@@ -30,10 +35,18 @@ def chance_wrong(title: str, vehicle: Vehicle) -> float:
     """Chance beforehand that stated figures are wrong: as data sheets are, or as rigs are where the file holds what only those find."""
     if title == "stated spring rates" and all(spring_curve(vehicle.quantities, axle) for axle in AXLES):
         return WRONG_FILE
+    if title == PLACE and front_share(vehicle) is not None:
+        return UNHEARD_OF
     if vehicle.get("cg_lateral_offset_m") is not None:
-        weighed = {"stated mass": WRONG_FILE, "stated place of the CG": WEIGHED}
+        weighed = {"stated mass": WRONG_FILE, PLACE: WEIGHED}
         return weighed.get(title, OFTEN_WRONG.get(title, WRONG_FILE))
     return OFTEN_WRONG.get(title, WRONG_FILE)
+
+
+def place_not_as_stated(vehicle: Vehicle) -> dict[str, tuple[float, float]]:
+    """The unknown of a place of the CG that no such vehicle has: where they have it; nothing for a place that may be."""
+    usual = usual_place(vehicle)
+    return {} if usual is None or front_share(vehicle) is None else {"empty_x": usual}
 
 
 def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
@@ -50,6 +63,8 @@ def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
             found.append(elsewhere(text, joint.known, {"load": (usual.mean, usual.std), **anywhere}, chance))
         elif title == BARS and (bars := bars_not_looked_up(joint.known, vehicle)):
             found.append(elsewhere(text, joint.known, bars, NOT_LOOKED_UP))
+        elif title == PLACE and (where := place_not_as_stated(vehicle)):
+            found.append(elsewhere(text, joint.known, where, chance))
         else:
             found += wider(text, names, chance)
     return found

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.doubts.stated_figures import chance_wrong
+from pipelines.joint.doubts.stated_figures import PLACE, chance_wrong, place_not_as_stated
 from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.vehicle.unknowns import Known
@@ -28,7 +28,7 @@ OPEN: Mapping[str, tuple[float, float]] = {
     "stated mass": (0.25, 0.0),
     "stated spring rates": (0.4, 0.0),
     BARS: (0.4, 0.0),
-    "stated place of the CG": (0.0, 0.25),
+    PLACE: (0.0, 0.25),
     "stated height of the CG": (0.25, 0.0),
     "stated roll centres": (0.0, 0.12),
     "stated tracks": (0.06, 0.0),
@@ -96,8 +96,17 @@ def with_the_length(known: Known, free: Known) -> tuple[Known, Evidence, float]:
 def joined_again(joint: Joint, evidence: Sequence[Evidence], known: Known, free: Known) -> Joint:
     """The posterior with some unknowns more open (`free`), searched from what is usual and from where it was with them as `known`."""
     start = joint.u.copy()
-    start[: len(known.names)] *= known.std / np.where(free.std > 0, free.std, 1.0)
+    spread = np.where(free.std > 0, free.std, 1.0)
+    start[: len(known.names)] = (start[: len(known.names)] * known.std + known.mean - free.mean) / spread
     return find_mode(evidence, free, near=[start])
+
+
+def elsewhere_known(known: Known, figures: Mapping[str, tuple[float, float]]) -> Known:
+    """The unknowns with some of them where they are usual: name -> mean and standard deviation, SI."""
+    mean, std = known.mean.copy(), known.std.copy()
+    for name, (value, spread) in figures.items():
+        mean[known.index(name)], std[known.index(name)] = value, spread
+    return replace(known, mean=mean, std=std)
 
 
 def file_ways(
@@ -109,6 +118,8 @@ def file_ways(
         if any(known.std[known.index(n)] < SURE * abs(known.mean[known.index(n)]) for n in names):
             continue
         free, whole, lacking = opened(known, names, OPEN[title]), tuple(evidence), 0.0
+        if title == PLACE:
+            free = elsewhere_known(free, place_not_as_stated(vehicle))
         if title == WHEELBASE and vehicle.get("pitch_inertia_kgm2") is None:
             free, bound, lacking = with_the_length(known, free)
             whole = (*whole, bound)

@@ -1,0 +1,36 @@
+"""Where along the wheelbase empty cars and vans have their CG, and a file that states it where none has.
+
+Cars driven by their front wheels have 58 to 66 % of their empty mass on them, those driven by the rear ones 46 to 56 %, with the engine
+behind the rear axle down to 35 %; vans and pickups 50 to 65 %. Lorries and tractors have no such bounds.
+"""
+
+from __future__ import annotations
+
+from pipelines.vehicles.kinds import kind_of
+from pipelines.vehicles.vehicle import Vehicle
+
+MOST_FRONT, LEAST_FRONT = 0.68, 0.34
+"""Shares of the empty mass on the front axle that no such vehicle goes beyond."""
+
+USUAL, SPREAD = 0.42, 0.06
+"""Where the CG is behind the front axle, over the wheelbase: mean and standard deviation."""
+
+ROAD_M = (1.8, 4.6)
+"""Wheelbases of road cars, vans and pickups: what is shorter is a kart or a robot, which may have it anywhere."""
+
+
+def usual_place(vehicle: Vehicle) -> tuple[float, float] | None:
+    """Where such an empty vehicle's CG is behind its front axle and how surely, m; None where any place is as good."""
+    length = vehicle.get("wheelbase_m")
+    if length is None or kind_of(vehicle) == "heavy" or not ROAD_M[0] <= length.value <= ROAD_M[1]:
+        return None
+    return USUAL * length.value, SPREAD * length.value
+
+
+def front_share(vehicle: Vehicle) -> float | None:
+    """Share of the empty mass that the file puts on the front axle, where no car, van or pickup has it so; else None."""
+    place, length = vehicle.get("cg_to_front_axle_m"), vehicle.get("wheelbase_m")
+    if place is None or length is None or usual_place(vehicle) is None:
+        return None
+    share = 1.0 - place.value / length.value
+    return None if LEAST_FRONT <= share <= MOST_FRONT else share

@@ -1,0 +1,131 @@
+"""A vehicle file that has the CG where no such vehicle has it: said, and doubted as much as it is believed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from parsers.drive import ImportRecord
+from pipelines.joint.doubts.stated_figures import (
+    PLACE,
+    UNHEARD_OF,
+    chance_wrong,
+    file_doubts,
+    place_not_as_stated,
+)
+from pipelines.joint.file_check import STATED
+from pipelines.joint.inference import infer
+from pipelines.joint.posterior import find_mode
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.file_ways import file_ways, joined_again
+from pipelines.limits import FILE_UNLIKE, what_limits
+from pipelines.simulation.plant.random_vehicle import random_vehicle
+from pipelines.vehicles.axle_share import LEAST_FRONT, MOST_FRONT, front_share, usual_place
+from pipelines.vehicles.vehicle import Quantity, Vehicle
+from tests.pipelines.joint_parts import linear, vehicle
+
+RECORD = ImportRecord("CSV table", (), "0", "complete", 1, {}, (), "clock", None, 10.0, ())
+
+
+def _file(place: float, length: float = 2.6, mass: float = 1400.0, body: str | None = None) -> Vehicle:
+    figures = {"mass_kg": mass, "wheelbase_m": length, "cg_to_front_axle_m": place}
+    return Vehicle(quantities={n: Quantity(v, 0.0, "vehicle file") for n, v in figures.items()}, body=body)
+
+
+@pytest.mark.parametrize(
+    ("file", "unlike"),
+    [
+        (_file(0.72), True), (_file(1.05), False), (_file(1.56), False), (_file(1.8), True), (_file(0.86), False),
+        (_file(0.8, body="Hatchback"), True), (_file(1.1, 3.6, 2100.0, "Van"), True), (_file(1.5, 3.6, 2100.0, "Van"), False),
+        # a tractor's engine lies over its front axle, a robot's battery where there is room
+        (_file(1.1, 3.8, 7200.0, "Tractor"), False), (_file(0.1, 0.6, 40.0), False),
+    ],
+)  # fmt: skip
+def test_which_places_no_such_vehicle_has(file: Vehicle, unlike: bool) -> None:
+    assert (front_share(file) is not None) is unlike
+    assert (chance_wrong(PLACE, file) == UNHEARD_OF) is unlike
+    assert bool(place_not_as_stated(file)) is unlike
+
+
+def test_every_simulated_vehicle_is_within_the_bounds() -> None:
+    rng = np.random.default_rng(11)
+    for _ in range(60):
+        one = random_vehicle(rng)
+        share = 1 - one.cg_to_front_axle_m / one.wheelbase_m
+        assert LEAST_FRONT < share < MOST_FRONT
+
+
+def _short(place: float) -> Vehicle:
+    """The parts' vehicle with its CG said to be there, to a centimetre."""
+    return vehicle(cg_to_front_axle_m=(place, 0.01))
+
+
+def test_what_no_vehicle_has_is_open_though_nothing_saw_it() -> None:
+    """A log that knows the mass alone, beside a place that may be and one that no vehicle has."""
+    spreads = {}
+    length = vehicle().get("wheelbase_m")
+    assert length is not None
+    for share in (0.42, 0.27):
+        file = _short(share * length.value)
+        evidence = [linear({"empty_mass": 1.0}, 1900.0, 15.0)]
+        found = infer(evidence, file, np.random.default_rng(0))
+        assert found is not None
+        answer = found.parameters["cg_to_front_axle_m"]
+        assert answer.low is not None
+        assert answer.high is not None
+        spreads[share] = answer.high - answer.low
+    usual = usual_place(vehicle())
+    assert usual is not None
+    assert spreads[0.27] > 2 * usual[1]
+    assert spreads[0.42] < spreads[0.27]
+
+
+def test_the_way_is_asked_where_vehicles_have_it() -> None:
+    length = vehicle().get("wheelbase_m")
+    assert length is not None
+    file = _short(0.27 * length.value)
+    known = before_the_log(file)
+    evidence = [linear({"empty_x": 1.0}, 0.42 * length.value, 0.02)]
+    told = {
+        title: (odds, free)
+        for title, odds, _, free, _ in file_ways(find_mode(evidence, known), evidence, known, file)
+    }
+    assert told.keys() <= STATED.keys()
+    odds, free = told[PLACE]
+    row = free.index("empty_x")
+    assert (free.mean[row], free.std[row]) == usual_place(file)
+    # 0.4 m off at 2 cm, in a file that states it to one
+    assert odds > 50
+
+
+def test_a_posterior_with_a_mean_elsewhere_is_found_from_where_it_was() -> None:
+    known = before_the_log(vehicle())
+    row = known.index("empty_x")
+    mean = known.mean.copy()
+    mean[row] += 0.3
+    evidence = [linear({"empty_x": 1.0}, float(known.mean[row]) + 0.1, 0.01)]
+    first = find_mode(evidence, known)
+    again = joined_again(first, evidence, known, replace(known, mean=mean))
+    exact = find_mode(evidence, replace(known, mean=mean))
+    assert again.u == pytest.approx(exact.u, abs=1e-6)
+
+
+def test_it_is_said() -> None:
+    def told(place: float) -> list[str]:
+        return [text for text in what_limits(RECORD, (), {}, _file(place)) if text.startswith(FILE_UNLIKE)]
+
+    assert told(1.05) == []
+    (text,) = told(0.72)
+    assert "72% of the empty mass on the front axle (cg_to_front_axle_m 0.720)" in text
+
+
+def test_the_doubt_has_it_where_it_is_usual() -> None:
+    file = _file(0.72)
+    joint = find_mode([linear({"empty_mass": 1.0}, 1400.0, 15.0)], before_the_log(file))
+    (doubt,) = [d for d in file_doubts(joint, file) if d.text.startswith(PLACE)]
+    row = joint.known.index("empty_x")
+    usual = usual_place(file)
+    assert usual is not None
+    assert joint.known.mean[row] + joint.known.std[row] * doubt.mean[0] == pytest.approx(usual[0])
