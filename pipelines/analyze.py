@@ -198,7 +198,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
     lateral, angles = lateral_doubt(drive, vehicle) or wrong_weight(drive), angle_doubts(drive)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
-    drive = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
+    drive, vehicle = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
     lateral = lateral or left_without_gravity(drive)
     step = load_step(drive, vehicle)
     drive, vehicle = with_zero_open(with_load_step(drive, step), vehicle)

@@ -38,6 +38,7 @@ from pipelines.joint.rests import rests_on
 from pipelines.joint.sampling.sample import Drawn, no_narrower, sample
 from pipelines.joint.vehicle.outputs import outputs_of
 from pipelines.joint.vehicle.plain_names import plain_name
+from pipelines.joint.ways.other_vehicle import without_answers
 from pipelines.joint.ways.rigid_tyres import tyres_open
 from pipelines.joint.ways.spring_scale import springs_off
 from pipelines.results import FloatArray, JointVerdict, Learned, ParameterEstimate
@@ -165,7 +166,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     doubtful, shared = _doubtful(reached.before, evidence, reached.kept)
     off = springs_off(joint, doubts, reached.vehicle, reached.others)
     tyres = tyres_open(reached.joint, reached.others)
-    return Inference(_with_conflicts(parameters, checks), record, kept, doubtful, shared, off, tyres)
+    parameters = without_answers(_with_conflicts(parameters, checks), reached.another)
+    return Inference(parameters, record, kept, doubtful, shared, off, tyres)
 
 
 def _left_to_say(doubts: Sequence[Weighed], reached: Reached) -> tuple[str, ...]:

@@ -27,6 +27,9 @@ from pipelines.joint.ways.levelled import as_levelled, levelled_odds, rather_ano
 from pipelines.joint.ways.on_stops import NAME as STOPS
 from pipelines.joint.ways.on_stops import TEXT as STOPS_TEXT
 from pipelines.joint.ways.on_stops import stop_ways
+from pipelines.joint.ways.other_vehicle import NAME as ANOTHER
+from pipelines.joint.ways.other_vehicle import STATED_ALL, UNLIKE, other_ways
+from pipelines.joint.ways.other_vehicle import TEXT as ANOTHER_TEXT
 from pipelines.joint.ways.rigid_tyres import CHANCE, rigid, rigid_odds
 from pipelines.joint.ways.rigid_tyres import NAME as RIGID
 from pipelines.joint.ways.rigid_tyres import TEXT as RIGID_TEXT
@@ -92,7 +95,7 @@ class Reached:
     vehicle and known: with the springs, tyres and deflections that the drive speaks for. checks: each relation against the rest;
     before: the same with tyres that give and a scale that is right. others: chance and posterior each, beside `joint`, where the
     drive leaves open which of them it is. opened: of `joint` and of each of them, the
-    group of stated figures that it does not take from the file. found: in words.
+    group of stated figures that it does not take from the file. found: in words. another: chance that the file is another vehicle's.
     """
 
     vehicle: Vehicle
@@ -107,6 +110,7 @@ class Reached:
     others: tuple[tuple[float, Joint], ...]
     opened: tuple[str, ...]
     found: tuple[str, ...]
+    another: float = 0.0
 
 
 def _starts(known: Known, rng: np.random.Generator) -> list[FloatArray]:
@@ -159,13 +163,14 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     if left:
         # what looks like tyres or sensors may be the file
         plain, left = _weighed(
-            [*(way for _, way in left), *_springs_or_file(joint, whole, known, vehicle, raised)]
+            [*(way for _, way in left), *_springs_or_file(joint, (kept, stated), known, vehicle, raised)]
         )
     elif (
         raised is not None
+        or (vehicle.turning is not None and abs(vehicle.turning - 1) > UNLIKE)
         or min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED
     ):
-        plain, left = _weighed([*_springs_or_file(joint, whole, known, vehicle, raised)])
+        plain, left = _weighed([*_springs_or_file(joint, (kept, stated), known, vehicle, raised)])
         if not (left and _settles(*left[0], vehicle)):
             plain, left = _beside_unknown(plain, left)
     if left and left[0][0] > SURE:
@@ -177,18 +182,24 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     if left and plain <= HEARD:
         (plain, way), *left = left
         known, opened = way.known, way.opened
-        if opened == WHEELBASE:
+        if opened == STATED_ALL:
+            stated = way.whole[len(kept) :]
+        elif opened == WHEELBASE:
             # the length that the road shows, and what goes by it, instead of the file's
             stated = (*stated, *(e for e in way.whole if e.kind == "length"))
         joint, modes = _modes(way.whole, known, rng)
         checks = check(joint)
     total = plain + sum(chance for chance, _ in left)
+    another = sum(
+        (plain if opened == STATED_ALL else 0.0, *(c for c, way in left if way.opened == STATED_ALL))
+    )
     if asked(whole, vehicle):
         # both kinds were joined, each by a fit of its own: no doubt along straight lines beside them
         vehicle = replace(vehicle, axle_load_by="tires")
     return Reached(
         vehicle, known, kept, stated, dropped, joint, modes, checks, before,
         tuple((chance / total, way.joint) for chance, way in left), (opened, *(way.opened for _, way in left)), tuple(found),
+        another / total,
     )  # fmt: skip
 
 
@@ -233,15 +244,19 @@ def _no_trailer(
 
 def _springs_or_file(
     joint: Joint,
-    whole: tuple[Evidence, ...],
+    relations: tuple[tuple[Evidence, ...], tuple[Evidence, ...]],
     known: Known,
     vehicle: Vehicle,
     raised: _Way | None,
 ) -> Iterator[_Way]:
-    """Springs that are none any more under the load, figures of the file that may be wrong, slips that may be, what is towed, and channels
-    of a wrong scale. raised: springs that level themselves, where it is not settled that they do."""
+    """Springs that are none any more under the load, figures of the file that may be wrong, one or all, slips that may be, what is towed,
+    and channels of a wrong scale. relations: the drive's, and the file's; raised: springs that level themselves, where it is not settled that they do."""
+    kept, stated = relations
+    whole = (*kept, *stated)
     if raised is not None:
         yield raised
+    for odds, found, free, joined in other_ways(joint, kept, stated, known, vehicle):
+        yield _Way(ANOTHER, odds, found, free, joined, lambda _: ANOTHER_TEXT, STATED_ALL, alone=True)
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     # the road tells the wheelbase by itself, and no other figure with it

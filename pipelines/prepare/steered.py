@@ -10,6 +10,7 @@ more: so it is said where it is far off, and nothing is repaired.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -43,6 +44,10 @@ USUAL, SURE = 0.2, 4.0
 """Share of the file's product by which racks with a variable ratio are off, and standard deviations that it must be off by."""
 
 
+SHOWN = 0.05
+"""Spread of the product over the file's up to which the drive tells whether both are of one vehicle."""
+
+
 def steering_product(drive: Drive) -> tuple[float, float] | None:
     """Steering ratio times wheelbase by the log, m, and its standard deviation; None where the log does not tell."""
     signals = {
@@ -62,23 +67,27 @@ def steering_product(drive: Drive) -> tuple[float, float] | None:
     return None if found is None else (abs(found.values[0]), found.std)
 
 
-def steered(drive: Drive, vehicle: Vehicle) -> Drive:
-    """The drive, with a decision in its record where it turns unlike the vehicle file's vehicle. What is not stated is not asked."""
+def steered(drive: Drive, vehicle: Vehicle) -> tuple[Drive, Vehicle]:
+    """The drive, with a decision in its record where it turns unlike the vehicle file's vehicle, and the vehicle with what was found.
+
+    What is not stated is not asked.
+    """
     ratio, length = vehicle.get("steering_ratio"), vehicle.get("wheelbase_m")
     told = steering_product(drive) if ratio is not None and length is not None else None
     if told is None or ratio is None or length is None:
-        return drive
+        return drive, vehicle
     product, std = told
     stated = ratio.value * length.value
     own = stated * math.hypot(ratio.std / ratio.value, length.std / length.value)
+    if math.hypot(std, own) < SHOWN * stated:
+        vehicle = replace(vehicle, turning=product / stated)
     if abs(product - stated) < max(USUAL * stated, SURE * math.hypot(std, own)):
-        return drive
+        return drive, vehicle
     text = (
         f"steering ratio times wheelbase is {product:.1f} m by steering angle, yaw rate and speed, and {stated:.1f} m in the "
         "vehicle file"
     )
     action = "left as it is: look whether the file is this vehicle's, or its steering_ratio or wheelbase_m or the angle's unit is wrong"
     evidence = f"{product:.1f} ± {std:.1f} m; {product / stated:.2f} of the file's"
-    return decided(
-        drive, [Decision("steering_wheel_angle", "vehicle", text, action, evidence, applied=False)]
-    )
+    decision = Decision("steering_wheel_angle", "vehicle", text, action, evidence, applied=False)
+    return decided(drive, [decision]), vehicle

@@ -30,6 +30,7 @@ class Vehicle:
     deflection_zero: the vehicle on which suspension deflections are nought, one of ZEROS; None where the file is silent (empty, unless
     the log looks otherwise). axle_load_by: what carries the load that axle loads show, one of AXLE_LOADS; None where the file is silent. reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
     its suspension; suspension_map_path: its file as the vehicle file names it, taken from the vehicle file's folder.
+    turning: steering ratio times wheelbase as a drive has them, over the file's; None where nothing tells (`pipelines.prepare.steered`).
     """
 
     name: str | None = None
@@ -47,6 +48,7 @@ class Vehicle:
     deflection_zero: str | None = None
     axle_load_by: str | None = None
     trailer: Mapping[str, Quantity] = field(default_factory=dict)
+    turning: float | None = None
 
     def get(self, key: str) -> Quantity | None:
         """A quantity of the empty vehicle, or None where the file is silent."""

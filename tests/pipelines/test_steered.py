@@ -53,13 +53,16 @@ def test_the_product_is_that_of_the_vehicle_whatever_its_tyres(understeer: float
 @pytest.mark.parametrize("share", [0.87, 1.0, 1.13])
 def test_a_variable_rack_is_no_other_vehicle(share: float) -> None:
     drive = _drive(share * 16 * 2.8)
-    assert steered(drive, _file(16.0)) is drive
+    found, vehicle = steered(drive, _file(16.0))
+    assert found is drive
+    assert vehicle.turning == pytest.approx(share, rel=0.02)
 
 
 @pytest.mark.parametrize("share", [0.7, 1.35, 57.3])
 def test_another_vehicles_file_or_degrees_are_said_and_nothing_is_changed(share: float) -> None:
     drive = _drive(share * 16 * 2.8)
-    found = steered(drive, _file(16.0))
+    found, vehicle = steered(drive, _file(16.0))
+    assert vehicle.turning == pytest.approx(share, rel=0.02)
     (said,) = found.record.decisions
     assert found.signals == drive.signals
     assert not said.applied
@@ -70,13 +73,14 @@ def test_another_vehicles_file_or_degrees_are_said_and_nothing_is_changed(share:
 
 def test_an_unsure_ratio_says_nothing() -> None:
     drive = _drive(1.5 * 16 * 2.8)
-    assert steered(drive, _file(16.0, std=0.15)) is drive
+    file = _file(16.0, std=0.15)
+    assert steered(drive, file) == (drive, file)
 
 
 def test_what_is_not_stated_or_not_turned_is_not_asked() -> None:
     drive = _drive(90.0)
-    assert steered(drive, Vehicle()) is drive
+    assert steered(drive, Vehicle()) == (drive, Vehicle())
     straight = _drive(90.0, bends=0.01)
-    assert steered(straight, _file(16.0)) is straight
+    assert steered(straight, _file(16.0)) == (straight, _file(16.0))
     lacking = Drive({n: s for n, s in drive.signals.items() if n != "yaw_rate"}, drive.record)
-    assert steered(lacking, _file(16.0)) is lacking
+    assert steered(lacking, _file(16.0)) == (lacking, _file(16.0))

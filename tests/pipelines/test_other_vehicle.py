@@ -1,0 +1,127 @@
+"""A vehicle file that is another vehicle's: told from one wrong figure, and no answer is taken from it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from pipelines.evidence import Evidence
+from pipelines.joint.inference import Inference, infer
+from pipelines.joint.posterior import find_mode
+from pipelines.joint.reached import reach
+from pipelines.joint.vehicle.unknowns import before_the_log
+from pipelines.joint.ways.other_vehicle import (
+    AGREES,
+    BOUND,
+    CONTRADICTS,
+    NAME,
+    TEXT,
+    UNHEARD,
+    another,
+    other_ways,
+)
+from pipelines.vehicles.vehicle import Vehicle
+from tests.pipelines.joint_parts import linear, vehicle
+
+KNOWN = before_the_log(vehicle())
+SMALLER = {"empty_mass": 0.72, "spring_front": 0.7, "spring_rear": 0.75, "wheelbase": 0.88}
+"""What a log of a smaller car has of the file's figures."""
+
+
+def _log(shares: Mapping[str, float], surely: float = 0.01) -> list[Evidence]:
+    """A log that has unknowns at these shares of the file's figures."""
+    figures = {name: float(KNOWN.mean[KNOWN.index(name)]) for name in shares}
+    return [
+        replace(linear({n: 1.0}, shares[n] * value, surely * value, n), carrier=n)
+        for n, value in figures.items()
+    ]
+
+
+def _odds(evidence: Sequence[Evidence], file: Vehicle) -> float:
+    ((odds, *_),) = other_ways(find_mode(evidence, KNOWN), evidence, (), KNOWN, file)
+    return odds
+
+
+def _told(evidence: Sequence[Evidence], file: Vehicle) -> Inference:
+    found = infer(evidence, file, np.random.default_rng(0))
+    assert found is not None
+    return found
+
+
+@pytest.mark.parametrize(
+    ("turning", "chance"),
+    [(None, UNHEARD), (1.0, AGREES), (1.08, AGREES), (0.84, UNHEARD), (0.7, CONTRADICTS), (1.4, CONTRADICTS)],
+)
+def test_a_log_that_sees_nothing_of_the_file_leaves_the_chance_as_it_was(
+    turning: float | None, chance: float
+) -> None:
+    """The open prior is a normal law times what binds it: its mass must be taken account of."""
+    odds = _odds([linear({"load_y": 1.0}, 0.01, 0.1)], replace(vehicle(), turning=turning))
+    assert odds == pytest.approx(math.log(chance / (1 - chance)), abs=0.05)
+
+
+def test_figures_that_are_right_speak_against_it() -> None:
+    evidence = _log(dict.fromkeys(SMALLER, 1.0))
+    assert _odds(evidence, replace(vehicle(), turning=0.7)) < -5
+    assert reach(evidence, replace(vehicle(), turning=0.7), np.random.default_rng(0)).found == ()  # type: ignore[union-attr]
+
+
+def test_one_wrong_figure_is_that_figure() -> None:
+    for wrong in SMALLER:
+        found = reach(
+            _log({**dict.fromkeys(SMALLER, 1.0), wrong: SMALLER[wrong]}), vehicle(), np.random.default_rng(0)
+        )
+        assert found is not None
+        assert found.another < 0.05
+
+
+@pytest.mark.parametrize("turning", [None, 0.7])
+def test_a_smaller_car_with_a_larger_ones_file_has_no_answer(turning: float | None) -> None:
+    found = _told(_log(SMALLER), replace(vehicle(), turning=turning))
+    assert found.record.spoke_for == (TEXT,)
+    for name in ("mass_kg", "cg_height_m", "cg_to_front_axle_m", "roll_stiffness_nmprad"):
+        entry = found.parameters[name]
+        assert entry.status == "not_identifiable"
+        assert entry.reason.startswith("the vehicle file seems to be another vehicle's (odds 100%)")
+        # nor by what joins it with other methods afterwards
+        assert entry.refused
+
+
+def test_a_wheelbase_that_the_steering_has_too_is_a_mistyped_one() -> None:
+    """A road that shows the wheelbase at 0.82 of the file's, beside a right mass and springs."""
+    evidence = _log({**dict.fromkeys(SMALLER, 1.0), "wheelbase": 0.82})
+    for turning, least, most in ((0.82, 0.0, 0.02), (0.5, 0.0, 0.5)):
+        found = reach(evidence, replace(vehicle(), turning=turning), np.random.default_rng(0))
+        assert found is not None
+        assert least <= found.another <= most
+
+
+def test_what_binds_is_of_the_files_vehicle() -> None:
+    free, bound = another(KNOWN, vehicle())
+    assert len(bound) == len(BOUND)
+    values = free.at(np.zeros(len(free.names)))
+    for relation in bound:
+        assert relation.predict(values) == pytest.approx(1.0)
+    assert np.all(free.std >= KNOWN.std)
+    assert np.array_equal(free.mean, KNOWN.mean)
+
+
+def test_a_file_that_states_next_to_nothing_is_nobodys() -> None:
+    figures = {n: q for n, q in vehicle().quantities.items() if n != "mass_kg"}
+    file = replace(vehicle(), quantities=figures)
+    known = before_the_log(file)
+    evidence = [linear({"load": 1.0}, 100.0, 10.0)]
+    assert list(other_ways(find_mode(evidence, known), evidence, (), known, file)) == []
+
+
+def test_a_steering_ratio_alone_that_is_another_asks_and_takes_nothing() -> None:
+    """Every relation is as the file has it: what is left of the doubt is small, and no answer moves."""
+    evidence = _log(dict.fromkeys(SMALLER, 1.0))
+    plain, asked = (_told(evidence, replace(vehicle(), turning=t)) for t in (None, 0.6))
+    assert NAME not in " ".join(asked.record.spoke_for)
+    for name, entry in plain.parameters.items():
+        assert asked.parameters[name].status == entry.status
