@@ -11,9 +11,10 @@ from parsers.timebase import MAX_GAPS
 from pipelines.joint.conflict import BEYOND_DOUBT
 from pipelines.prepare.gravity import GRAVITY_ADDED
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
-from pipelines.vehicles.axle_share import LEAST_FRONT, MOST_FRONT, front_share
 from pipelines.vehicles.measured import known_body
 from pipelines.vehicles.spring_base import spring_base
+from pipelines.vehicles.unheard_of import LEAST_FRONT, MOST_FRONT, front_share, heavy_axles
+from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.missing import by_lack
 
@@ -126,15 +127,22 @@ def _two_stiffnesses(vehicle: Vehicle) -> list[str]:
     ]
 
 
-def _unheard_of_place(vehicle: Vehicle) -> list[str]:
-    """That a file puts more of the empty vehicle on one axle than any such vehicle has there."""
+def _unheard_of(vehicle: Vehicle) -> list[str]:
+    """That a file puts more of the empty vehicle on one axle, or into it, than any such vehicle has there."""
     share, place = front_share(vehicle), vehicle.get("cg_to_front_axle_m")
-    if share is None or place is None:
-        return []
-    return [
-        f"{FILE_UNLIKE} {share:.0%} of the empty mass on the front axle (cg_to_front_axle_m {place.value:.3f}): cars, vans "
-        f"and pickups have {LEAST_FRONT:.0%} to {MOST_FRONT:.0%}; is that figure from the front axle, and of this vehicle?"
-    ]
+    said = []
+    if share is not None and place is not None:
+        said.append(
+            f"{FILE_UNLIKE} {share:.0%} of the empty mass on the front axle (cg_to_front_axle_m {place.value:.3f}): cars, vans "
+            f"and pickups have {LEAST_FRONT:.0%} to {MOST_FRONT:.0%}; is that figure from the front axle, and of this vehicle?"
+        )
+    for axle, part in heavy_axles(vehicle).items():
+        usual = usual_unsprung(vehicle, axle, 1.0)[0]
+        said.append(
+            f"{FILE_UNLIKE} {part:.1%} of the empty mass into the {axle} axle with its wheels (unsprung_mass_{axle}_kg); "
+            f"{usual:.1%} is usual of such vehicles: is that figure of both wheels, and of this vehicle?"
+        )
+    return said
 
 
 def _contradiction(joint: JointVerdict | None) -> list[str]:
@@ -170,7 +178,7 @@ def what_limits(
         *_changed(record),
         *_contradiction(joint),
         *_two_stiffnesses(vehicle),
-        *_unheard_of_place(vehicle),
+        *_unheard_of(vehicle),
     ]
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")

@@ -292,7 +292,7 @@ def estimate_of(
         )  # fmt: skip
     if prior is not None and status == "not_identifiable":
         # what the drive adds to it is no result of its own
-        low, high = prior.interval
+        low, high = prior.shown
         return ParameterEstimate(
             name, prior.mean, prior.whole_std, low, high, status, f"{reason}; the figures are what was known before",
             prior_record(prior, whole=True), reference, ("prior",),
@@ -309,7 +309,7 @@ def estimate_of(
 
 def as_known(entry: ParameterEstimate, prior: Spread) -> ParameterEstimate:
     """What a drive did not tell, with the figures that were known before. entry: its name, reason and reference."""
-    low, high = prior.interval
+    low, high = prior.shown
     return ParameterEstimate(
         entry.name, prior.mean, prior.whole_std, low, high, "not_identifiable", entry.reason, prior_record(prior, whole=True), entry.reference,
         ("prior",),

@@ -32,12 +32,14 @@ SOURCE = "stated figures"
 
 LIGHTER = "an empty mass above the laden one"
 BARS = "stated anti-roll bars"
+UNSPRUNG = "stated unsprung masses"
 STATED: Mapping[str, Mapping[str, str]] = {
     "stated mass": {"mass_kg": "empty_mass"},
     "stated spring rates": {f"spring_rate_{a}_npm": f"spring_{a}" for a in ("front", "rear")},
     BARS: {f"anti_roll_stiffness_{a}_nmprad": f"bar_{a}" for a in ("front", "rear")},
     "stated place of the CG": {"cg_to_front_axle_m": "empty_x"},
     "stated height of the CG": {"cg_height_m": "empty_h"},
+    UNSPRUNG: {f"unsprung_mass_{a}_kg": f"unsprung_{a}" for a in ("front", "rear")},
     "stated roll centres": {f"roll_center_height_{a}_m": f"roll_center_{a}" for a in ("front", "rear")},
     "stated tracks": {f"track_{a}_m": f"track_{a}" for a in ("front", "rear")},
     "stated wheelbase": {"wheelbase_m": "wheelbase"},

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -25,11 +26,12 @@ LEAST_POSSIBLE = 0.2
 
 @dataclass(frozen=True)
 class Spread:
-    """A parameter's distribution: mean, std, and draws (n,) behind them; no draws: a normal law."""
+    """A parameter's distribution: mean, std, and draws (n,) behind them; no draws: a normal law. least: what it cannot be below."""
 
     mean: float
     std: float
     draws: FloatArray
+    least: float = -math.inf
 
     @property
     def whole_std(self) -> float:
@@ -44,6 +46,12 @@ class Spread:
             return self.mean - 1.96 * self.std, self.mean + 1.96 * self.std
         low, high = np.quantile(self.draws, (0.025, 0.975))
         return float(low), float(high)
+
+    @property
+    def shown(self) -> tuple[float, float]:
+        """The interval as it is told: a load's normal law holds loads below nothing, and no vehicle is lighter than its empty one."""
+        low, high = self.interval
+        return max(low, min(self.least, self.mean)), high
 
 
 def slopes(joint: Joint) -> tuple[dict[str, float], dict[str, FloatArray]]:
@@ -67,13 +75,30 @@ def prior_spreads(known: Known, stated: Sequence[Evidence], rng: np.random.Gener
     values = placed(known.mean + known.std * u, known.names, known.places, rng)
     found = outputs_of(dict(zip(known.names, values.T, strict=True)), {})
     columns = {name: np.broadcast_to(column, PRIOR_DRAWS) for name, column in found.items()}
-    can_be = _possible(columns)
+    can_be, least = _possible(columns), _least(known)
     spreads = {}
     for name, column in columns.items():
         draws = column[can_be]
         low, middle, high = np.quantile(draws, (0.16, 0.5, 0.84))
-        spreads[name] = Spread(float(middle), float(0.5 * (high - low)), np.asarray(draws))
+        spreads[name] = Spread(
+            float(middle), float(0.5 * (high - low)), np.asarray(draws), least.get(name, -math.inf)
+        )
     return spreads
+
+
+def _least(known: Known) -> dict[str, float]:
+    """The empty vehicle's masses less twice their spreads; nothing where nobody states its mass."""
+    if not known.mass:
+        return {}
+    axles = ("unsprung_front", "unsprung_rear")
+    (kilos, std), *unsprung = (
+        (float(known.mean[known.index(n)]), float(known.std[known.index(n)])) for n in ("empty_mass", *axles)
+    )
+    sprung = kilos - sum(mass for mass, _ in unsprung)
+    return {
+        "mass_kg": kilos - 2 * std,
+        "sprung_mass_kg": sprung - 2 * math.hypot(std, *(each for _, each in unsprung)),
+    }
 
 
 def _possible(columns: Mapping[str, FloatArray]) -> NDArray[np.bool_]:

@@ -44,7 +44,7 @@ USUAL, SURE = 0.2, 4.0
 """Share of the file's product by which racks with a variable ratio are off, and standard deviations that it must be off by."""
 
 
-SHOWN = 0.05
+SHOWN = 0.08
 """Spread of the product over the file's up to which the drive tells whether both are of one vehicle."""
 
 

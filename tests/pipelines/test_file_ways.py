@@ -75,7 +75,7 @@ def test_odds_are_those_of_two_integrals(seen: float) -> None:
     # what the log does not see stays as unlikely as it was
     # (with an inertia that is known by the square of the length, and follows it: roughly)
     assert told["stated tracks"] == pytest.approx(np.log(0.015 / 0.985), abs=1e-3)
-    assert told["stated wheelbase"] == pytest.approx(np.log(0.015 / 0.985), abs=0.03)
+    assert told["stated wheelbase"] == pytest.approx(np.log(0.003 / 0.997), abs=0.03)
 
 
 def test_what_is_stated_as_exact_is_not_asked() -> None:

@@ -15,12 +15,10 @@ from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import reach
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.joint.ways.other_vehicle import (
-    AGREES,
     BOUND,
-    CONTRADICTS,
+    CHANCE,
     NAME,
     TEXT,
-    UNHEARD,
     another,
     other_ways,
 )
@@ -53,15 +51,14 @@ def _told(evidence: Sequence[Evidence], file: Vehicle) -> Inference:
 
 
 @pytest.mark.parametrize(
-    ("turning", "chance"),
-    [(None, UNHEARD), (1.0, AGREES), (1.08, AGREES), (0.84, UNHEARD), (0.7, CONTRADICTS), (1.4, CONTRADICTS)],
+    ("turning", "likelier"), [(None, 1.0), (1.0, 0.6), (1.08, 0.6), (0.84, 2.0), (0.7, 15.0), (1.4, 15.0)]
 )
 def test_a_log_that_sees_nothing_of_the_file_leaves_the_chance_as_it_was(
-    turning: float | None, chance: float
+    turning: float | None, likelier: float
 ) -> None:
     """The open prior is a normal law times what binds it: its mass must be taken account of."""
     odds = _odds([linear({"load_y": 1.0}, 0.01, 0.1)], replace(vehicle(), turning=turning))
-    assert odds == pytest.approx(math.log(chance / (1 - chance)), abs=0.05)
+    assert odds == pytest.approx(math.log(likelier * CHANCE / (1 - CHANCE)), abs=0.05)
 
 
 def test_figures_that_are_right_speak_against_it() -> None:
@@ -94,7 +91,7 @@ def test_a_smaller_car_with_a_larger_ones_file_has_no_answer(turning: float | No
 def test_a_wheelbase_that_the_steering_has_too_is_a_mistyped_one() -> None:
     """A road that shows the wheelbase at 0.82 of the file's, beside a right mass and springs."""
     evidence = _log({**dict.fromkeys(SMALLER, 1.0), "wheelbase": 0.82})
-    for turning, least, most in ((0.82, 0.0, 0.02), (0.5, 0.0, 0.5)):
+    for turning, least, most in ((0.82, 0.0, 0.02), (0.5, 0.1, 0.5)):
         found = reach(evidence, replace(vehicle(), turning=turning), np.random.default_rng(0))
         assert found is not None
         assert least <= found.another <= most

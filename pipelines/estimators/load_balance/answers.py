@@ -157,6 +157,6 @@ def unanswered(
             continue
         words = f"{reason}; the figures are what was known before the log"
         found[name] = ParameterEstimate(
-            name, prior.mean, prior.whole_std, *prior.interval, "not_identifiable", words, prior_record(prior, whole=True), told, ("prior",),
+            name, prior.mean, prior.whole_std, *prior.shown, "not_identifiable", words, prior_record(prior, whole=True), told, ("prior",),
         )  # fmt: skip
     return found

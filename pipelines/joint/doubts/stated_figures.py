@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.joint.doubts.weighed import WRONG_FILE, Doubt, Place, elsewhere, wider
-from pipelines.joint.file_check import BARS, LOAD, of_any, stated_unknowns
+from pipelines.joint.file_check import BARS, LOAD, UNSPRUNG, of_any, stated_unknowns
 from pipelines.joint.vehicle.no_bars import NOT_LOOKED_UP, bars_not_looked_up
 from pipelines.joint.vehicle.unknowns import AXLES
-from pipelines.vehicles.axle_share import front_share, usual_place
 from pipelines.vehicles.kinds import usual_load
 from pipelines.vehicles.kinematics import spring_curve
+from pipelines.vehicles.unheard_of import front_share, heavy_axles, usual_place
+from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 
 OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05, LOAD: 0.05}
@@ -18,11 +19,14 @@ OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05, LOAD: 0.05}
 the CG lies across has weighed the wheels, and who states wheel rates above and below ride height has had them measured at the wheel. And of
 a load, which who wrote it down did not drive with."""
 
+MEASURED = 0.003
+"""The same of the wheelbase, which every sheet has to a millimetre: where it is another, the file is rather another vehicle's."""
+
 WEIGHED = 0.005
 """The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
 
 UNHEARD_OF = 0.5
-"""The same where no car or van has its CG at the stated place."""
+"""The same of a figure that no such vehicle has."""
 PLACE = "stated place of the CG"
 
 UNLIKE, FARTHER = 0.06, 2.0
@@ -33,9 +37,11 @@ a normal law's."""
 
 def chance_wrong(title: str, vehicle: Vehicle) -> float:
     """Chance beforehand that stated figures are wrong: as data sheets are, or as rigs are where the file holds what only those find."""
+    if title == "stated wheelbase":
+        return MEASURED
     if title == "stated spring rates" and all(spring_curve(vehicle.quantities, axle) for axle in AXLES):
         return WRONG_FILE
-    if title == PLACE and front_share(vehicle) is not None:
+    if not_as_stated(title, vehicle):
         return UNHEARD_OF
     if vehicle.get("cg_lateral_offset_m") is not None:
         weighed = {"stated mass": WRONG_FILE, PLACE: WEIGHED}
@@ -43,10 +49,15 @@ def chance_wrong(title: str, vehicle: Vehicle) -> float:
     return OFTEN_WRONG.get(title, WRONG_FILE)
 
 
-def place_not_as_stated(vehicle: Vehicle) -> dict[str, tuple[float, float]]:
-    """The unknown of a place of the CG that no such vehicle has: where they have it; nothing for a place that may be."""
-    usual = usual_place(vehicle)
-    return {} if usual is None or front_share(vehicle) is None else {"empty_x": usual}
+def not_as_stated(title: str, vehicle: Vehicle) -> dict[str, tuple[float, float]]:
+    """The unknowns of stated figures that no such vehicle has: where they have them; nothing for figures that may be."""
+    if title == PLACE:
+        usual = usual_place(vehicle)
+        return {} if usual is None or front_share(vehicle) is None else {"empty_x": usual}
+    mass = vehicle.get("mass_kg")
+    if title != UNSPRUNG or mass is None:
+        return {}
+    return {f"unsprung_{axle}": usual_unsprung(vehicle, axle, mass.value) for axle in heavy_axles(vehicle)}
 
 
 def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
@@ -63,7 +74,7 @@ def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
             found.append(elsewhere(text, joint.known, {"load": (usual.mean, usual.std), **anywhere}, chance))
         elif title == BARS and (bars := bars_not_looked_up(joint.known, vehicle)):
             found.append(elsewhere(text, joint.known, bars, NOT_LOOKED_UP))
-        elif title == PLACE and (where := place_not_as_stated(vehicle)):
+        elif where := not_as_stated(title, vehicle):
             found.append(elsewhere(text, joint.known, where, chance))
         else:
             found += wider(text, names, chance)

@@ -14,8 +14,8 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.doubts.stated_figures import PLACE, chance_wrong, place_not_as_stated
-from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, of_any, stated_unknowns
+from pipelines.joint.doubts.stated_figures import PLACE, chance_wrong, not_as_stated
+from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, UNSPRUNG, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.vehicle.unknowns import Known
 from pipelines.joint.ways.rigid_tyres import log_odds
@@ -30,6 +30,7 @@ OPEN: Mapping[str, tuple[float, float]] = {
     BARS: (0.4, 0.0),
     PLACE: (0.0, 0.25),
     "stated height of the CG": (0.25, 0.0),
+    UNSPRUNG: (0.4, 0.0),
     "stated roll centres": (0.0, 0.12),
     "stated tracks": (0.06, 0.0),
     WHEELBASE: (0.06, 0.0),
@@ -118,8 +119,7 @@ def file_ways(
         if any(known.std[known.index(n)] < SURE * abs(known.mean[known.index(n)]) for n in names):
             continue
         free, whole, lacking = opened(known, names, OPEN[title]), tuple(evidence), 0.0
-        if title == PLACE:
-            free = elsewhere_known(free, place_not_as_stated(vehicle))
+        free = elsewhere_known(free, not_as_stated(title, vehicle))
         if title == WHEELBASE and vehicle.get("pitch_inertia_kgm2") is None:
             free, bound, lacking = with_the_length(known, free)
             whole = (*whole, bound)

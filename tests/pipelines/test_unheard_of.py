@@ -13,16 +13,16 @@ from pipelines.joint.doubts.stated_figures import (
     UNHEARD_OF,
     chance_wrong,
     file_doubts,
-    place_not_as_stated,
+    not_as_stated,
 )
-from pipelines.joint.file_check import STATED
+from pipelines.joint.file_check import STATED, UNSPRUNG
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.joint.ways.file_ways import file_ways, joined_again
 from pipelines.limits import FILE_UNLIKE, what_limits
 from pipelines.simulation.plant.random_vehicle import random_vehicle
-from pipelines.vehicles.axle_share import LEAST_FRONT, MOST_FRONT, front_share, usual_place
+from pipelines.vehicles.unheard_of import LEAST_FRONT, MOST_FRONT, front_share, heavy_axles, usual_place
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
@@ -46,7 +46,7 @@ def _file(place: float, length: float = 2.6, mass: float = 1400.0, body: str | N
 def test_which_places_no_such_vehicle_has(file: Vehicle, unlike: bool) -> None:
     assert (front_share(file) is not None) is unlike
     assert (chance_wrong(PLACE, file) == UNHEARD_OF) is unlike
-    assert bool(place_not_as_stated(file)) is unlike
+    assert bool(not_as_stated(PLACE, file)) is unlike
 
 
 def test_every_simulated_vehicle_is_within_the_bounds() -> None:
@@ -55,6 +55,14 @@ def test_every_simulated_vehicle_is_within_the_bounds() -> None:
         one = random_vehicle(rng)
         share = 1 - one.cg_to_front_axle_m / one.wheelbase_m
         assert LEAST_FRONT < share < MOST_FRONT
+        axles = {
+            "unsprung_mass_front_kg": one.unsprung_mass_front_kg,
+            "unsprung_mass_rear_kg": one.unsprung_mass_rear_kg,
+        }
+        assert heavy_axles(_with(_file(1.1, one.wheelbase_m, one.mass_kg), axles)) == {} or one.body in {
+            "Pickup",
+            "Van",
+        }
 
 
 def _short(place: float) -> Vehicle:
@@ -129,3 +137,40 @@ def test_the_doubt_has_it_where_it_is_usual() -> None:
     usual = usual_place(file)
     assert usual is not None
     assert joint.known.mean[row] + joint.known.std[row] * doubt.mean[0] == pytest.approx(usual[0])
+
+
+def _with(file: Vehicle, more: dict[str, float]) -> Vehicle:
+    quantities = {n: Quantity(v, 0.05 * v, "vehicle file") for n, v in more.items()}
+    return replace(file, quantities={**file.quantities, **quantities})
+
+
+@pytest.mark.parametrize(
+    ("file", "front_kg", "unlike"),
+    [
+        (_file(1.1), 75.0, False), (_file(1.1), 160.0, True), (_file(1.1), 5.0, True), (_file(1.1), 0.0, False),
+        (_file(1.1, 3.8, 7200.0, "Truck"), 550.0, False), (_file(1.1, 3.8, 7200.0, "Truck"), 1200.0, True), (_file(0.1, 0.6, 40.0), 12.0, False),
+    ],
+)  # fmt: skip
+def test_axles_that_no_such_vehicle_has(file: Vehicle, front_kg: float, unlike: bool) -> None:
+    file = _with(file, {"unsprung_mass_front_kg": front_kg})
+    assert (heavy_axles(file).keys() == {"front"}) is unlike
+    assert (chance_wrong(UNSPRUNG, file) == UNHEARD_OF) is unlike
+    said = [text for text in what_limits(RECORD, (), {}, file) if "unsprung_mass_front_kg" in text]
+    assert bool(said) is unlike
+
+
+def test_a_sprung_mass_is_no_surer_than_the_axles_that_are_taken_off() -> None:
+    """A weighed vehicle whose file has its front axle twice as heavy as any: the sprung mass holds the usual one as well."""
+    told = {}
+    for kilos in (100.0, 280.0):
+        file = vehicle(unsprung_mass_front_kg=(kilos, 5.0), unsprung_mass_rear_kg=(100.0, 5.0))
+        evidence = [linear({"empty_mass": 1.0, "load": 1.0}, 2050.0, 8.0)]
+        found = infer(evidence, file, np.random.default_rng(0))
+        assert found is not None
+        told[kilos] = found.parameters["sprung_mass_kg"]
+    right, wrong = told[100.0], told[280.0]
+    assert wrong.low is not None
+    assert wrong.high is not None
+    assert right.value is not None
+    assert wrong.low < right.value < wrong.high
+    assert wrong.status != "identified"
