@@ -234,6 +234,17 @@ def test_a_log_gives_height_and_mass_with_offsets_and_a_late_speed():
     assert not found.witness
 
 
+def test_wheels_tell_the_speed_where_nothing_else_does():
+    """Their speeds alone: the roll per lateral acceleration was read up to 5 Hz then, where roads roll the body."""
+    speeds = ("speed", "gps_speed_2d", "gps_speed_3d")
+    found = [
+        estimate(mixed_drive(Errors(), without), park_vehicle(CAR, load_std=60.0), **TYRES)
+        for without in ((), speeds)
+    ]
+    with_speed, by_wheels = (each.diagnostics["roll_per_lateral_acceleration"] for each in found)
+    assert by_wheels == pytest.approx(with_speed, rel=0.02)
+
+
 def test_without_torques_the_mass_is_refused():
     found = estimate(
         mixed_drive(Errors(), ("brake_pressure", "drive_torque")), park_vehicle(CAR, load_std=60.0)

@@ -56,7 +56,7 @@ def prepare_drive(drive: Drive, rate_hz: float, cutoff_hz: float) -> Prepared:
 class BrakeRollData:
     """Columns (n,) SI without NaN inside `rows`; what is missing is None, and `missing` says why in words.
 
-    front, rear: mean wheel speeds of the axles; apart: left-right difference less the turn's. front_torque,
+    front, rear: mean wheel speeds of the axles; rolling: mean of the axles whose wheels are both there; apart: left-right difference less the turn's. front_torque,
     rear_torque: brake torque of both wheels (share_known: False where one figure was split by the brake_front_share; by_pressure: from brake pressure and gain).
     drive: drive torque of all wheels. rows: inside segments. allowed: flat road, good satellites.
     """
@@ -71,6 +71,7 @@ class BrakeRollData:
     yaw_rate: FloatArray | None
     front: FloatArray | None
     rear: FloatArray | None
+    rolling: FloatArray | None
     apart: FloatArray
     front_torque: FloatArray | None
     rear_torque: FloatArray | None
@@ -236,6 +237,12 @@ def collect_data(prepared: Prepared, known: BrakeRollVehicle) -> BrakeRollData:
     rear = _sum(prepared, WHEEL_SPEEDS[2:]) if whole else None
     front = None if front is None else front / 2
     rear = None if rear is None else rear / 2
+    axles = [
+        axle
+        for axle in (_sum(prepared, WHEEL_SPEEDS[:2]), _sum(prepared, WHEEL_SPEEDS[2:]))
+        if axle is not None
+    ]
+    rolling = np.asarray(0.5 * np.mean(axles, axis=0)) if axles else None
     apart = np.zeros(len(prepared.time_s))
     if whole:
         turn = 0.0 if yaw is None else yaw * known.track.value
@@ -265,7 +272,7 @@ def collect_data(prepared: Prepared, known: BrakeRollVehicle) -> BrakeRollData:
     return BrakeRollData(
         prepared.rate_hz, prepared.time_s, inside(prepared), true,
         None if f_x is None else f_x - along, None if f_y is None else f_y - across, _gyro(prepared), yaw, front, rear,
-        apart, front_torque, rear_torque, share_known, by_pressure, drive, _column(prepared, "steering_wheel_angle"),
+        rolling, apart, front_torque, rear_torque, share_known, by_pressure, drive, _column(prepared, "steering_wheel_angle"),
         _column(prepared, "roll"), _allowed(prepared, true, notes), tuple(missing), tuple(notes),
     )  # fmt: skip
 

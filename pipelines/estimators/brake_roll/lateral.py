@@ -25,6 +25,16 @@ from pipelines.results import FloatArray
 LEAST_LATERAL = 0.4
 """m/s², spread of the lateral acceleration from which there is something to see."""
 
+ROUGH = 0.4
+"""Share by which the roll per lateral acceleration comes out too small on rough road where nothing tells how quick the steering was, and
+next to none of the roll rate follows."""
+
+BLIND_HZ = 1.0
+"""What is read at most where nothing tells how quick the steering was: drivers weave at up to 0.7 Hz."""
+
+LEAST_YAW = 0.03
+"""rad/s, spread of the yaw rate from which on it tells alone how quick the steering was."""
+
 BLOCK_S = 8.0
 SETTLE_S = 1.0
 GRAVITY_HZ = 0.6
@@ -147,6 +157,17 @@ def _filtered(values: FloatArray, data: LateralData, cutoff_hz: float) -> FloatA
     return out
 
 
+def _steered(data: LateralData) -> FloatArray:
+    """What tells how quick the steering was: the lateral acceleration itself where no gyro does."""
+    if data.yaw_rate is not None and data.speed is not None:
+        turned = data.yaw_rate * data.speed
+        # a yaw rate that says nothing is no measure of what was steered
+        return turned if float(np.std(turned)) > 0.3 * float(np.std(data.f_y)) else data.f_y
+    if data.yaw_rate is not None and float(np.std(data.yaw_rate)) > LEAST_YAW:
+        return data.yaw_rate
+    return data.f_y
+
+
 def lively_band(data: LateralData) -> float:
     """Frequency in Hz up to which the roll rate is read: twice that below which 99.9 % of what is steered lies.
 
@@ -154,11 +175,7 @@ def lively_band(data: LateralData) -> float:
     came out 8 % too small that way. On rough road f holds the roll that the road makes (the sensor sits above the roll
     axis) and the share came out 40 % too small: what is steered is told by yaw rate times speed where they are there.
     """
-    steered = data.f_y
-    if data.yaw_rate is not None and data.speed is not None:
-        turned = data.yaw_rate * data.speed
-        # a yaw rate that says nothing is no measure of what was steered
-        steered = turned if float(np.std(turned)) > 0.3 * float(np.std(data.f_y)) else data.f_y
+    steered = _steered(data)
     power = np.zeros(513)
     for start, stop in zip(*data.segments, strict=True):
         # a window, or the jump between the ends would look like quick motion
@@ -168,7 +185,8 @@ def lively_band(data: LateralData) -> float:
     share = np.cumsum(power) / max(float(power.sum()), 1e-12)
     frequency = np.linspace(0.0, data.rate_hz / 2, 513)
     top = 2 * float(frequency[min(int(np.searchsorted(share, 0.999)), len(frequency) - 1)])
-    return min(max(top, GRAVITY_HZ), data.band_hz)
+    most = BLIND_HZ if steered is data.f_y else data.band_hz
+    return min(max(top, GRAVITY_HZ), most, data.band_hz)
 
 
 def _memory(residual: FloatArray, linked: BoolArray) -> float:
@@ -338,4 +356,7 @@ def fit_lateral(data: LateralData, known: LateralKnown) -> LateralFit | None:
     level = measured - float(np.mean(measured))
     lively = float(np.sqrt(np.mean((data.f_y[used] - float(np.mean(data.f_y[used]))) ** 2)))
     explained = 1 - float(np.mean(left**2)) / max(float(np.mean(level**2)), 1e-12)
-    return LateralFit(fit.value("gain"), fit.std("gain"), fit, used, predicted, explained, lively)
+    gain, std = fit.value("gain"), fit.std("gain")
+    if _steered(data) is data.f_y:
+        std = math.hypot(std, ROUGH * max(1 - explained, 0.0) * gain)
+    return LateralFit(gain, std, fit, used, predicted, explained, lively)

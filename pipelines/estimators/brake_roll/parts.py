@@ -44,6 +44,9 @@ ARM_SHARE = (0.0, 0.3)
 """Share of a tyre's deflection by which a torque's arm is shorter than the rolling radius, and its spread. It cannot be by
 much: a shorter arm would give more power than was put in. What a rolling radius in a vehicle file is good for is in it."""
 
+WHEELS_STD = 0.02
+"""Share by which wheels' speeds are off a vehicle's: radii of tyres that nobody measured."""
+
 USUAL_GAIN = (1.06, 0.03)
 """What the accelerometer reads per m/s² of braking where it could not be told: the nose dives 5-7 %."""
 
@@ -190,12 +193,15 @@ def lateral_part(
     behind = vehicle.sensors.get("imu_behind_front_axle_m")
     if behind is not None and known.wheelbase is not None:
         rear = (known.wheelbase.value - behind.value, 0.2 + behind.std)
-    lateral_known = LateralKnown(lag, inertia, rear, scale=_settings(settings, "scale_std", 0.005))
-    true = data.true
+    scale = _settings(settings, "scale_std", 0.005)
+    speed = data.rolling if data.true is None else data.true.speed
+    if data.true is None and speed is not None:
+        scale = math.hypot(scale, WHEELS_STD)
+    lateral_known = LateralKnown(lag, inertia, rear, scale=scale)
     measured = data.roll if "roll" in prepared.measured else None
     columns = LateralData(
         prepared.rate_hz, prepared.cutoff_hz, data.f_y, data.roll_rate, data.yaw_rate,
-        None if true is None else true.speed, data.f_x, measured, data.rows, segments_of(prepared),
+        speed, data.f_x, measured, data.rows, segments_of(prepared),
     )  # fmt: skip
     fit = fit_lateral(columns, lateral_known)
     if fit is None:
