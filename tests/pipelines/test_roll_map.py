@@ -216,8 +216,8 @@ def test_roll_that_does_not_follow_is_said(slalom: tuple[plant.Car, plant.Drive]
     assert all(p.status == "not_identifiable" for p in found.parameters.values())
 
 
-def test_a_road_that_banks_into_its_bends_is_not_taken_for_a_wrong_channel() -> None:
-    """The bank outweighs the slow part of the lean; what is quick still follows, and says that the channel is right."""
+def _banked() -> tuple[plant.Car, Drive, Vehicle]:
+    """A drive on a road that leans into its bends, by more than the body leans out of them."""
     car, rng = plant.Car(), np.random.default_rng(3)
     t = np.arange(0, 240, 1 / plant.RATE)
     bends, quick = (
@@ -229,12 +229,36 @@ def test_a_road_that_banks_into_its_bends_is_not_taken_for_a_wrong_channel() -> 
     bank = np.interp(stamps, t, -0.04 * bends) + 0.01 * np.sin(2 * np.pi * stamps / 23)
     turned = {"roll": bank, "accel_y": plant.G * bank}
     banked = {n: replace(s, values=s.values + turned.get(n, 0.0)) for n, s in drive.signals.items()}
-    found = analyse(
-        plant.without(replace(drive, signals=banked), "suspension"),
-        plant.vehicle_of(car, plant.Knowledge(), rng),
-    )
+    return car, replace(drive, signals=banked), plant.vehicle_of(car, plant.Knowledge(), rng)
+
+
+def test_a_road_that_banks_into_its_bends_is_not_taken_for_a_wrong_channel() -> None:
+    """The bank outweighs the slow part of the lean; what is quick still follows, and says that the channel is right."""
+    _, drive, vehicle = _banked()
+    found = analyse(plant.without(drive, "suspension"), vehicle)
     assert found.parameters["roll_gradient_degpg"].status == "not_identifiable"
     assert "the road's bank turns the roll angle" in found.reason
+
+
+def test_what_a_banked_road_takes_from_an_angle_the_springs_tell() -> None:
+    """An angle against the horizon beside deflections took their roll gradient away."""
+    car, rng = plant.Car(), np.random.default_rng(3)
+    t = np.arange(0, 240, 1 / plant.RATE)
+    bends = 1.3 * np.sin(2 * np.pi * t / 40) * np.sin(2 * np.pi * t / 170)
+    bank = -0.04 * bends + 0.01 * np.sin(2 * np.pi * t / 23)
+    moved = plant.simulate(car, bends + 0.35 * np.sin(2 * np.pi * 0.3 * t), bank)
+    drive = plant.record(moved, car, plant.Sensors(), rng)
+    vehicle = plant.vehicle_of(car, plant.Knowledge(), rng)
+    by_horizon = analyse(plant.without(drive, "suspension"), vehicle)
+    assert by_horizon.parameters["roll_gradient_degpg"].status == "not_identifiable"
+    found = analyse(drive, vehicle)
+    gradient = found.parameters["roll_gradient_degpg"]
+    assert gradient.status != "not_identifiable"
+    assert gradient.low is not None
+    assert gradient.high is not None
+    assert gradient.low <= car.gradient(road=True) <= gradient.high
+    assert "the angle is the springs', since by the one against the horizon" in found.reason
+    assert found.scatters
 
 
 def test_a_wrong_unit_is_said(slalom: tuple[plant.Car, plant.Drive]) -> None:

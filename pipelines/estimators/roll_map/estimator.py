@@ -21,6 +21,7 @@ from pipelines.estimators.roll_map.data import RollData, collect
 from pipelines.estimators.roll_map.evidence import Motion, evidence_of
 from pipelines.estimators.roll_map.figures import fit_traces, gradient_track, height_track, roll_scatter
 from pipelines.estimators.roll_map.fit import RollFit
+from pipelines.estimators.roll_map.instead import GRADIENT, beside_horizon, tells
 from pipelines.estimators.roll_map.model import OPTIONS, Known, known_parameters
 from pipelines.estimators.roll_map.motion import friction_damping
 from pipelines.estimators.roll_map.touched_stops import stops_touched, with_stops
@@ -160,8 +161,32 @@ class RollMap:
     def estimate(
         self, prepared: Prepared, vehicle: Vehicle, settings: Settings, rng: np.random.Generator
     ) -> Estimate:
-        """Fit and explain. A drive that cannot tell ends with parameters "not_identifiable" and the reason."""
+        """Fit and explain. A drive that cannot tell ends with parameters "not_identifiable" and the reason.
+
+        A road that banks takes an angle against the horizon its answer, and none that springs show: then theirs is told. What the
+        first says of the vehicle, bank and all, stays with it.
+        """
         ranked = rank_roll(prepared, vehicle) if prepared.segments else ()
+        first = self._by(ranked, prepared, vehicle, settings, rng)
+        if tells(first) or not beside_horizon(ranked, prepared):
+            return first
+        second = self._by(ranked[1:], prepared, vehicle, settings, rng)
+        if not tells(second):
+            return first
+        instead = f"the angle is the springs', since by the one against the horizon {first.parameters[GRADIENT].reason}"
+        return replace(
+            second, evidence=first.evidence or second.evidence, reason=f"{second.reason}; {instead}"
+        )
+
+    def _by(
+        self,
+        ranked: tuple[RollSource, ...],
+        prepared: Prepared,
+        vehicle: Vehicle,
+        settings: Settings,
+        rng: np.random.Generator,
+    ) -> Estimate:
+        """With the first of some ways to a roll angle."""
         roll = ranked[0] if ranked else None
         data = None
         least = _value(settings, "least_excitation")
@@ -248,9 +273,9 @@ class RollMap:
         }
         seen_s = prepared.time_s[data.rows[fit.edges - 1]]
         odd = conflicts(data, fit)
-        gradient = with_stops(parameters["roll_gradient_degpg"], stops_touched(prepared, data.rows, vehicle))
+        gradient = with_stops(parameters[GRADIENT], stops_touched(prepared, data.rows, vehicle))
         gradient = with_what_looks_wrong(gradient, odd)
-        parameters["roll_gradient_degpg"] = gradient
+        parameters[GRADIENT] = gradient
         tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles, gradient.value)]
         if before.draws is not None and "cg_height_m" in parameters:
             few = before.fewer(6000)
