@@ -9,6 +9,8 @@ from parsers.drive import ImportRecord
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.timebase import MAX_GAPS
 from pipelines.joint.conflict import BEYOND_DOUBT
+from pipelines.joint.rests import hanging_on, moved_by
+from pipelines.parameters import PARAMETERS
 from pipelines.prepare.gravity import GRAVITY_ADDED
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
 from pipelines.vehicles.measured import known_body
@@ -17,6 +19,12 @@ from pipelines.vehicles.unheard_of import LEAST_FRONT, MOST_FRONT, front_share, 
 from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.missing import by_lack
+
+MOST_MOVED = 3
+"""Answers that are named with a rate that moves them."""
+
+HANGING = "This drive hardly checks the file's"
+"""Of a sentence on what answers hang on."""
 
 FILE_AGAINST_ITSELF, FILE_UNLIKE = "The vehicle file contradicts itself", "The vehicle file puts"
 
@@ -145,6 +153,32 @@ def _unheard_of(vehicle: Vehicle) -> list[str]:
     return said
 
 
+def _unchecked(verdict: Mapping[str, ParameterEstimate]) -> list[str]:
+    """Which figures of the file the answers hang on without the drive checking them: such a one, if wrong, makes them wrong unseen."""
+    pieces = []
+    for key, names in hanging_on(verdict).items():
+        whole = [name for name in names if not name.startswith("corner_mass_")]
+        titles = [_title(name) for name in whole] + (["corner masses"] if len(whole) < len(names) else [])
+        pieces.append(f"{key} ({', '.join(titles)})")
+    for key, moved in moved_by(verdict).items():
+        unit = {name: PARAMETERS[name].unit for name in moved}
+        told = [f"{_title(name)} by {by} {unit[name]}" for name, by in list(moved.items())[:MOST_MOVED]]
+        pieces.append(f"{key} (10 % off would move {', '.join(told)})")
+    if not pieces:
+        return []
+    return [f"{HANGING} {_listed(pieces)}: if one is wrong, so is what hangs on it."]
+
+
+def _title(name: str) -> str:
+    """A parameter within a sentence."""
+    title = PARAMETERS[name].title
+    return title[:1].lower() + title[1:] if title[1:2].islower() else title
+
+
+def _listed(pieces: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(pieces[:-1]), pieces[-1])))
+
+
 def _contradiction(joint: JointVerdict | None) -> list[str]:
     """That something is surely wrong, and what most likely."""
     surely = [r.relation for r in joint.relations if r.probability < BEYOND_DOUBT] if joint else []
@@ -179,6 +213,7 @@ def what_limits(
         *_contradiction(joint),
         *_two_stiffnesses(vehicle),
         *_unheard_of(vehicle),
+        *_unchecked(verdict),
     ]
     limits += [f"{e.estimator} failed: {e.reason}." for e in estimates if e.status == "failed"]
     height = verdict.get("cg_height_m")

@@ -7,11 +7,12 @@ covariance of the unknowns in standard deviations of what was known before, g th
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 
 from pipelines.joint.posterior import Joint
 from pipelines.parameters import spread_text
-from pipelines.results import FloatArray
+from pipelines.results import FloatArray, ParameterEstimate
 
 CHECKED = 0.8
 """Share of a stated figure's error that is left of it, or in an answer, from which on the drive is said to check it hardly."""
@@ -24,12 +25,15 @@ MOVES = 1.5
 
 PART: Mapping[str, str] = {
     "cg_to_front_axle_m": "empty_x", "cg_height_m": "empty_h", "sprung_cg_height_m": "empty_h", "mass_kg": "empty_mass",
-    "sprung_mass_kg": "empty_mass",
+    "sprung_mass_kg": "empty_mass", **{f"corner_mass_{wheel}_kg": "empty_x" for wheel in ("fl", "fr", "rl", "rr")},
 }  # fmt: skip
 """Parameter -> the unknown that holds the empty vehicle's part of it."""
 
 OF_PART = "the empty vehicle's part is the file's {}, which this drive hardly checks"
 OF_RATE = "{} in the file, which this drive hardly checks, would move it by {} if 10 % off"
+_OF_RATE = re.compile(OF_RATE.replace("{}", r"(\w+)", 1).replace("{}", r"([^;]+?)", 1))
+KEYS: tuple[str, ...] = ("mass_kg", "cg_height_m", "cg_to_front_axle_m")
+"""Of the vehicle file, that such a part may be."""
 RATES = ("spring_", "bar_")
 """Unknowns that figures of springs and bars state: what is read off a sheet, and carries what a log shows."""
 
@@ -78,3 +82,20 @@ def rests_on(name: str, gradient: FloatArray, std: float, joint: Joint, stated: 
     if rate:
         said.append(OF_RATE.format(rate, spread_text(moved)))
     return "; ".join(said)
+
+
+def hanging_on(verdict: Mapping[str, ParameterEstimate]) -> dict[str, list[str]]:
+    """The file's figures that answers hang on and the drive hardly checks: key -> the answers' names."""
+    told = [entry for entry in verdict.values() if entry.status != "not_identifiable"]
+    found = {key: [e.name for e in told if OF_PART.format(key) in e.reason] for key in KEYS}
+    return {key: names for key, names in found.items() if names}
+
+
+def moved_by(verdict: Mapping[str, ParameterEstimate]) -> dict[str, dict[str, str]]:
+    """The file's rates that the drive hardly checks: key -> answer's name -> by how much a tenth of it moves that, as told."""
+    found: dict[str, dict[str, str]] = {}
+    for entry in verdict.values():
+        said = None if entry.status == "not_identifiable" else _OF_RATE.search(entry.reason)
+        if said is not None:
+            found.setdefault(said[1], {})[entry.name] = said[2]
+    return found
