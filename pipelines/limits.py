@@ -13,9 +13,17 @@ from pipelines.joint.rests import hanging_on, moved_by
 from pipelines.parameters import PARAMETERS
 from pipelines.prepare.gravity import GRAVITY_ADDED
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
+from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.measured import known_body
 from pipelines.vehicles.spring_base import spring_base
-from pipelines.vehicles.unheard_of import LEAST_FRONT, MOST_FRONT, front_share, heavy_axles
+from pipelines.vehicles.unheard_of import (
+    LEAST_FRONT,
+    MOST_FRONT,
+    TRACKS_APART,
+    front_share,
+    heavy_axles,
+    tracks_apart,
+)
 from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.missing import by_lack
@@ -149,6 +157,14 @@ def _unheard_of(vehicle: Vehicle) -> list[str]:
         said.append(
             f"{FILE_UNLIKE} {part:.1%} of the empty mass into the {axle} axle with its wheels (unsprung_mass_{axle}_kg); "
             f"{usual:.1%} is usual of such vehicles: is that figure of both wheels, and of this vehicle?"
+        )
+    tracks = tracks_apart(vehicle)
+    if tracks is not None:
+        mean, apart = tracks
+        said.append(
+            f"{FILE_UNLIKE} the {'front' if apart > 0 else 'rear'} wheels {abs(apart) * mean * 1000:.0f} mm further apart than the "
+            f"{'rear' if apart > 0 else 'front'} ones (track_front_m, track_rear_m): tracks of such vehicles differ by "
+            f"{TRACKS_APART[kind_of(vehicle)] * mean * 1000:.0f} mm at the most; is one of them mistyped?"
         )
     return said
 

@@ -21,7 +21,7 @@ from pipelines.joint.vehicle.unknowns import Known, before_the_log
 from pipelines.joint.ways.bellows_way import TEXT as BELLOWS_TEXT
 from pipelines.joint.ways.bellows_way import asked, bellows_ways
 from pipelines.joint.ways.channel_ways import channel_ways
-from pipelines.joint.ways.file_ways import BRAKE_GAIN, WHEELBASE, file_ways
+from pipelines.joint.ways.file_ways import BRAKE_GAIN, WHEELBASE, file_ways, joined_again
 from pipelines.joint.ways.levelled import TEXT as LEVELLED
 from pipelines.joint.ways.levelled import as_levelled, levelled_odds, rather_another_load
 from pipelines.joint.ways.on_stops import NAME as STOPS
@@ -151,12 +151,12 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     whole, found = (*kept, *stated), []
     joint, modes = _modes(whole, known, rng)
     levelled, raised = as_levelled(joint, vehicle), None
-    if levelled is not None:
-        lifted = before_the_log(levelled)
+    if levelled is not None and levelled[1]:
+        lifted = before_the_log(levelled[0])
         high, ends = _modes(whole, lifted, rng)
         raised = _raised(joint, high, lifted, whole, known, vehicle)
         if raised is not None and _no_trailer(raised, joint, whole, known, vehicle):
-            vehicle, known, joint, modes, raised = levelled, lifted, high, ends, None
+            vehicle, known, joint, modes, raised = levelled[0], lifted, high, ends, None
             found.append(LEVELLED)
     checks = before = check(joint)
     plain, left = _weighed(_ways(joint, whole, known, vehicle))
@@ -235,6 +235,17 @@ def _raised(
     return _Way(LEVELS, odds, high, lifted, whole, lambda _: LEVELLED, alone=True)
 
 
+def _perhaps_levelled(
+    joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
+) -> _Way | None:
+    """Springs that level themselves, where the drive does not speak for them by itself: one cause among others."""
+    levelled = as_levelled(joint, vehicle)
+    if levelled is None or levelled[1]:
+        return None
+    lifted = before_the_log(levelled[0])
+    return _raised(joint, joined_again(joint, whole, known, lifted), lifted, whole, known, vehicle)
+
+
 def _no_trailer(
     raised: _Way, joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehicle
 ) -> bool:
@@ -250,9 +261,10 @@ def _springs_or_file(
     raised: _Way | None,
 ) -> Iterator[_Way]:
     """Springs that are none any more under the load, figures of the file that may be wrong, one or all, slips that may be, what is towed,
-    and channels of a wrong scale. relations: the drive's, and the file's; raised: springs that level themselves, where it is not settled that they do."""
+    and channels of a wrong scale. relations: the drive's, and the file's; raised: springs that level themselves, where the drive speaks for them and it is not settled."""
     kept, stated = relations
     whole = (*kept, *stated)
+    raised = raised or _perhaps_levelled(joint, whole, known, vehicle)
     if raised is not None:
         yield raised
     for odds, found, free, joined in other_ways(joint, kept, stated, known, vehicle):

@@ -7,7 +7,7 @@ behind the rear axle down to 35 %; vans and pickups 50 to 65 %. Lorries and trac
 
 from __future__ import annotations
 
-from pipelines.vehicles.kinds import kind_of
+from pipelines.vehicles.kinds import Kind, kind_of
 from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -65,3 +65,21 @@ def heavy_axles(vehicle: Vehicle) -> dict[str, float]:
         if stated is not None and stated.value > 0 and abs(stated.value - usual) > UNSPRUNG_SPREADS * std:
             found[axle] = stated.value / mass.value
     return found
+
+
+TRACKS_APART: dict[Kind, float] = {"car": 0.09, "carrier": 0.12}
+"""What tracks front and rear differ by at the most, over their mean; twin tyres make lorries' differ by more."""
+
+TRACK_OPEN = 0.06
+"""Share of their mean that each may be off by where they differ by more."""
+
+
+def tracks_apart(vehicle: Vehicle) -> tuple[float, float] | None:
+    """The mean of two tracks that no such vehicle has together, and by which share of it they differ; else None."""
+    front, rear = vehicle.get("track_front_m"), vehicle.get("track_rear_m")
+    most = TRACKS_APART.get(kind_of(vehicle))
+    if front is None or rear is None or most is None or not _on_the_road(vehicle):
+        return None
+    mean = 0.5 * (front.value + rear.value)
+    apart = (front.value - rear.value) / mean
+    return (mean, apart) if abs(apart) > most else None

@@ -117,3 +117,12 @@ def test_linear_algebra_runs_on_one_thread_unless_told_otherwise(told: str | Non
     found = ast.literal_eval(done.stdout.splitlines()[-1])
     assert found
     assert set(found) == {min(threads, os.cpu_count() or 1)}
+
+
+def test_it_runs_as_a_module() -> None:
+    """For who has no scripts on the path."""
+    done = subprocess.run(
+        [sys.executable, "-m", "cogest_cli", "--version"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0
+    assert done.stdout.startswith("cogest ")

@@ -145,7 +145,7 @@ def test_a_lorry_whose_scales_have_the_stated_load_rather_levels_itself() -> Non
     joint = find_mode(evidence, known)
     levelled = as_levelled(joint, file)
     assert levelled is not None
-    high = find_mode(evidence, before_the_log(levelled))
+    high = find_mode(evidence, before_the_log(levelled[0]))
     assert not rather_another_load(joint, high, evidence, known, file)
 
 

@@ -10,6 +10,7 @@ import pytest
 from parsers.drive import ImportRecord
 from pipelines.joint.doubts.stated_figures import (
     PLACE,
+    TRACKS,
     UNHEARD_OF,
     chance_wrong,
     file_doubts,
@@ -174,3 +175,19 @@ def test_a_sprung_mass_is_no_surer_than_the_axles_that_are_taken_off() -> None:
     assert right.value is not None
     assert wrong.low < right.value < wrong.high
     assert wrong.status != "identified"
+
+
+@pytest.mark.parametrize(
+    ("front", "rear", "unlike"),
+    [(1.55, 1.56, False), (1.60, 1.50, False), (1.80, 1.56, True), (1.50, 1.75, True)],
+)
+def test_tracks_that_no_such_vehicle_has_together(front: float, rear: float, unlike: bool) -> None:
+    file = _with(_file(1.1), {"track_front_m": front, "track_rear_m": rear})
+    assert bool(not_as_stated(TRACKS, file)) is unlike
+    said = [text for text in what_limits(RECORD, (), {}, file) if "track_front_m" in text]
+    assert bool(said) is unlike
+    if unlike:
+        assert f"{abs(front - rear) * 1000:.0f} mm further apart" in said[0]
+    # twin tyres
+    lorry = _with(_file(1.1, 4.2, 7200.0, "Truck"), {"track_front_m": front, "track_rear_m": rear})
+    assert not_as_stated(TRACKS, lorry) == {}

@@ -5,12 +5,14 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from parsers.errors import VehicleError
-from pipelines.joint.doubts.carried import BELLOWS, LEVELLED, LEVELS
+from pipelines.joint.doubts.carried import BELLOWS, LEVELLED, LEVELS, level_chance
 from pipelines.joint.doubts.listed import doubts_of, said
 from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.reached import reach
 from pipelines.joint.vehicle.unknowns import BY_SPRINGS, CORNERS, before_the_log
 from pipelines.joint.ways.levelled import as_levelled
 from pipelines.models.roll import GRAVITY
@@ -88,6 +90,28 @@ def test_without_a_contradiction_the_doubt_keeps_its_chance() -> None:
     assert not any(d.doubt.text == LEVELS for d in doubts_of(without, file))
 
 
+def test_large_suvs_have_air_springs_more_often() -> None:
+    def chance(body: str | None, mass: float) -> float:
+        return level_chance(replace(vehicle(mass_kg=(mass, 20.0)), body=body))
+
+    assert chance("SUV", 2100.0) > 5 * chance("SUV", 1500.0)
+    assert chance("SUV", 1500.0) == chance("Sedan", 2100.0) == LEVELLED["car"]
+
+
+def test_what_does_not_settle_it_makes_it_one_cause_among_others() -> None:
+    """An SUV whose deflections say that it is empty, and whose scales have 130 kg in it: a wrong empty mass, or springs that level."""
+    file = vehicle(mass_kg=(2200.0, 22.0))
+    wheels = {f"zero_{wheel}": 1.0 for wheel in CORNERS}
+    seen = [
+        replace(linear({"load": GRAVITY, **wheels}, 0.0, 0.008 * GRAVITY * 2200.0), carrier="deflections"),
+        replace(linear({"empty_mass": 1.0, "load": 1.0}, 2200.0 + 130.0, 15.0), carrier="axle loads"),
+    ]
+    found = reach(seen, file, np.random.default_rng(0))
+    assert found is not None
+    assert any(text.startswith(LEVELS) for text in found.found)
+    assert any(text.startswith("stated mass wrong") for text in found.found)
+
+
 @pytest.mark.parametrize("levelling", ["none", "rear", "both"])
 def test_what_the_file_says_of_levelling_is_not_doubted(levelling: str) -> None:
     joint, file = _weighed(9000.0, levelling)
@@ -144,7 +168,8 @@ def test_where_it_is_almost_sure_the_drive_is_joined_so() -> None:
     joint, file = _weighed(9000.0)
     levelled = as_levelled(joint, file)
     assert levelled is not None
-    assert levelled.self_levelling == "both"
+    assert levelled[0].self_levelling == "both"
+    assert levelled[1]
     blind = find_mode([linear({"load": 1.0}, 3000.0, 100.0)], before_the_log(file))
     assert as_levelled(blind, file) is None
     assert as_levelled(*_weighed(9000.0, "none")) is None

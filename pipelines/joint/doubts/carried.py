@@ -8,14 +8,25 @@ from pipelines.joint.vehicle.suspension import levelled_n, loaded_rate
 from pipelines.joint.vehicle.unknowns import AXLES, BY_SPRINGS, CORNERS, SPRINGS_CARRY
 from pipelines.vehicles.axle_loads import by_springs
 from pipelines.vehicles.kinds import kind_of
+from pipelines.vehicles.measured import known_body
 from pipelines.vehicles.vehicle import Vehicle
 
 LEVELLED = {"car": 0.003, "carrier": 0.03, "heavy": 0.4}
 """Chance beforehand that springs level themselves (air, by valve or compressor) where the vehicle file is silent: half of them at both
 axles, half at the rear one."""
+LEVELLED_SUV, LARGE_KG = 0.04, 1900.0
+"""The same of SUVs of so much empty mass, of which air springs are a usual option."""
 LEVELS = "springs that level themselves, so that deflections tell no load"
 
 BELLOWS = "axle loads that are what the springs carry"
+
+
+def level_chance(vehicle: Vehicle) -> float:
+    """Chance beforehand of springs that level themselves, at both axles or at the rear one."""
+    mass = vehicle.get("mass_kg")
+    if known_body(vehicle.body) == "SUV" and mass is not None and mass.value > LARGE_KG:
+        return LEVELLED_SUV
+    return LEVELLED[kind_of(vehicle)]
 
 
 def channel_doubts(joint: Place, _: Vehicle) -> list[Doubt]:
@@ -34,7 +45,7 @@ def levelling(joint: Place, vehicle: Vehicle) -> list[Doubt]:
         return []
     known = joint.known
     kilos = float(known.mean[known.index("empty_mass")])
-    chance, spread = 0.5 * LEVELLED[kind_of(vehicle)], levelled_n(vehicle, kilos)
+    chance, spread = 0.5 * level_chance(vehicle), levelled_n(vehicle, kilos)
 
     def law(name: str) -> tuple[float, float]:
         row = known.index(name)

@@ -10,7 +10,7 @@ from pipelines.joint.vehicle.no_bars import NOT_LOOKED_UP, bars_not_looked_up
 from pipelines.joint.vehicle.unknowns import AXLES
 from pipelines.vehicles.kinds import usual_load
 from pipelines.vehicles.kinematics import spring_curve
-from pipelines.vehicles.unheard_of import front_share, heavy_axles, usual_place
+from pipelines.vehicles.unheard_of import TRACK_OPEN, front_share, heavy_axles, tracks_apart, usual_place
 from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -27,7 +27,7 @@ WEIGHED = 0.005
 
 UNHEARD_OF = 0.5
 """The same of a figure that no such vehicle has."""
-PLACE = "stated place of the CG"
+PLACE, TRACKS = "stated place of the CG", "stated tracks"
 
 UNLIKE, FARTHER = 0.06, 2.0
 """Chance that an empty vehicle is unlike the measured ones of its kind, and its CG height's spread over theirs then: about the lines by
@@ -54,6 +54,9 @@ def not_as_stated(title: str, vehicle: Vehicle) -> dict[str, tuple[float, float]
     if title == PLACE:
         usual = usual_place(vehicle)
         return {} if usual is None or front_share(vehicle) is None else {"empty_x": usual}
+    if title == TRACKS:
+        found = tracks_apart(vehicle)
+        return {} if found is None else {f"track_{axle}": (found[0], TRACK_OPEN * found[0]) for axle in AXLES}
     mass = vehicle.get("mass_kg")
     if title != UNSPRUNG or mass is None:
         return {}

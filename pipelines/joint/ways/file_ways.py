@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.doubts.stated_figures import PLACE, chance_wrong, not_as_stated
+from pipelines.joint.doubts.stated_figures import PLACE, TRACKS, chance_wrong, not_as_stated
 from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, UNSPRUNG, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.vehicle.unknowns import Known
@@ -32,7 +32,7 @@ OPEN: Mapping[str, tuple[float, float]] = {
     "stated height of the CG": (0.25, 0.0),
     UNSPRUNG: (0.4, 0.0),
     "stated roll centres": (0.0, 0.12),
-    "stated tracks": (0.06, 0.0),
+    TRACKS: (0.06, 0.0),
     WHEELBASE: (0.06, 0.0),
     "stated roll inertia": (0.3, 0.0),
     BRAKE_GAIN: (0.4, 0.0),

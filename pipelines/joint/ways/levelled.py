@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from pipelines.evidence import Evidence
-from pipelines.joint.doubts.carried import LEVELLED, LEVELS
+from pipelines.joint.doubts.carried import LEVELS, level_chance
 from pipelines.joint.doubts.listed import doubts_of
 from pipelines.joint.doubts.stated_figures import chance_wrong
 from pipelines.joint.file_check import LOAD, stated_unknowns
@@ -19,26 +19,30 @@ from pipelines.joint.posterior import Joint
 from pipelines.joint.vehicle.unknowns import Known
 from pipelines.joint.ways.file_ways import OPEN, joined_again, opened
 from pipelines.joint.ways.rigid_tyres import log_odds
-from pipelines.vehicles.kinds import kind_of
 from pipelines.vehicles.vehicle import Vehicle
 
 SURE = 0.7
 """Weight among all doubts from which on the springs are taken so."""
+HEARD = 0.02
+"""The same from which on they are asked for where something contradicts the rest."""
 
 TEXT = f"{LEVELS}: the drive fits no others, and was joined with such (`self_levelling` in the vehicle file says so, or denies it)"
 
 
-def as_levelled(joint: Joint, vehicle: Vehicle) -> Vehicle | None:
-    """The vehicle with springs that level themselves, where the drive speaks for them; else None."""
+def as_levelled(joint: Joint, vehicle: Vehicle) -> tuple[Vehicle, bool] | None:
+    """The vehicle with springs that level themselves, and whether the drive speaks for them by itself; None where it hardly does.
+
+    What it does not speak for is one cause among others of a contradiction.
+    """
     if vehicle.self_levelling is not None:
         return None
     weight = sum(each.weight for each in doubts_of(joint, vehicle) if each.doubt.text == LEVELS)
-    return replace(vehicle, self_levelling="both") if weight > SURE else None
+    return (replace(vehicle, self_levelling="both"), weight > SURE) if weight > HEARD else None
 
 
 def levelled_odds(joint: Joint, levelled: Joint, vehicle: Vehicle) -> float:
     """ln odds with the log that the springs of both axles level themselves. joint, levelled: the posteriors without and with such."""
-    return log_odds(joint, levelled) + math.log(0.5 * LEVELLED[kind_of(vehicle)])
+    return log_odds(joint, levelled) + math.log(0.5 * level_chance(vehicle))
 
 
 def rather_another_load(
