@@ -20,6 +20,7 @@ from pipelines.joint.conflict import LIKELY, UNLIKELY, Check
 from pipelines.joint.posterior import Joint
 from pipelines.joint.vehicle.unknowns import Known
 from pipelines.results import FloatArray, RelationCheck
+from pipelines.vehicles.unheard_of import heavy_axles
 from pipelines.vehicles.vehicle import Vehicle
 
 SEEN = 0.05
@@ -33,13 +34,13 @@ SOURCE = "stated figures"
 LIGHTER = "an empty mass above the laden one"
 BARS = "stated anti-roll bars"
 UNSPRUNG = "stated unsprung masses"
+"""The group of axles' masses, which is asked for where no such vehicle has them: other errors of theirs move nothing but what is sprung."""
 STATED: Mapping[str, Mapping[str, str]] = {
     "stated mass": {"mass_kg": "empty_mass"},
     "stated spring rates": {f"spring_rate_{a}_npm": f"spring_{a}" for a in ("front", "rear")},
     BARS: {f"anti_roll_stiffness_{a}_nmprad": f"bar_{a}" for a in ("front", "rear")},
     "stated place of the CG": {"cg_to_front_axle_m": "empty_x"},
     "stated height of the CG": {"cg_height_m": "empty_h"},
-    UNSPRUNG: {f"unsprung_mass_{a}_kg": f"unsprung_{a}" for a in ("front", "rear")},
     "stated roll centres": {f"roll_center_height_{a}_m": f"roll_center_{a}" for a in ("front", "rear")},
     "stated tracks": {f"track_{a}_m": f"track_{a}" for a in ("front", "rear")},
     "stated wheelbase": {"wheelbase_m": "wheelbase"},
@@ -79,6 +80,7 @@ def stated_unknowns(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
     if _unsure(vehicle, "mass_kg"):
         places = (unknown for key, unknown in LOAD_PLACES.items() if _unsure(vehicle, key))
         found[LOAD] = ("load", *places)
+    found[UNSPRUNG] = tuple(f"unsprung_{axle}" for axle in heavy_axles(vehicle))
     return {title: names for title, names in found.items() if names}
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from pipelines.evidence import Evidence
 from pipelines.joint.doubts.stated_figures import OFTEN_WRONG
-from pipelines.joint.file_check import LOAD, STATED
+from pipelines.joint.file_check import LOAD, STATED, UNSPRUNG
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import UNKNOWN, Reached, reach
@@ -39,7 +39,7 @@ def _rates(share: float, std: float = 100.0) -> list[Evidence]:
 
 
 def test_every_group_of_stated_figures_can_be_opened() -> None:
-    assert OPEN.keys() == {*STATED, LOAD}
+    assert OPEN.keys() == {*STATED, LOAD, UNSPRUNG}
 
 
 def test_opening_widens_what_is_named_alone() -> None:

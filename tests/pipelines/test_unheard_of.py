@@ -16,7 +16,7 @@ from pipelines.joint.doubts.stated_figures import (
     file_doubts,
     not_as_stated,
 )
-from pipelines.joint.file_check import STATED, UNSPRUNG
+from pipelines.joint.file_check import STATED, UNSPRUNG, stated_unknowns
 from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.vehicle.unknowns import before_the_log
@@ -156,6 +156,7 @@ def test_axles_that_no_such_vehicle_has(file: Vehicle, front_kg: float, unlike: 
     file = _with(file, {"unsprung_mass_front_kg": front_kg})
     assert (heavy_axles(file).keys() == {"front"}) is unlike
     assert (chance_wrong(UNSPRUNG, file) == UNHEARD_OF) is unlike
+    assert (UNSPRUNG in stated_unknowns(file)) is unlike
     said = [text for text in what_limits(RECORD, (), {}, file) if "unsprung_mass_front_kg" in text]
     assert bool(said) is unlike
 

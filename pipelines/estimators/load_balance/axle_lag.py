@@ -5,8 +5,11 @@ They tell what the axles carry. What a brake or a bend does to them is over, or 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from pipelines.estimators.load_balance.smoothing import Smoother
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
@@ -25,22 +28,82 @@ SLOW_HZ = 3.0
 """Above it wheels and sensors have their say, below it the body."""
 
 
-def sensor_lag_s(prepared: Prepared, kind: Kind) -> float:
-    """By how much axle loads are later than what they show, s; 0 up to LEAST_S. kind: of vehicle.
+KEPT = 0.4
+"""Share of what is quicker than a mean over twice their lateness that loads must lack to be such a mean: merely late ones have all of it."""
 
-    A rough road tells it best, as force and acceleration of the heaving body are at once; else the load transfer in braking,
-    which is itself a little late.
+LEAST_MEAN_S = 0.35
+"""A mean over less takes away next to nothing of a body's motion, and is not told from noise in the acceleration."""
+
+LEAST_TOLD = 0.6
+"""Correlation with both parts of the acceleration below which nothing is told of averaging."""
+
+
+@dataclass(frozen=True)
+class Lateness:
+    """Of axle loads. late_s: by how much they come after what they show; mean_s: over how long they are a mean of it."""
+
+    late_s: float
+    mean_s: float
+
+
+IN_TIME = Lateness(0.0, 0.0)
+
+
+def lateness(prepared: Prepared, kind: Kind) -> Lateness:
+    """How late the axle loads are, and over how long they average. kind: of vehicle.
+
+    A rough road tells the lateness best, as force and acceleration of the heaving body are at once; else the load transfer in braking,
+    which is itself a little late. A mean over so long is late by half of it, whatever braking says.
     """
     c = prepared.columns
     if not {"axle_load_front", "axle_load_rear"} <= c.keys():
-        return 0.0
-    late = None
+        return IN_TIME
+    late, own = None, 0.0
     if "accel_z" in c:
         late = lag_s(prepared, c["axle_load_front"] + c["axle_load_rear"], c["accel_z"])
     if late is None and "accel_x" in c:
-        braked = lag_s(prepared, c["axle_load_rear"] - c["axle_load_front"], c["accel_x"])
-        late = None if braked is None else braked - OWN_LAG_S[kind]
-    return 0.0 if late is None or late <= LEAST_S else late
+        late, own = lag_s(prepared, c["axle_load_rear"] - c["axle_load_front"], c["accel_x"]), OWN_LAG_S[kind]
+    if late is None or late <= LEAST_S:
+        return IN_TIME
+    mean = 2 * late if 2 * late > LEAST_MEAN_S and _averaged(prepared, late) else 0.0
+    sure = max(late - own, 0.5 * mean)
+    return Lateness(sure, mean) if sure > LEAST_S else IN_TIME
+
+
+def _averaged(prepared: Prepared, late_s: float) -> bool:
+    """Whether loads that are late are a mean over twice their lateness, and not merely sent late.
+
+    By how much they go with what such a mean keeps of an acceleration, and with what it takes away.
+    """
+    c = prepared.columns
+    pairs = [
+        (c["axle_load_front"] + c["axle_load_rear"], "accel_z"),
+        (c["axle_load_rear"] - c["axle_load_front"], "accel_x"),
+    ]
+    best, quick = LEAST_TOLD, 1.0
+    smooth = Smoother(prepared, min(SLOW_HZ, 0.45 * prepared.rate_hz), 2 * late_s)
+    plain = Smoother(prepared, smooth.band_hz)
+    for load, name in pairs:
+        if name not in c:
+            continue
+        # derivatives: what stays over many seconds is hills, and would outweigh the rest
+        a, kept, whole = (
+            plain.whole(earlier(load, prepared, late_s), 1),
+            smooth.whole(c[name], 1),
+            plain.whole(c[name], 1),
+        )
+        rows = np.isfinite(a) & np.isfinite(kept) & np.isfinite(whole)
+        if rows.sum() < 10:
+            continue
+        parts = np.column_stack([kept[rows], whole[rows] - kept[rows]])
+        gains = np.linalg.lstsq(parts, a[rows], rcond=None)[0]
+        power = float(a[rows] @ a[rows])
+        alike = float(
+            np.sqrt(max(1 - float(np.sum((a[rows] - parts @ gains) ** 2)) / max(power, 1e-12), 0.0))
+        )
+        if alike > best and gains[0] != 0:
+            best, quick = alike, float(gains[1] / gains[0])
+    return abs(quick) < KEPT
 
 
 def earlier(values: FloatArray, prepared: Prepared, seconds: float) -> FloatArray:

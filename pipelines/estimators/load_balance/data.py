@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.estimators.load_balance.axle_lag import LATE_S, earlier, sensor_lag_s
+from pipelines.estimators.load_balance.axle_lag import IN_TIME, LATE_S, earlier, lateness
 from pipelines.estimators.load_balance.lean import angles_of
 from pipelines.estimators.load_balance.levelled import levelled, tilted
 from pipelines.estimators.load_balance.nodding import nodding_columns
@@ -285,8 +285,10 @@ def collect(
     free_m: axle -> deflection from which on its bump stops may be touched; None: nobody says.
     vehicle_kind: tells how late load transfer itself is.
     """
-    smooth = Smoother(prepared, band_hz)
     kinds = _kinds(prepared) if prepared.segments else ()
+    late = lateness(prepared, vehicle_kind) if "axle" in kinds else IN_TIME
+    # what averages too long tells at rest alone
+    smooth = Smoother(prepared, band_hz, 0.0 if late.late_s > LATE_S else late.mean_s)
     angles = angles_of(prepared, known, "deflection" in kinds)
     found = _inertial(prepared, smooth, angles, seen="deflection" in kinds)
     pedals, has_torque = pedals_of(prepared, known)
@@ -304,9 +306,8 @@ def collect(
     for kind, name in (("suspension", "suspension_force"), ("tyre", "tire_normal_force")):
         if kind in kinds:
             found |= {f"{kind}_{w}": smooth(prepared.columns[f"{name}_{w}"]) for w in CORNERS}
-    late = sensor_lag_s(prepared, vehicle_kind) if "axle" in kinds else 0.0
     if "axle" in kinds:
-        found |= _axle_columns(prepared, smooth, rest, late)
+        found |= _axle_columns(prepared, Smoother(prepared, band_hz), rest, late.late_s)
     time_s = prepared.time_s[smooth.rows]
     block = np.floor((time_s - (time_s[0] if len(time_s) else 0.0)) / BLOCK_S).astype(np.int64)
     rest_s = float(np.nansum(rest)) * smooth.step / prepared.rate_hz if prepared.rate_hz else 0.0
@@ -319,6 +320,6 @@ def collect(
         sag,
         rest_s,
         has_torque,
-        late > 0,
+        late.late_s > 0,
         () if axles == AXLES else axles,
     )

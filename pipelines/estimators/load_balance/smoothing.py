@@ -39,12 +39,25 @@ def _hold(travel: FloatArray, rolled: FloatArray, out: FloatArray) -> None:
         out[i] = state
 
 
-class Smoother:
-    """Low-passes, differentiates and thins columns segment by segment; missing stretches stay missing."""
+def moving_mean(values: FloatArray, half: int) -> FloatArray:
+    """(n,) mean over `half` rows to either side of each, and itself; over those that are there at the ends."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    rows = np.arange(len(values))
+    first, last = np.maximum(rows - half, 0), np.minimum(rows + half + 1, len(values))
+    return np.asarray((total[last] - total[first]) / (last - first))
 
-    def __init__(self, prepared: Prepared, band_hz: float) -> None:
+
+class Smoother:
+    """Low-passes, differentiates and thins columns segment by segment; missing stretches stay missing.
+
+    mean_s: every column is first averaged over so long, as a sensor does with which it is compared: sums of columns then are
+    what that sensor shows of them.
+    """
+
+    def __init__(self, prepared: Prepared, band_hz: float, mean_s: float = 0.0) -> None:
         self.prepared = prepared
         self.band_hz = band_hz
+        self.half = round(0.5 * mean_s * prepared.rate_hz)
         self.step = max(1, int(prepared.rate_hz / (4 * band_hz)))
         rows = [np.arange(s.start, s.stop, self.step) for s in prepared.segments]
         self.rows = np.concatenate(rows) if rows else np.zeros(0, dtype=np.int64)
@@ -60,6 +73,9 @@ class Smoother:
             if not there.all():
                 at = np.arange(len(part))
                 part = np.interp(at, at[there], part[there])
+            if self.half > 0:
+                part, there = moving_mean(part, self.half), there.copy()
+                there[: self.half] = there[len(there) - self.half :] = False
             part = lowpass(part, self.prepared.rate_hz, self.band_hz)
             for _ in range(rate):
                 part = np.gradient(part) * self.prepared.rate_hz

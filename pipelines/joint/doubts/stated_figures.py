@@ -19,9 +19,6 @@ OFTEN_WRONG = {"stated mass": 0.05, "stated spring rates": 0.05, LOAD: 0.05}
 the CG lies across has weighed the wheels, and who states wheel rates above and below ride height has had them measured at the wheel. And of
 a load, which who wrote it down did not drive with."""
 
-MEASURED = 0.003
-"""The same of the wheelbase, which every sheet has to a millimetre: where it is another, the file is rather another vehicle's."""
-
 WEIGHED = 0.005
 """The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
 
@@ -37,8 +34,6 @@ a normal law's."""
 
 def chance_wrong(title: str, vehicle: Vehicle) -> float:
     """Chance beforehand that stated figures are wrong: as data sheets are, or as rigs are where the file holds what only those find."""
-    if title == "stated wheelbase":
-        return MEASURED
     if title == "stated spring rates" and all(spring_curve(vehicle.quantities, axle) for axle in AXLES):
         return WRONG_FILE
     if not_as_stated(title, vehicle):

@@ -24,6 +24,8 @@ from pipelines.vehicles.vehicle import Vehicle
 
 BRAKE_GAIN = "stated brake gain"
 WHEELBASE = "stated wheelbase"
+MEASURED = 0.003
+"""Chance beforehand that a wheelbase is off by so much, which every sheet has to a millimetre: then the file is rather another vehicle's."""
 OPEN: Mapping[str, tuple[float, float]] = {
     "stated mass": (0.25, 0.0),
     "stated spring rates": (0.4, 0.0),
@@ -126,5 +128,5 @@ def file_ways(
         found = joined_again(joint, whole, known, free)
         if max(abs(found.u[known.index(n)]) for n in names) > FARTHEST:
             continue
-        chance = chance_wrong(title, vehicle)
+        chance = MEASURED if title == WHEELBASE else chance_wrong(title, vehicle)
         yield title, log_odds(joint, found) + lacking + math.log(chance / (1 - chance)), found, free, whole
