@@ -23,7 +23,7 @@ from pipelines.joint.ways.rigid_tyres import log_odds
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
-NAME = "the vehicle file another vehicle's"
+NAME = "a vehicle file that is another vehicle's"
 TEXT = f"{NAME}: the drive fits no vehicle with what it states, and was joined with all of its figures open"
 
 LIKELY = 0.5
