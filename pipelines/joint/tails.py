@@ -18,6 +18,9 @@ from pipelines.results import INNER, OUTER, FloatArray, ParameterEstimate
 FREEDOM = 4.0
 """Degrees of freedom: see "Tails" in docs/calibration.md for the errors over simulators of many authors that it was taken from."""
 
+ALONE = 2.5
+"""The same of what one estimator tells by itself, with no joint posterior behind it."""
+
 _NARROWER = float(stdtrit(FREEDOM, 0.5 + OUTER / 2) / ndtri(0.5 + OUTER / 2))
 _HIGHEST = gamma(0.5 * (FREEDOM + 1)) / (gamma(0.5 * FREEDOM) * math.sqrt(FREEDOM * math.pi)) * _NARROWER
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
@@ -53,6 +56,7 @@ def told_with_tails(entry: ParameterEstimate) -> ParameterEstimate:
         interval = entry.interval(level)
         if interval is None or entry.value is None:
             return entry
-        share = float(stdtrit(FREEDOM, 0.5 + level / 2) / _NARROWER / ndtri(0.5 + level / 2))
+        nearer = stdtrit(ALONE, 0.5 + level / 2) / stdtrit(ALONE, 0.5 + OUTER / 2)
+        share = float(nearer * ndtri(0.5 + OUTER / 2) / ndtri(0.5 + level / 2))
         inner.append(tuple(entry.value + share * (end - entry.value) for end in interval))
     return replace(entry, inner=tuple((low, high) for low, high in inner))
