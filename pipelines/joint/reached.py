@@ -165,11 +165,7 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         plain, left = _weighed(
             [*(way for _, way in left), *_springs_or_file(joint, (kept, stated), known, vehicle, raised)]
         )
-    elif (
-        raised is not None
-        or (vehicle.turning is not None and abs(vehicle.turning - 1) > UNLIKE)
-        or min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED
-    ):
+    elif raised is not None or _unusual(joint, checks, vehicle):
         plain, left = _weighed([*_springs_or_file(joint, (kept, stated), known, vehicle, raised)])
         if not (left and _settles(*left[0], vehicle)):
             plain, left = _beside_unknown(plain, left)
@@ -201,6 +197,12 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         tuple((chance / total, way.joint) for chance, way in left), (opened, *(way.opened for _, way in left)), tuple(found),
         another / total,
     )  # fmt: skip
+
+
+def _unusual(joint: Joint, checks: Sequence[Check], vehicle: Vehicle) -> bool:
+    """Whether the drive turns unlike the file's vehicle, or anything contradicts the rest: then the file is asked for its cause."""
+    turns = vehicle.turning is not None and abs(vehicle.turning - 1) > UNLIKE
+    return turns or min(c.record.probability for c in (*checks, *file_check(joint, vehicle))) < ASKED
 
 
 def _weighed(ways: list[_Way]) -> tuple[float, list[tuple[float, _Way]]]:
