@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -28,7 +29,7 @@ from pipelines.joint.ways.on_stops import NAME as STOPS
 from pipelines.joint.ways.on_stops import TEXT as STOPS_TEXT
 from pipelines.joint.ways.on_stops import stop_ways
 from pipelines.joint.ways.other_vehicle import NAME as ANOTHER
-from pipelines.joint.ways.other_vehicle import STATED_ALL, UNLIKE, other_ways
+from pipelines.joint.ways.other_vehicle import STATED_ALL, UNLIKE, least_odds, other_ways
 from pipelines.joint.ways.other_vehicle import TEXT as ANOTHER_TEXT
 from pipelines.joint.ways.rigid_tyres import CHANCE, rigid, rigid_odds
 from pipelines.joint.ways.rigid_tyres import NAME as RIGID
@@ -269,15 +270,18 @@ def _springs_or_file(
     raised = raised or _perhaps_levelled(joint, whole, known, vehicle)
     if raised is not None:
         yield raised
-    for odds, found, free, joined in other_ways(joint, kept, stated, known, vehicle):
-        yield _Way(ANOTHER, odds, found, free, joined, lambda _: ANOTHER_TEXT, STATED_ALL, alone=True)
     for axle, odds, found, free, seen in stop_ways(joint, whole, known, vehicle):
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     # the road tells the wheelbase by itself, and no other figure with it
-    measured = any(e.kind == "length" for e in whole)
+    measured, least = any(e.kind == "length" for e in whole), -math.inf
     for title, odds, found, free, joined in file_ways(joint, whole, known, vehicle):
         alone = title in (BRAKE_GAIN, LOAD) or (title == WHEELBASE and measured)
+        if title == WHEELBASE:
+            least = least_odds(odds, found, known)
         yield _Way(f"{title} wrong", odds, found, free, joined, partial(_not_its, title), title, alone)
+    for odds, found, free, joined in other_ways(joint, kept, stated, known, vehicle):
+        told = max(odds, least)
+        yield _Way(ANOTHER, told, found, free, joined, lambda _: ANOTHER_TEXT, STATED_ALL, alone=True)
     for odds, found, unsure in slip_ways(joint, whole, known):
         yield _Way(SLIPS, odds, found, known, unsure, lambda _: SLIPS_TEXT, alone=True)
     for odds, found, free in towed_ways(joint, whole, known, vehicle):
