@@ -21,7 +21,7 @@ from pipelines.vehicles.unheard_of import (
     MOST_FRONT,
     TRACKS_APART,
     front_share,
-    heavy_axles,
+    odd_axles,
     tracks_apart,
 )
 from pipelines.vehicles.usual import usual_unsprung
@@ -149,13 +149,13 @@ def _unheard_of(vehicle: Vehicle) -> list[str]:
     said = []
     if share is not None and place is not None:
         said.append(
-            f"{FILE_UNLIKE} {share:.0%} of the empty mass on the front axle (cg_to_front_axle_m {place.value:.3f}): cars, vans "
-            f"and pickups have {LEAST_FRONT:.0%} to {MOST_FRONT:.0%}; is that figure from the front axle, and of this vehicle?"
+            f"{FILE_UNLIKE} {share:.1%} of the empty mass on the front axle (cg_to_front_axle_m {place.value:.3f}, wheelbase_m): hardly any car, "
+            f"van or pickup has less than {LEAST_FRONT:.0%} or more than {MOST_FRONT:.0%}; are those figures from the front axle, and of this vehicle?"
         )
-    for axle, part in heavy_axles(vehicle).items():
+    for axle, part in odd_axles(vehicle).items():
         usual = usual_unsprung(vehicle, axle, 1.0)[0]
         said.append(
-            f"{FILE_UNLIKE} {part:.1%} of the empty mass into the {axle} axle with its wheels (unsprung_mass_{axle}_kg); "
+            f"{FILE_UNLIKE} {part:.2%} of the empty mass into the {axle} axle with its wheels (unsprung_mass_{axle}_kg); "
             f"{usual:.1%} is usual of such vehicles: is that figure of both wheels, and of this vehicle?"
         )
     tracks = tracks_apart(vehicle)
@@ -163,8 +163,8 @@ def _unheard_of(vehicle: Vehicle) -> list[str]:
         mean, apart = tracks
         said.append(
             f"{FILE_UNLIKE} the {'front' if apart > 0 else 'rear'} wheels {abs(apart) * mean * 1000:.0f} mm further apart than the "
-            f"{'rear' if apart > 0 else 'front'} ones (track_front_m, track_rear_m): tracks of such vehicles differ by "
-            f"{TRACKS_APART[kind_of(vehicle)] * mean * 1000:.0f} mm at the most; is one of them mistyped?"
+            f"{'rear' if apart > 0 else 'front'} ones (track_front_m, track_rear_m): hardly any such vehicle's differ by more "
+            f"than {TRACKS_APART[kind_of(vehicle)] * mean * 1000:.0f} mm; is one of them mistyped?"
         )
     return said
 

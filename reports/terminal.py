@@ -128,7 +128,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
     if results.joint is not None:
         told += [sentence(clean(text, 300)) for text in results.joint.spoke_for]
     of_file = (FILE_AGAINST_ITSELF, FILE_UNLIKE, HANGING)
-    told += [sentence(clean(text, 400)) for text in results.limits if text.startswith(of_file)]
+    told += [sentence(text, 700) for text in results.limits if text.startswith(of_file)]
     following = next_line(results)
     if following:
         told.append(f"next, most useful: {following}")

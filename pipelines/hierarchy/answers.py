@@ -17,6 +17,7 @@ from pipelines.joint.answers import FAIR, GOOD, OPENED, SEEN_BY, left_of, prior_
 from pipelines.joint.information import NEVER_NEGATIVE, Spread
 from pipelines.joint.kept import KeptRelations
 from pipelines.joint.vehicle.empty import FIGURES, Figure, figure_at
+from pipelines.joint.ways.other_vehicle import ANOTHERS
 from pipelines.parameters import spread_text
 from pipelines.results import FloatArray, Identification, ParameterEstimate, Prior
 from pipelines.verdict.combine import ASIDE
@@ -122,6 +123,8 @@ def _answer(
     wrong = refused(drive, name)
     if wrong and status == "identified":
         status = "weak"
+    if ANOTHERS in wrong:
+        status = "not_identifiable"
     reason = wrong + WITH.format(count=count, std=spread_text(std), alone=_alone(own))
     if status == "not_identifiable":
         if own is None or own.std is None or std >= own.std:

@@ -20,7 +20,7 @@ from pipelines.joint.conflict import LIKELY, UNLIKELY, Check
 from pipelines.joint.posterior import Joint
 from pipelines.joint.vehicle.unknowns import Known
 from pipelines.results import FloatArray, RelationCheck
-from pipelines.vehicles.unheard_of import heavy_axles
+from pipelines.vehicles.unheard_of import odd_axles
 from pipelines.vehicles.vehicle import Vehicle
 
 SEEN = 0.05
@@ -80,7 +80,7 @@ def stated_unknowns(vehicle: Vehicle) -> dict[str, tuple[str, ...]]:
     if _unsure(vehicle, "mass_kg"):
         places = (unknown for key, unknown in LOAD_PLACES.items() if _unsure(vehicle, key))
         found[LOAD] = ("load", *places)
-    found[UNSPRUNG] = tuple(f"unsprung_{axle}" for axle in heavy_axles(vehicle))
+    found[UNSPRUNG] = tuple(f"unsprung_{axle}" for axle in odd_axles(vehicle))
     return {title: names for title, names in found.items() if names}
 
 

@@ -56,6 +56,10 @@ FAR = 2.5
 LOOKED_AT = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m", "roll_stiffness_nmprad")
 
 
+TYRES_OF_ANOTHER = 0.06
+"""Spread of the tyres' part of a roll gradient by deflections, over it, where the tyres' rate is another vehicle's: a third of 18 %."""
+
+
 @dataclass(frozen=True)
 class Inference:
     """Entries of the verdict by parameter, the record behind them, and the relations for other drives to be joined with.
@@ -165,7 +169,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     kept = kept_of(joint, reached.checks, factor, drawn is None, left, empty)
     doubtful, shared = _doubtful(reached.before, evidence, reached.kept)
     off = springs_off(joint, doubts, reached.vehicle, reached.others)
-    tyres = tyres_open(reached.joint, reached.others)
+    # another vehicle's tyres give otherwise, by a third of their part
+    tyres = max(tyres_open(reached.joint, reached.others), TYRES_OF_ANOTHER * reached.another)
     parameters = without_answers(_with_conflicts(parameters, checks), reached.another)
     return Inference(parameters, record, kept, doubtful, shared, off, tyres)
 

@@ -2,17 +2,17 @@
 
 Cars driven by their front wheels have 58 to 66 % of their empty mass on them, those driven by the rear ones 46 to 56 %, with the engine
 behind the rear axle down to 35 %; vans and pickups 50 to 65 %. Lorries and tractors have no such bounds. An axle with its wheels is 4 to
-8 % of a car's mass, up to 12 % if it is a van's live one.
+8 % of a car's mass, up to 12 % if it is a live one, more of a racing car's or a buggy's.
 """
 
 from __future__ import annotations
 
 from pipelines.vehicles.kinds import Kind, kind_of
-from pipelines.vehicles.usual import usual_unsprung
+from pipelines.vehicles.spring_base import rigid_axle
 from pipelines.vehicles.vehicle import Vehicle
 
-MOST_FRONT, LEAST_FRONT = 0.68, 0.34
-"""Shares of the empty mass on the front axle that no such vehicle goes beyond."""
+MOST_FRONT, LEAST_FRONT = 0.7, 0.3
+"""Shares of the empty mass on the front axle that hardly any such vehicle goes beyond: chassis cabs without a body, buggies."""
 
 USUAL, SPREAD = 0.42, 0.06
 """Where the CG is behind the front axle, over the wheelbase: mean and standard deviation."""
@@ -44,31 +44,42 @@ def front_share(vehicle: Vehicle) -> float | None:
     return None if LEAST_FRONT <= share <= MOST_FRONT else share
 
 
-UNSPRUNG_SPREADS = 3.5
-"""What an axle's mass may be away from the usual of its kind, in standard deviations of that."""
+MOST_UNSPRUNG: dict[Kind, tuple[float, float]] = {
+    "car": (0.13, 0.13),
+    "carrier": (0.115, 0.145),
+    "heavy": (0.15, 0.22),
+}
+"""Share of the empty mass that an axle with its wheels is at the most, front and rear: off-roaders' live axles are 12 % of theirs."""
+
+LIVE, LIGHT_KG, LIGHT = 0.03, 800.0, 0.22
+"""What a live axle, if the file has one, may be more; an empty mass below which a vehicle may be all wheels, and their share then."""
+
+LEAST_UNSPRUNG = 0.012
 
 AXLES = ("front", "rear")
 
 
-def heavy_axles(vehicle: Vehicle) -> dict[str, float]:
-    """Axles that the file has lighter or heavier than any such vehicle has, and their share of the empty mass."""
+def odd_axles(vehicle: Vehicle) -> dict[str, float]:
+    """Axles that the file has lighter or heavier than hardly any such vehicle has, and their share of the empty mass."""
     mass = vehicle.get("mass_kg")
     if mass is None or not _on_the_road(vehicle):
         return {}
     found = {}
-    for axle in AXLES:
-        stated, (usual, std) = (
-            vehicle.get(f"unsprung_mass_{axle}_kg"),
-            usual_unsprung(vehicle, axle, mass.value),
-        )
-        # a simple simulator has none
-        if stated is not None and stated.value > 0 and abs(stated.value - usual) > UNSPRUNG_SPREADS * std:
-            found[axle] = stated.value / mass.value
+    for axle, most in zip(AXLES, MOST_UNSPRUNG[kind_of(vehicle)], strict=True):
+        stated = vehicle.get(f"unsprung_mass_{axle}_kg")
+        if mass.value < LIGHT_KG:
+            most = LIGHT
+        elif kind_of(vehicle) == "car" and rigid_axle(vehicle, axle):
+            most += LIVE
+        share = LEAST_UNSPRUNG if stated is None else stated.value / mass.value
+        if not LEAST_UNSPRUNG <= share <= most:
+            found[axle] = share
     return found
 
 
-TRACKS_APART: dict[Kind, float] = {"car": 0.09, "carrier": 0.12}
-"""What tracks front and rear differ by at the most, over their mean; twin tyres make lorries' differ by more."""
+TRACKS_APART: dict[Kind, float] = {"car": 0.125, "carrier": 0.17}
+"""What tracks front and rear hardly ever differ by more than, over their mean (a Citroën DS's by 14 %); twin tyres make vans' differ by
+14 % and lorries' by more."""
 
 TRACK_OPEN = 0.06
 """Share of their mean that each may be off by where they differ by more."""

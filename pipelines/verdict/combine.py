@@ -232,7 +232,8 @@ def _by_deflections(
         )
     if found.tyres_open > 0:
         reasons.append(
-            "tyres that do not give, or roads that lean into the bends, explain the drive as well, and deflections lack the tyres' part"
+            "tyres that do not give, roads that lean into the bends or another vehicle's file explain the drive as well, and deflections "
+            "lack the tyres' part"
         )
     if not reasons:
         return {}

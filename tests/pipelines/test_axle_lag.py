@@ -138,6 +138,12 @@ def test_columns_averaged_alike_keep_their_sums() -> None:
     assert np.std((shown - averaged)[there]) < 0.1 * np.std((shown - as_it_is)[there])
 
 
+def test_averaged_columns_are_whole_to_the_ends_of_their_segments() -> None:
+    """The nodding body's columns need whole segments: they were lost, and the balance by the pitch angle with them."""
+    p = prepared(0.0, shaken=1.0)
+    assert np.isfinite(Smoother(p, 3.0, 0.5).whole(p.columns["accel_x"])).all()
+
+
 def test_a_moving_mean_is_that_of_a_plain_loop() -> None:
     values = np.random.default_rng(4).standard_normal(50)
     for half in (1, 4, 30):

@@ -75,6 +75,19 @@ def test_one_wrong_figure_is_that_figure() -> None:
         assert found.another < 0.05
 
 
+def test_what_is_stated_as_exact_is_open_in_no_way() -> None:
+    """One wrong figure without a spread is no other vehicle's file, which would be the only way that could explain it."""
+    exact = vehicle(mass_kg=(1900.0, 0.0))
+    evidence = [linear({"empty_mass": 1.0}, 0.72 * 1900.0, 19.0), linear({"load": 1.0}, 100.0, 10.0)]
+    found = reach(evidence, exact, np.random.default_rng(0))
+    assert found is not None
+    assert found.another < 0.05
+    known = before_the_log(exact)
+    free, _ = another(known, exact)
+    row = known.index("empty_mass")
+    assert free.std[row] == known.std[row]
+
+
 @pytest.mark.parametrize("turning", [None, 0.7])
 def test_a_smaller_car_with_a_larger_ones_file_has_no_answer(turning: float | None) -> None:
     found = _told(_log(SMALLER), replace(vehicle(), turning=turning))

@@ -216,8 +216,8 @@ def test_roll_that_does_not_follow_is_said(slalom: tuple[plant.Car, plant.Drive]
     assert all(p.status == "not_identifiable" for p in found.parameters.values())
 
 
-def _banked() -> tuple[plant.Car, Drive, Vehicle]:
-    """A drive on a road that leans into its bends, by more than the body leans out of them."""
+def test_a_road_that_banks_into_its_bends_is_not_taken_for_a_wrong_channel() -> None:
+    """The bank outweighs the slow part of the lean; what is quick still follows, and says that the channel is right."""
     car, rng = plant.Car(), np.random.default_rng(3)
     t = np.arange(0, 240, 1 / plant.RATE)
     bends, quick = (
@@ -229,13 +229,10 @@ def _banked() -> tuple[plant.Car, Drive, Vehicle]:
     bank = np.interp(stamps, t, -0.04 * bends) + 0.01 * np.sin(2 * np.pi * stamps / 23)
     turned = {"roll": bank, "accel_y": plant.G * bank}
     banked = {n: replace(s, values=s.values + turned.get(n, 0.0)) for n, s in drive.signals.items()}
-    return car, replace(drive, signals=banked), plant.vehicle_of(car, plant.Knowledge(), rng)
-
-
-def test_a_road_that_banks_into_its_bends_is_not_taken_for_a_wrong_channel() -> None:
-    """The bank outweighs the slow part of the lean; what is quick still follows, and says that the channel is right."""
-    _, drive, vehicle = _banked()
-    found = analyse(plant.without(drive, "suspension"), vehicle)
+    found = analyse(
+        plant.without(replace(drive, signals=banked), "suspension"),
+        plant.vehicle_of(car, plant.Knowledge(), rng),
+    )
     assert found.parameters["roll_gradient_degpg"].status == "not_identifiable"
     assert "the road's bank turns the roll angle" in found.reason
 
@@ -257,7 +254,7 @@ def test_what_a_banked_road_takes_from_an_angle_the_springs_tell() -> None:
     assert gradient.low is not None
     assert gradient.high is not None
     assert gradient.low <= car.gradient(road=True) <= gradient.high
-    assert "the angle is the springs', since by the one against the horizon" in found.reason
+    assert "by the springs' angle, since by the one against the horizon" in found.reason
     assert found.scatters
 
 

@@ -12,7 +12,7 @@ from parsers.drive import Decision, Gap
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
-from pipelines.limits import FILE_AGAINST_ITSELF, FILE_UNLIKE
+from pipelines.limits import FILE_AGAINST_ITSELF, FILE_UNLIKE, HANGING
 from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
 from reports.sections.quality import checks_card, decision_item
@@ -123,6 +123,7 @@ def test_a_log_that_is_not_whole_is_said_below() -> None:
     [
         f"{FILE_AGAINST_ITSELF}: roll_stiffness_nmprad is 1, its springs and bars make 2",
         f"{FILE_UNLIKE} 72% of the empty mass on the front axle",
+        f"{HANGING} {', '.join(f'spring_rate_{n}_npm (10 % off would move mass by {n} kg)' for n in range(8))}: if one is wrong, so is what hangs on it.",
     ],
 )
 def test_a_file_that_contradicts_itself_is_said_below(said: str) -> None:

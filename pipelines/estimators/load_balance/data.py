@@ -209,7 +209,7 @@ def _at_rest(prepared: Prepared, smooth: Smoother) -> FloatArray:
     if len(still) == 0:
         return np.zeros(len(smooth.rows))
     # the low-pass mixes both within this time
-    width = max(1, round(0.7 * prepared.rate_hz / smooth.band_hz))
+    width = max(1, round(0.7 * prepared.rate_hz / smooth.band_hz)) + smooth.half
     box = np.ones(2 * width + 1)
     share = np.convolve(still.astype(float), box, mode="same") / np.convolve(
         np.ones(len(still)), box, mode="same"

@@ -74,8 +74,7 @@ class Smoother:
                 at = np.arange(len(part))
                 part = np.interp(at, at[there], part[there])
             if self.half > 0:
-                part, there = moving_mean(part, self.half), there.copy()
-                there[: self.half] = there[len(there) - self.half :] = False
+                part = moving_mean(part, self.half)
             part = lowpass(part, self.prepared.rate_hz, self.band_hz)
             for _ in range(rate):
                 part = np.gradient(part) * self.prepared.rate_hz

@@ -173,7 +173,7 @@ class RollMap:
         second = self._by(ranked[1:], prepared, vehicle, settings, rng)
         if not tells(second):
             return first
-        instead = f"the angle is the springs', since by the one against the horizon {first.parameters[GRADIENT].reason}"
+        instead = f"what is told and shown here is by the springs' angle, since by the one against the horizon {first.parameters[GRADIENT].reason}"
         return replace(
             second, evidence=first.evidence or second.evidence, reason=f"{second.reason}; {instead}"
         )

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from pipelines.joint.doubts.weighed import WRONG_FILE, Doubt, Place, elsewhere, wider
 from pipelines.joint.file_check import BARS, LOAD, UNSPRUNG, of_any, stated_unknowns
 from pipelines.joint.vehicle.no_bars import NOT_LOOKED_UP, bars_not_looked_up
-from pipelines.joint.vehicle.unknowns import AXLES
+from pipelines.joint.vehicle.unknowns import AXLES, Known
 from pipelines.vehicles.kinds import usual_load
 from pipelines.vehicles.kinematics import spring_curve
-from pipelines.vehicles.unheard_of import TRACK_OPEN, front_share, heavy_axles, tracks_apart, usual_place
+from pipelines.vehicles.unheard_of import TRACK_OPEN, front_share, odd_axles, tracks_apart, usual_place
 from pipelines.vehicles.usual import usual_unsprung
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -21,6 +23,9 @@ a load, which who wrote it down did not drive with."""
 
 WEIGHED = 0.005
 """The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
+
+SURE = 1e-4
+"""Spread over a figure below which it was stated as exact."""
 
 UNHEARD_OF = 0.5
 """The same of a figure that no such vehicle has."""
@@ -44,6 +49,12 @@ def chance_wrong(title: str, vehicle: Vehicle) -> float:
     return OFTEN_WRONG.get(title, WRONG_FILE)
 
 
+def exact(known: Known, names: Iterable[str]) -> bool:
+    """Whether any of these unknowns is stated without a spread: then it is no unknown, and nothing is said of it."""
+    rows = [known.index(name) for name in names]
+    return any(known.std[row] < SURE * abs(known.mean[row]) for row in rows)
+
+
 def not_as_stated(title: str, vehicle: Vehicle) -> dict[str, tuple[float, float]]:
     """The unknowns of stated figures that no such vehicle has: where they have them; nothing for figures that may be."""
     if title == PLACE:
@@ -55,7 +66,7 @@ def not_as_stated(title: str, vehicle: Vehicle) -> dict[str, tuple[float, float]
     mass = vehicle.get("mass_kg")
     if title != UNSPRUNG or mass is None:
         return {}
-    return {f"unsprung_{axle}": usual_unsprung(vehicle, axle, mass.value) for axle in heavy_axles(vehicle)}
+    return {f"unsprung_{axle}": usual_unsprung(vehicle, axle, mass.value) for axle in odd_axles(vehicle)}
 
 
 def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
@@ -73,7 +84,8 @@ def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
         elif title == BARS and (bars := bars_not_looked_up(joint.known, vehicle)):
             found.append(elsewhere(text, joint.known, bars, NOT_LOOKED_UP))
         elif where := not_as_stated(title, vehicle):
-            found.append(elsewhere(text, joint.known, where, chance))
+            if not exact(joint.known, where):
+                found.append(elsewhere(text, joint.known, where, chance))
         else:
             found += wider(text, names, chance)
     return found

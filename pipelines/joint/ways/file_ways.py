@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
-from pipelines.joint.doubts.stated_figures import PLACE, TRACKS, chance_wrong, not_as_stated
+from pipelines.joint.doubts.stated_figures import PLACE, TRACKS, chance_wrong, exact, not_as_stated
 from pipelines.joint.file_check import ANYWHERE, BARS, LOAD, UNSPRUNG, of_any, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
 from pipelines.joint.vehicle.unknowns import Known
@@ -41,9 +41,6 @@ OPEN: Mapping[str, tuple[float, float]] = {
     LOAD: (0.0, 100.0),
 }
 """Spread of a group's figures where they may be anything: share of the figure, and SI."""
-
-SURE = 1e-4
-"""Spread over a figure below which it was stated as exact."""
 
 FARTHEST = 3.5
 """Spreads of `OPEN` beyond which a figure is no vehicle's: something else is wrong then."""
@@ -118,7 +115,7 @@ def file_ways(
     """For each group that the file states: its title, ln odds with the log that it is wrong, the posterior with it open, unknowns, relations."""
     for title, names in stated_unknowns(vehicle).items():
         # what is stated without a spread is no unknown of the relations
-        if any(known.std[known.index(n)] < SURE * abs(known.mean[known.index(n)]) for n in names):
+        if exact(known, names):
             continue
         free, whole, lacking = opened(known, names, OPEN[title]), tuple(evidence), 0.0
         free = elsewhere_known(free, not_as_stated(title, vehicle))

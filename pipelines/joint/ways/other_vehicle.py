@@ -15,8 +15,10 @@ from dataclasses import replace
 import numpy as np
 
 from pipelines.evidence import Evidence, Values
+from pipelines.joint.doubts.stated_figures import exact
 from pipelines.joint.file_check import BARS, stated_unknowns
 from pipelines.joint.posterior import Joint, find_mode
+from pipelines.joint.vehicle.plain_names import plain_name
 from pipelines.joint.vehicle.unknowns import AXLES, Known
 from pipelines.joint.ways.file_ways import OPEN, joined_again, opened
 from pipelines.joint.ways.rigid_tyres import log_odds
@@ -28,6 +30,9 @@ TEXT = f"{NAME}: the drive fits no vehicle with what it states, and was joined w
 
 LIKELY = 0.5
 """Chance from which on nothing that the posterior tells is an answer: what the file leaves open is wider than any interval of it."""
+
+ANOTHERS = "the vehicle file seems to be another vehicle's"
+"""With what the reason of an answer begins that is none for it."""
 
 STATED_ALL = "stated"
 """What the titles of all groups of stated figures begin with: of none of them is the posterior's."""
@@ -87,25 +92,27 @@ def _bound(known: Known, name: str, spread: float, by: Mapping[str, int]) -> Evi
         return share[None] if share.ndim else np.array([share])
 
     return Evidence(
-        "length", "vehicle file", f"{name} by {' and '.join(by)}", "vehicle file", np.ones(1), np.array([[spread**2]]), predict,
+        "length", "vehicle file", f"{plain_name(name)} by {' and '.join(map(plain_name, by))}", "vehicle file", np.ones(1), np.array([[spread**2]]), predict,
         (name, *by),
     )  # fmt: skip
 
 
 def another(known: Known, vehicle: Vehicle) -> tuple[Known, tuple[Evidence, ...]]:
-    """The unknowns of any vehicle somewhat like the file's, and what binds them."""
+    """The unknowns of any vehicle somewhat like the file's, and what binds them. What is stated as exact stays so."""
     std = known.std.copy()
     for name, share in SHARE.items():
         row = known.index(name)
-        std[row] = math.hypot(std[row], share * known.mean[row])
+        if not exact(known, (name,)):
+            std[row] = math.hypot(std[row], share * known.mean[row])
     more = {**METRES, **{f"sinks_{axle}": SINKS for axle in AXLES}}
     more["empty_x"] = ALONG * float(known.mean[known.index("wheelbase")])
     for name, metres in more.items():
         row = known.index(name)
-        std[row] = math.hypot(std[row], metres)
+        if not exact(known, (name,)):
+            std[row] = math.hypot(std[row], metres)
     free = replace(known, std=std)
     bars = stated_unknowns(vehicle).get(BARS)
-    if bars:
+    if bars and not exact(known, bars):
         free = opened(free, bars, OPEN[BARS])
     return free, tuple(_bound(known, *each) for each in BOUND if known.mean[known.index(each[0])] > 0)
 
@@ -163,7 +170,7 @@ def without_answers(
     """The answers of a drive whose file is another vehicle's by that chance: none, from LIKELY on, but what is left open."""
     if chance < LIKELY:
         return dict(parameters)
-    words = f"the vehicle file seems to be another vehicle's (odds {chance:.0%}), and what it states is what this hangs on; "
+    words = f"{ANOTHERS} (odds {chance:.0%}), and what it states is what this hangs on; "
     return {
         name: replace(
             entry, status="not_identifiable", reason=words + entry.reason, refused=words + entry.refused
