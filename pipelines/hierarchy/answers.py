@@ -334,6 +334,8 @@ def _vehicle_answer(
     wrong = _refused_by_most(figure, joined, posterior)
     if wrong and status == "identified":
         status = "weak"
+    if ANOTHERS in wrong:
+        status = "not_identifiable"
     reason = wrong + _vehicle_reason(status, len(posterior.parts), single, std, before)
     prior = Prior(start, before, SOURCE_BEFORE)
     estimate = ParameterEstimate(

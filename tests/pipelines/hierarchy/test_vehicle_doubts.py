@@ -10,6 +10,7 @@ import pytest
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.vehicle import join_vehicle
 from pipelines.joint.vehicle.empty import FIGURES, figure_at
+from pipelines.joint.ways.other_vehicle import ANOTHERS
 from tests.pipelines.hierarchy.hand_made_fleet import KNOWN, fleet, said, std_of
 
 
@@ -113,6 +114,21 @@ def test_the_vehicles_own_figures_are_no_surer_of_a_wrong_file(count: int, statu
     for name in sure:
         assert found[name].estimate.status == status
         assert found[name].estimate.reason.startswith("in 3 of 6 drives the file is wrong; ") is (count == 3)
+
+
+@pytest.mark.parametrize("count", [2, 3])
+def test_what_most_drives_say_of_another_vehicles_file_tells_nothing_of_this_one(count: int) -> None:
+    words = f"{ANOTHERS} (odds 100%), and what it states is what this hangs on; "
+    drives, _ = fleet(6)
+    sure = [n for n, p in join_vehicle("v", drives).vehicle.items() if p.estimate.status == "identified"]
+    for i in range(count):
+        for name in ("mass_kg", "cg_height_m"):
+            drives[i] = said(drives[i], name, status="not_identifiable", refused=words)
+    found = join_vehicle("v", drives)
+    for name in sure:
+        told = found.vehicle[name].estimate.status
+        assert (told == "not_identifiable") is (count == 3)
+    assert found.drives["d00"]["cg_height_m"].status == "not_identifiable"
 
 
 def _doubting(drive: DriveTold, name: str, doubt: float) -> DriveTold:
