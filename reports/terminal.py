@@ -8,7 +8,7 @@ from parsers.load import ODD_UNIT
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
-from pipelines.limits import FILE_AGAINST_ITSELF, FILE_UNLIKE, HANGING
+from pipelines.file_limits import OF_FILE
 from reports.gap_text import gap_lines
 from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
@@ -127,8 +127,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
     told += [f"conflict: {conflict_text(check)}" for check in conflicts(results.joint)]
     if results.joint is not None:
         told += [sentence(clean(text, 300)) for text in results.joint.spoke_for]
-    of_file = (FILE_AGAINST_ITSELF, FILE_UNLIKE, HANGING)
-    told += [sentence(text, 700) for text in results.limits if text.startswith(of_file)]
+    told += [sentence(text, 700) for text in results.limits if text.startswith(OF_FILE)]
     following = next_line(results)
     if following:
         told.append(f"next, most useful: {following}")

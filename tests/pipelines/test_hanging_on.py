@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from parsers.drive import ImportRecord
+from pipelines.file_limits import HANGING
 from pipelines.joint.rests import OF_PART, OF_RATE, hanging_on, moved_by
-from pipelines.limits import HANGING, what_limits
+from pipelines.limits import what_limits
 from pipelines.results import Identification, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from parsers.drive import ImportRecord
+from pipelines.file_limits import FILE_UNLIKE
 from pipelines.joint.doubts.stated_figures import (
     PLACE,
     TRACKS,
@@ -21,7 +22,7 @@ from pipelines.joint.inference import infer
 from pipelines.joint.posterior import find_mode
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.joint.ways.file_ways import file_ways, joined_again
-from pipelines.limits import FILE_UNLIKE, what_limits
+from pipelines.limits import what_limits
 from pipelines.simulation.plant.random_vehicle import KINDS, random_vehicle
 from pipelines.vehicles.unheard_of import front_share, odd_axles, tracks_apart, usual_place
 from pipelines.vehicles.vehicle import Quantity, Vehicle

@@ -12,7 +12,7 @@ from parsers.drive import Decision, Gap
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
-from pipelines.limits import FILE_AGAINST_ITSELF, FILE_UNLIKE, HANGING
+from pipelines.file_limits import FILE_AGAINST_ITSELF, FILE_UNLIKE, HANGING
 from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
 from reports.sections.quality import checks_card, decision_item

@@ -233,16 +233,11 @@ def collect_data(prepared: Prepared, known: BrakeRollVehicle) -> BrakeRollData:
     whole = all(column is not None for column in wheels.values())
     yaw = _column(prepared, "yaw_rate", offset=True)
     f_x = _column(prepared, "accel_x")
-    front = _sum(prepared, WHEEL_SPEEDS[:2]) if whole else None
-    rear = _sum(prepared, WHEEL_SPEEDS[2:]) if whole else None
-    front = None if front is None else front / 2
-    rear = None if rear is None else rear / 2
-    axles = [
-        axle
-        for axle in (_sum(prepared, WHEEL_SPEEDS[:2]), _sum(prepared, WHEEL_SPEEDS[2:]))
-        if axle is not None
-    ]
-    rolling = np.asarray(0.5 * np.mean(axles, axis=0)) if axles else None
+    sums = [_sum(prepared, pair) for pair in (WHEEL_SPEEDS[:2], WHEEL_SPEEDS[2:])]
+    axles = [None if each is None else each / 2 for each in sums]
+    there = [each for each in axles if each is not None]
+    rolling = np.asarray(np.mean(there, axis=0)) if there else None
+    front, rear = axles if whole else (None, None)
     apart = np.zeros(len(prepared.time_s))
     if whole:
         turn = 0.0 if yaw is None else yaw * known.track.value

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource
 from pipelines.results import Estimate
@@ -23,7 +21,4 @@ def beside_horizon(ranked: tuple[RollSource, ...], prepared: Prepared) -> bool:
     """Whether the first angle is against the horizon, and the next one that of the springs, there nearly always."""
     if len(ranked) < 2 or ranked[0].against != "horizon" or ranked[1].kind != "deflections":
         return False
-    inside = np.zeros(len(prepared.time_s), dtype=np.bool_)
-    for segment in prepared.segments:
-        inside[segment.start : segment.stop] = True
-    return float(np.mean(np.isfinite(ranked[1].angle[inside]))) > WHOLE
+    return prepared.share_of(ranked[1].angle) > WHOLE
