@@ -94,7 +94,8 @@ class ImportRecord:
     """What happened when a log was read. Nothing is dropped without a line in here.
 
     start_utc: ISO 8601 in UTC; without an offset where nothing says of which time zone the recorder's clock is. turned: signals that
-    the checks inverted; one decision may be about several (a unit mounted backwards, an axle's springs).
+    the checks inverted; one decision may be about several (a unit mounted backwards, an axle's springs). can_frames: whether a log
+    held CAN frames, for which databases are.
     """
 
     format: str
@@ -114,6 +115,7 @@ class ImportRecord:
     duplicates: int = 0
     clock_jumps: int = 0
     turned: tuple[str, ...] = ()
+    can_frames: bool = False
 
     @property
     def disorder(self) -> tuple[str, ...]:

@@ -187,6 +187,7 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
         duplicates=sum(part.duplicates for part in parts),
         clock_jumps=sum(part.jumps for part in parts),
         turned=outcome.turned,
+        can_frames=any(log.can_frames for log in logs),
     )
 
 

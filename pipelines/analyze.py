@@ -216,6 +216,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     made = DriveResults(
         inputs=replace(
             inputs,
+            # databases that lie beside a log without frames were not read
+            dbc=inputs.dbc if request.dbc_given or drive.record.can_frames else (),
             log_sha256=drive.record.sha256,
             created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         ),

@@ -242,9 +242,9 @@ def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Colle
     if name != STIFFENED:
         away = abs(answer.value - prior.mean)
         if answer.std > OPENED * prior.whole_std:
-            return "what this drive shows against the vehicle file leaves it more open than the file does"
+            return "what this drive shows pulls away from what was known before it, which leaves it more open than that did"
         if away > MOVED * prior.whole_std:
-            return "what this drive shows leaves it elsewhere than the vehicle file does, and no surer"
+            return "what this drive shows leaves it elsewhere than what was known before, and no surer"
         return ""
     if answer.std > prior.std:
         return "the load that this drive shows leaves it more open than the vehicle file alone"

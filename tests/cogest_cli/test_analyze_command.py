@@ -213,6 +213,23 @@ def test_databases_lie_beside_the_log_or_are_given(inside, samples, tmp_path):
     assert given.out == beside.out
 
 
+def test_databases_beside_a_log_without_frames_are_not_named_as_used(inside, drive, samples, quick, tmp_path):
+    options = ("--estimators", "roll_map", "--format", "json", "--settings", quick)
+    database = samples / "can" / "chassis.dbc"
+    shutil.copy(database, drive.parent)
+    run = inside("analyze", drive, *options, "--out", tmp_path / "table")
+    assert (run.code, run.err) == (0, "")
+    assert "database:" not in run.out
+    assert results_in(tmp_path / "table")["inputs"]["dbc"] == []
+    # one that was given stays with what was asked, and it is said that it was not used
+    given = inside("analyze", drive, *options, "--dbc", database, "--out", tmp_path / "given")
+    assert f"database: {database}" in given.out.splitlines()
+    frames = inside("analyze", samples / "can" / "drive.log", *options, "--out", tmp_path / "frames")
+    assert frames.code == 0
+    assert f"database: {database}" in frames.out.splitlines()
+    assert results_in(tmp_path / "frames")["inputs"]["dbc"] == [str(database)]
+
+
 def test_settings_beside_the_log_are_found_and_named(inside, drive, quick, tmp_path):
     """As `cogest batch` does: the log's own before the folder's, and what was given before both."""
     options = ("--estimators", "roll_map", "--format", "json", "--out", tmp_path / "out")

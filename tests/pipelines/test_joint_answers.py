@@ -80,8 +80,8 @@ def test_what_nothing_opened_is_given_with_what_was_known_before() -> None:
 @pytest.mark.parametrize(
     ("value", "std", "said"),
     [
-        (91e3, 4e3, "leaves it more open than the file does"),
-        (93e3, 2400.0, "leaves it elsewhere than the vehicle file does, and no surer"),
+        (91e3, 4e3, "leaves it more open than that did"),
+        (93e3, 2400.0, "leaves it elsewhere than what was known before, and no surer"),
     ],
 )
 def test_what_a_drive_leaves_open_or_moves_is_given_as_it_leaves_it(

@@ -14,7 +14,7 @@ import numpy as np
 from pipelines.estimators.axle_load_gls.answers import Draws, Errors
 from pipelines.estimators.axle_load_gls.balance import Balance
 from pipelines.estimators.axle_load_gls.data import AxleData
-from pipelines.estimators.axle_load_gls.known import PITCH_ARM_STD, Pitch
+from pipelines.estimators.axle_load_gls.known import Pitch
 from pipelines.estimators.load_balance.evidence import PATCH
 from pipelines.estimators.load_balance.relations import TITLES
 from pipelines.evidence import Evidence, FloatArray, Unknown, Values
@@ -28,12 +28,14 @@ SOURCE = "axle_load_gls"
 GAIN = "axle_pitch_gain"
 PLACE_SHARE = 0.3
 SUM_ERROR = 0.001
+ARM_STD = 0.15
 BODY = (
     "empty_mass", "empty_x", "empty_y", "empty_h", "load", "load_x", "load_y", "load_h", "unsprung_front",
     "unsprung_rear", "wheelbase", "radius", "hub_low", "spring_front", "spring_rear",
 )  # fmt: skip
 """PLACE_SHARE: of the wheelbase, times the model's error: what the place may be wrong by. SUM_ERROR: what crests and the
-like leave in the mean of both axles. BODY: what mass, place and height of the loaded vehicle come from."""
+like leave in the mean of both axles. ARM_STD: share by which the body's arm over the axis that it pitches about is off beside its
+height and that axis, which are unknowns of the joint: the sprung mass's place in the whole, wheels that go along. BODY: what mass, place and height of the loaded vehicle come from."""
 
 
 @dataclass(frozen=True)
@@ -151,7 +153,7 @@ def _covariance(seen: Seen) -> FloatArray:
     """(2, 2) of the moments: the fit's own with what force, road and model may be wrong by."""
     m_h, m_c = (float(v) for v in seen.balance.moments)
     errors, pitch = seen.errors, seen.pitch
-    share = (errors.force_scale, errors.model, PITCH_ARM_STD * pitch.gain)
+    share = (errors.force_scale, errors.model, ARM_STD * pitch.gain)
     weight = sum(share * load for share, load in _loads(seen))
     place = errors.model * PLACE_SHARE * seen.wheelbase * weight / GRAVITY
     grade = m_h * errors.force_offset[1] / GRAVITY if seen.by_speed else 0.0

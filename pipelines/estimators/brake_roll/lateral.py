@@ -1,7 +1,8 @@
 """The roll motion over a whole drive: how far the body leans per unit of lateral acceleration.
 
-    T2 φ'' + T1 φ' + φ = G f,    G = m h_lat / k_t,  T1 = c_t / k_t,  T2 = I / k_t            (21) of Park & Choi
+    T2 φ'' + T1 φ' + φ = G (f - e f³),    G = m h_lat / k_t,  T1 = c_t / k_t,  T2 = I / k_t    (21) of Park & Choi
 
+with e for what springs stiffen by as the body leans (theirs are straight: e = 0). It is
 seen by the roll rate (φ' and an offset), by the gravity that leans into the accelerometer, f - r v = g φ + v_y' (37),
 and by a measured roll angle where there is one. v_y' is that of a single-track car, v_y = x r - v (D f + E f³): its
 share of (37) is as large as the roll's in a circle that grows faster. All signals pass the same zero-phase low-pass.
@@ -25,9 +26,9 @@ from pipelines.results import FloatArray
 LEAST_LATERAL = 0.4
 """m/s², spread of the lateral acceleration from which there is something to see."""
 
-ROUGH = 0.4
-"""Share by which the roll per lateral acceleration comes out too small on rough road where nothing tells how quick the steering was, and
-next to none of the roll rate follows."""
+ROUGH, ROUGH_BLIND = 0.3, 0.4
+"""Share by which the roll per lateral acceleration is off on rough road where next to none of the roll rate follows: the road's own roll
+leans gravity into the accelerometer. BLIND: where nothing tells how quick the steering was."""
 
 BLIND_HZ = 1.0
 """What is read at most where nothing tells how quick the steering was: drivers weave at up to 0.7 Hz."""
@@ -36,7 +37,10 @@ LEAST_YAW = 0.03
 """rad/s, spread of the yaw rate from which on it tells alone how quick the steering was."""
 
 BLOCK_S = 8.0
-SETTLE_S = 1.0
+SETTLE_S, SETTLE_PERIODS = 1.0, 2.0
+"""Left out at both ends of a segment, in s and in periods of the low-pass, whichever is more, yet a quarter of it at most: a filter that
+meets an end bends what it reads there, by percent of the roll in a slalom of half a minute."""
+
 GRAVITY_HZ = 0.6
 """Gravity in the accelerometer is read below this frequency: the derivative of v f is noise above it, and noise in
 what explains pulls its coefficient to zero (and the roll's share with it)."""
@@ -46,18 +50,21 @@ what explains pulls its coefficient to zero (and the roll's share with it)."""
 class LateralKnown:
     """What is known before: lag_s, inertia_s2: T1 and T2 with standard deviations. rear_m: sensor ahead of the rear
     axle, compliance, bend: D in rad/(m/s²), E in rad/(m/s²)³ (a tyre's slip angle, straight and beyond), each with its
-    standard deviation. Relative and absolute errors of the sensors (standard deviations): scale of r v
-    against f, yaw offset rad/s, tilt of the accelerometer about z rad, yaw leak into the roll rate, delay s."""
+    standard deviation. stiffening: e in (m/s²)^-2. Relative and absolute errors of the sensors (standard deviations): scale of r v
+    against f, yaw offset rad/s, tilt of the accelerometer about z rad, yaw leak into the roll rate, delay s. pitch: rad per m/s² along, cornering_pitch: rad per (m/s²)² across."""
 
     lag_s: tuple[float, float] = (0.07, 0.03)
     inertia_s2: tuple[float, float] = (0.009, 0.004)
     rear_m: tuple[float, float] = (1.4, 0.5)
     compliance: tuple[float, float] = (0.006, 0.006)
     bend: tuple[float, float] = (2.5e-5, 2e-5)
+    stiffening: tuple[float, float] = (0.0, 0.0)
     scale: float = 0.005
     yaw_offset: float = 0.002
     tilt: float = 0.02
     leak: float = 0.02
+    pitch: float = 0.0
+    cornering_pitch: float = 0.0
     delay: float = 0.02
 
 
@@ -97,10 +104,12 @@ def _along(values: FloatArray, rate_hz: float) -> FloatArray:
 
 
 def _usable(data: LateralData) -> BoolArray:
-    """Rows inside segments, a second after their start, moving where the speed is known, and not beyond 0.7 g."""
+    """Rows well inside segments, moving where the speed is known, and not beyond 0.7 g."""
     used = data.rows.copy()
-    for start in data.segments[0]:
-        used[start : start + round(SETTLE_S * data.rate_hz)] = False
+    settle = round(max(SETTLE_S, SETTLE_PERIODS / lively_band(data)) * data.rate_hz)
+    for start, stop in zip(*data.segments, strict=True):
+        rows = min(settle, int(stop - start) // 4)
+        used[start : start + rows] = used[stop - rows : stop] = False
     if data.speed is not None:
         used &= data.speed > 1.5
     return np.asarray(used & (np.abs(data.f_y) < 7.0))
@@ -113,6 +122,12 @@ def _nuisance(data: LateralData, known: LateralKnown) -> list[tuple[Unknown, int
     found = [(Unknown("rate_offset", 0.0, 0.02, 1e-3), 0, ones)]
     if data.yaw_rate is not None:
         found.append((Unknown("yaw_leak", 0.0, known.leak, 1e-3), 0, data.yaw_rate))
+        # a body that pitches puts yaw into the roll rate: in circles that grow slowly as much as they roll
+        found.append(
+            (Unknown("cornering_pitch", 0.0, known.cornering_pitch, 1e-5), 0, data.yaw_rate * data.f_y**2)
+        )
+        if data.f_x is not None:
+            found.append((Unknown("pitch", 0.0, known.pitch, 1e-3), 0, data.yaw_rate * data.f_x))
     if data.yaw_rate is not None and data.speed is not None:
         r, v, f = data.yaw_rate, data.speed, data.f_y
         swing = _along(v * f, data.rate_hz)
@@ -223,8 +238,8 @@ def _channels(data: LateralData, used: BoolArray, band_hz: float) -> list[_Chann
     return found
 
 
-HEADS = 4
-"""Gain, lag, inertia and delay come first of the fit's parameters."""
+HEADS = 5
+"""Gain, lag, inertia, delay and stiffening come first of the fit's parameters."""
 
 
 class _Problem:
@@ -243,24 +258,33 @@ class _Problem:
         self.y = np.stack([_filtered(raw[:, i], data, bands[i]) for i in range(3)], axis=1)
         self.quick_f = _filtered(data.f_y, data, quick)
         self.slow_f = _filtered(data.f_y, data, GRAVITY_HZ)
+        self.quick_cube = _filtered(data.f_y**3, data, quick)
+        self.slow_cube = _filtered(data.f_y**3, data, GRAVITY_HZ)
         self.memory = np.zeros(3)
         # of one memory: see `remember`
         self._white: list[FloatArray] | None = None
         self._moved: tuple[tuple[float, ...], FloatArray] | None = None
-        self._last: tuple[tuple[float, float], tuple[FloatArray, FloatArray, FloatArray]] | None = None
+        self._last: tuple[tuple[float, float], tuple[FloatArray, ...]] | None = None
 
-    def _responses(self, lag: float, inertia: float) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """φ and φ' under the quick input and φ under the slow one, for G = 1; most slopes move neither lag nor inertia."""
+    def _responses(self, lag: float, inertia: float) -> tuple[FloatArray, ...]:
+        """φ and φ' under the quick input and φ under the slow one, for G = 1, then under their cubes; most slopes move neither
+        lag nor inertia."""
         if self._last is None or self._last[0] != (lag, inertia):
-            slow, _ = _response(self.data, self.slow_f, lag, inertia)
-            self._last = (lag, inertia), (*_response(self.data, self.quick_f, lag, inertia), slow)
+            found: list[FloatArray] = []
+            for quick, slow in ((self.quick_f, self.slow_f), (self.quick_cube, self.slow_cube)):
+                found += [
+                    *_response(self.data, quick, lag, inertia),
+                    _response(self.data, slow, lag, inertia)[0],
+                ]
+            self._last = (lag, inertia), tuple(found)
         return self._last[1]
 
     def _motion(self, x: FloatArray) -> FloatArray:
-        """(n, 3) outputs that gain, lag, inertia and delay (x's first four) make."""
+        """(n, 3) outputs that gain, lag, inertia, delay and stiffening (x's first five) make."""
         lag, inertia = math.exp(float(np.clip(x[1], -7, 1))), math.exp(float(np.clip(x[2], -10, 0)))
-        phi, rate, slow = self._responses(lag, inertia)
-        quick = (self.quick_f - phi - lag * rate) / inertia
+        responses = self._responses(lag, inertia)
+        phi, rate, slow = (own - x[4] * cube for own, cube in zip(responses[:3], responses[3:], strict=True))
+        quick = (self.quick_f - x[4] * self.quick_cube - phi - lag * rate) / inertia
         # a column in one piece: that is how they are filled and read
         out = np.zeros((3, len(phi))).T
         out[:, 0] = x[0] * (rate - x[3] * quick)
@@ -339,6 +363,7 @@ def fit_lateral(data: LateralData, known: LateralKnown) -> LateralFit | None:
             "log_inertia", math.log(known.inertia_s2[0]), known.inertia_s2[1] / known.inertia_s2[0], 1e-3
         ),
         Unknown("delay", 0.0, known.delay, 1e-4),
+        Unknown("stiffening", *known.stiffening, 1e-5),
     )
     unknowns = (*heads, *(u for u, _, _ in problem.nuisances))
     guess = np.array([0.01, 0.1, 0.005])[[c.output for c in problem.channels]]
@@ -346,7 +371,7 @@ def fit_lateral(data: LateralData, known: LateralKnown) -> LateralFit | None:
     for _ in range(2):
         problem.remember(fit.values)
         started = tuple(
-            Unknown(u.name, float(v), u.std, u.step, u.start)
+            Unknown(u.name, float(v), u.std, u.step, u.start if u.mean is None else u.mean)
             for u, v in zip(unknowns, fit.values, strict=True)
         )
         fit = fit_least(problem.predict, problem.samples(fit.noise), started)
@@ -357,6 +382,6 @@ def fit_lateral(data: LateralData, known: LateralKnown) -> LateralFit | None:
     lively = float(np.sqrt(np.mean((data.f_y[used] - float(np.mean(data.f_y[used]))) ** 2)))
     explained = 1 - float(np.mean(left**2)) / max(float(np.mean(level**2)), 1e-12)
     gain, std = fit.value("gain"), fit.std("gain")
-    if _steered(data) is data.f_y:
-        std = math.hypot(std, ROUGH * max(1 - explained, 0.0) * gain)
+    rough = ROUGH_BLIND if _steered(data) is data.f_y else ROUGH
+    std = math.hypot(std, rough * max(1 - explained, 0.0) * gain)
     return LateralFit(gain, std, fit, used, predicted, explained, lively)

@@ -44,6 +44,13 @@ ARM_SHARE = (0.0, 0.3)
 """Share of a tyre's deflection by which a torque's arm is shorter than the rolling radius, and its spread. It cannot be by
 much: a shorter arm would give more power than was put in. What a rolling radius in a vehicle file is good for is in it."""
 
+STIFFENING = (1.0e-3, 1.5e-3)
+"""(m/s²)^-2, by what share the roll at 1 m/s² stays behind one that goes straight: springs a few percent stiffer 50 mm from ride
+height (docs/vehicle.md), and stops that begin, at seven degrees a g."""
+
+PITCH_STD, CORNERING_PITCH_STD = 0.006, 2e-4
+"""rad per m/s² along (three degrees a g) and per (m/s²)² across (0.3 degrees at half a g) that bodies pitch by."""
+
 WHEELS_STD = 0.02
 """Share by which wheels' speeds are off a vehicle's: radii of tyres that nobody measured."""
 
@@ -197,7 +204,15 @@ def lateral_part(
     speed = data.rolling if data.true is None else data.true.speed
     if data.true is None and speed is not None:
         scale = math.hypot(scale, WHEELS_STD)
-    lateral_known = LateralKnown(lag, inertia, rear, scale=scale)
+    lateral_known = LateralKnown(
+        lag,
+        inertia,
+        rear,
+        stiffening=STIFFENING,
+        scale=scale,
+        pitch=PITCH_STD,
+        cornering_pitch=CORNERING_PITCH_STD,
+    )
     measured = data.roll if "roll" in prepared.measured else None
     columns = LateralData(
         prepared.rate_hz, prepared.cutoff_hz, data.f_y, data.roll_rate, data.yaw_rate,
