@@ -12,7 +12,7 @@ from pipelines.evidence import Evidence, Kind
 from pipelines.joint.conflict import Check, held
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, bits
 from pipelines.joint.posterior import Joint
-from pipelines.joint.tails import density
+from pipelines.joint.tails import density, freedom_of
 from pipelines.parameters import is_positive, spread_text
 from pipelines.results import (
     FloatArray,
@@ -355,7 +355,9 @@ def learned_of(
     inside = np.linspace(answer.value - 4 * answer.std, answer.value + 4 * answer.std, GRID // 2)
     grid = np.unique(np.concatenate([np.linspace(low, high, GRID - len(inside)), inside]))
     if answer.draws is None:
-        after = density((grid - answer.value) / max(answer.std, 1e-12)) / max(answer.std, 1e-12)
+        after = density((grid - answer.value) / max(answer.std, 1e-12), freedom_of(name)) / max(
+            answer.std, 1e-12
+        )
     else:
         after = _smooth(answer.draws, grid)
     return Learned(name, prior_record(prior, whole=whole or tails), gained, shares, following, grid, _smooth(few, grid), after)  # fmt: skip

@@ -36,6 +36,7 @@ from pipelines.joint.profile import departure
 from pipelines.joint.reached import Modes, Reached, reach
 from pipelines.joint.rests import rests_on
 from pipelines.joint.sampling.sample import Drawn, no_narrower, sample
+from pipelines.joint.tails import freedom_of
 from pipelines.joint.vehicle.outputs import outputs_of
 from pipelines.joint.vehicle.plain_names import plain_name
 from pipelines.joint.ways.other_vehicle import without_answers
@@ -155,6 +156,7 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
             gradients[name],
             doubts,
             [each[name] for each in apart],
+            freedom_of(name),
         )
         for name, value in middle.items()
     }

@@ -11,7 +11,7 @@ import numpy as np
 
 from pipelines.joint.answers import Told
 from pipelines.joint.doubts.weighed import HEARD, Weighed
-from pipelines.joint.tails import share_below, stretched
+from pipelines.joint.tails import FREEDOM, share_below, stretched
 from pipelines.results import INNER, OUTER, FloatArray
 
 HALVINGS = 48
@@ -67,9 +67,13 @@ def moments(first: Apart, apart: Sequence[Apart] = ()) -> tuple[float, float]:
 
 
 def doubted(
-    answer: Told, gradient: FloatArray, doubts: Sequence[Weighed], apart: Sequence[Apart] = ()
+    answer: Told,
+    gradient: FloatArray,
+    doubts: Sequence[Weighed],
+    apart: Sequence[Apart] = (),
+    freedom: float = FREEDOM,
 ) -> Told:
-    """The answer over all doubts: its mean moved, its spread widened, its interval that of the mixture.
+    """The answer over all doubts: its mean moved, its spread widened, its interval that of the mixture. freedom: of `tails`.
 
     The spread holds what hardly ever is otherwise, by much; so the interval is not 1.96 times it.
     """
@@ -84,6 +88,7 @@ def doubted(
             shifts,
             stds / max(answer.std, 1e-300),
             0.5 * np.concatenate([1 - levels, 1 + levels]),
+            freedom,
         ),
         2,
     )
@@ -94,7 +99,12 @@ def doubted(
 
 
 def _quantiles(
-    answer: Told, weights: FloatArray, shifts: FloatArray, wider: FloatArray, shares: FloatArray
+    answer: Told,
+    weights: FloatArray,
+    shifts: FloatArray,
+    wider: FloatArray,
+    shares: FloatArray,
+    freedom: float,
 ) -> FloatArray:
     """(q,) quantiles of copies of the answer's distribution, each moved and stretched about its mean.
 
@@ -102,9 +112,9 @@ def _quantiles(
     """
     if answer.draws is None:
         reach = 6 * answer.std
-        rising = partial(_share_below, answer.value, answer.std)
+        rising = partial(_share_below, answer.value, answer.std, freedom)
     else:
-        ordered = stretched(np.sort(answer.draws), answer.value)
+        ordered = stretched(np.sort(answer.draws), answer.value, freedom)
         reach = float(max(ordered[-1] - answer.value, answer.value - ordered[0]))
         rising = partial(np.interp, xp=ordered, fp=(np.arange(len(ordered)) + 0.5) / len(ordered))
     low = np.full(len(shares), answer.value + float(np.min(shifts - reach * wider)))
@@ -117,5 +127,5 @@ def _quantiles(
     return np.asarray(0.5 * (low + high))
 
 
-def _share_below(mean: float, std: float, x: FloatArray) -> FloatArray:
-    return share_below((x - mean) / max(std, 1e-300))
+def _share_below(mean: float, std: float, freedom: float, x: FloatArray) -> FloatArray:
+    return share_below((x - mean) / max(std, 1e-300), freedom)

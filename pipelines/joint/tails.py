@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 from scipy.special import gamma, gammaincinv, ndtri, stdtr, stdtrit
@@ -18,25 +19,38 @@ from pipelines.results import INNER, OUTER, FloatArray, ParameterEstimate
 FREEDOM = 4.0
 """Degrees of freedom: see "Tails" in docs/calibration.md for the errors over simulators of many authors that it was taken from."""
 
+CORNERS = 5.0
+"""The same of a corner's mass, in which errors of the mass and of both places add up: nearer to a normal one."""
+
 ALONE = 2.5
 """The same of what one estimator tells by itself, with no joint posterior behind it."""
 
-_NARROWER = float(stdtrit(FREEDOM, 0.5 + OUTER / 2) / ndtri(0.5 + OUTER / 2))
-_HIGHEST = gamma(0.5 * (FREEDOM + 1)) / (gamma(0.5 * FREEDOM) * math.sqrt(FREEDOM * math.pi)) * _NARROWER
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 
-def share_below(z: FloatArray) -> FloatArray:
+def freedom_of(name: str) -> float:
+    """Degrees of freedom of a parameter of the joint posterior."""
+    return CORNERS if name.startswith("corner_mass") else FREEDOM
+
+
+@cache
+def _narrower(freedom: float) -> float:
+    return float(stdtrit(freedom, 0.5 + OUTER / 2) / ndtri(0.5 + OUTER / 2))
+
+
+def share_below(z: FloatArray, freedom: float = FREEDOM) -> FloatArray:
     """What lies below z (any shape), standard deviations of the answer about its mean."""
-    return np.asarray(stdtr(FREEDOM, _NARROWER * z))
+    return np.asarray(stdtr(freedom, _narrower(freedom) * z))
 
 
-def density(z: FloatArray) -> FloatArray:
+def density(z: FloatArray, freedom: float = FREEDOM) -> FloatArray:
     """Probability density at z (any shape), a standard deviation."""
-    return np.asarray(_HIGHEST * (1 + (_NARROWER * z) ** 2 / FREEDOM) ** (-0.5 * (FREEDOM + 1)))
+    narrower = _narrower(freedom)
+    highest = gamma(0.5 * (freedom + 1)) / (gamma(0.5 * freedom) * math.sqrt(freedom * math.pi)) * narrower
+    return np.asarray(highest * (1 + (narrower * z) ** 2 / freedom) ** (-0.5 * (freedom + 1)))
 
 
-def stretched(ordered: FloatArray, middle: float) -> FloatArray:
+def stretched(ordered: FloatArray, middle: float, freedom: float = FREEDOM) -> FloatArray:
     """Draws (n,) in rising order with these tails about the middle, in rising order again; what is skew stays so.
 
     Student's distribution is a normal one whose spread is itself drawn, its inverse square from a gamma distribution. Neighbours
@@ -44,8 +58,8 @@ def stretched(ordered: FloatArray, middle: float) -> FloatArray:
     """
     place = (np.arange(len(ordered)) * _GOLDEN + 0.5) % 1.0
     rank = np.argsort(np.argsort(place))
-    inverse = gammaincinv(0.5 * FREEDOM, (rank + 0.5) / len(ordered)) / (0.5 * FREEDOM)
-    moved = (ordered - middle) / (np.sqrt(inverse) * _NARROWER)
+    inverse = gammaincinv(0.5 * freedom, (rank + 0.5) / len(ordered)) / (0.5 * freedom)
+    moved = (ordered - middle) / (np.sqrt(inverse) * _narrower(freedom))
     return np.sort(moved - float(np.mean(moved)) + float(np.mean(ordered)))
 
 

@@ -16,6 +16,7 @@ from pipelines.joint.doubts.weighed import Weighed
 from pipelines.joint.information import Spread
 from pipelines.joint.mixture import Apart, doubted
 from pipelines.joint.posterior import both_ways, central, values_at
+from pipelines.joint.tails import freedom_of
 from pipelines.joint.vehicle.outputs import outputs_of as all_outputs
 from pipelines.joint.vehicle.unknowns import CORNERS, Known
 from pipelines.models.axle_load import patch_shift
@@ -100,7 +101,7 @@ def answers(
             for chance, other, more, values, slopes in beside
         ]
         told_alone = Told(value, std, value - 1.96 * std, value + 1.96 * std, None)
-        answer = doubted(told_alone, after[name], doubts, apart)
+        answer = doubted(told_alone, after[name], doubts, apart, freedom_of(name))
         prior = priors[name]
         left = left_of(name, prior, answer.std, answer.low, answer.high)
         status = status_of(name, answer.value, answer.std, left, kinds)

@@ -54,7 +54,7 @@ ROLL = (
     "roll_center_front", "roll_center_rear", "camber", "wheel_inertia", "track_front", "track_rear", "track_grows", "axis_sinks", "sinks_front", "sinks_rear", "patch_side",
     "bar_front", "bar_rear", "spring_base_front", "spring_base_rear", "force_base_front", "force_base_rear", "square_front", "square_rear", "cube_front", "cube_rear", "free_front", "free_rear", "stop_front", "stop_rear", "side_path", "wheel_plane", "paths_told", "path_front", "path_rear", "lean_path",
 )  # fmt: skip
-PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.002, 0.05
+PITCH_ERROR, ROLL_ERROR, CARRIED_ERROR, CURVE_ERROR = 0.015, 0.015, 0.004, 0.05
 LEVEL_GAIN = 0.005
 ASKEW: Mapping[str, tuple[str, str, float]] = {
     "x": ("offset_x", "askew_pitch", GRAVITY), "y": ("offset_y", "askew_roll", -GRAVITY)
