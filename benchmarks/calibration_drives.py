@@ -16,10 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.vehicle_data import levelled, measured
+from benchmarks.vehicle_data import levelled, measured, zeroed
 from benchmarks.wrong_figures import drawn_wrong, with_wrong
 from parsers.drive import Drive
 from parsers.errors import SettingsError
+from parsers.signals import WHEELS
 from pipelines.models.roll import GRAVITY
 from pipelines.simulation.loads import Load
 from pipelines.simulation.logs.as_drive import drive_of
@@ -119,6 +120,7 @@ class Kept:
     reason: str
     old: bool
     level: dict[str, float]
+    zeros: dict[str, float] | None
 
     def vehicle(self, mass_std: float | None = None, data: str = "sheet") -> Vehicle:
         """Its vehicle file. data: how well it knows the vehicle (`benchmarks.vehicle_data`).
@@ -126,12 +128,17 @@ class Kept:
         mass_std: the empty mass drawn anew with this relative spread instead of the data sheet's.
         """
         file = with_wrong(parse_vehicle(self.sheet, Path("vehicle.toml")), self.plan.wrong, self.plan.seed)
-        if data in ("measured", "levelled"):
+        if data != "sheet":
             rng = np.random.default_rng([self.plan.seed, 23])
             file = measured(file, plan_vehicle(self.plan), rng, self.plan.sheet_errors)
-        if data == "levelled":
+        if data in ("levelled", "zeroed"):
             rng = np.random.default_rng([self.plan.seed, 24])
             file = levelled(file, self.level, rng, self.plan.sheet_errors)
+        if data == "zeroed":
+            if self.zeros is None:
+                raise ValueError("this drive was kept before sensors' zeros were: take another --cache")
+            rng = np.random.default_rng([self.plan.seed, 25])
+            file = zeroed(file, self.zeros, rng, self.plan.sheet_errors)
         if mass_std is None:
             return file
         draw = float(np.clip(np.random.default_rng([self.plan.seed, 22]).standard_normal(), -2.5, 2.5))
@@ -269,7 +276,14 @@ def _drive(plan: Plan) -> tuple[SensorLog | None, dict[str, object]]:
         sheet = "\n".join(line for line in sheet.splitlines() if not line.startswith("pitch_center_height"))
     return made.log, about | {
         "reason": "", "sheet": sheet, "truth": dict(made.run.truth), "level": level_reading(made.log),
+        "zeros": zero_readings(made.log),
     }  # fmt: skip
+
+
+def zero_readings(log: SensorLog) -> dict[str, float]:
+    """What the drive's deflection sensors show with the empty vehicle at rest, m."""
+    names = [f"suspension_deflection_{wheel}" for wheel in WHEELS]
+    return {f"{name}_m": log.drawn[name].offset for name in names if name in log.drawn}
 
 
 def level_reading(log: SensorLog) -> dict[str, float]:
@@ -317,7 +331,7 @@ def _read(path: Path, plan: Plan, today: str) -> Kept:
     drive = drive_of(SensorLog(tuple(groups), {}, {})) if groups else None
     return Kept(
         plan, drive, about["sheet"], about["truth"], about["sizes"], about["body"], about["reason"],
-        about["code"] != today, about.get("level", {}),
+        about["code"] != today, about.get("level", {}), about.get("zeros"),
     )  # fmt: skip
 
 

@@ -53,6 +53,7 @@ from benchmarks.calibration_tables import (  # noqa: E402
 from benchmarks.vehicle_data import QUALITIES  # noqa: E402
 from pipelines.analyze import run_estimator  # noqa: E402
 from pipelines.estimators.registry import estimators  # noqa: E402
+from pipelines.prepare.deflection_zero import less_their_zeros  # noqa: E402
 from pipelines.results import Estimate, ParameterEstimate  # noqa: E402
 from pipelines.vehicles.vehicle import Vehicle  # noqa: E402
 from pipelines.verdict.combine import verdict_of  # noqa: E402
@@ -130,14 +131,14 @@ def run_drive(job: Job) -> Record:
     }  # fmt: skip
     if kept.drive is None:
         return record
-    vehicle = kept.vehicle(job.mass_std, job.data)
+    drive, vehicle = less_their_zeros(kept.drive, kept.vehicle(job.mass_std, job.data))
     simulated = time.perf_counter()
     results, seconds = [], {}
     for estimator in estimators():
         if estimator.name in job.skip or (estimator.name in WITNESSES and not job.witnesses):
             continue
         defaults = {s.name: s.default for s in estimator.settings}
-        estimate = run_estimator(estimator, kept.drive, vehicle, defaults, job.plan.seed)
+        estimate = run_estimator(estimator, drive, vehicle, defaults, job.plan.seed)
         results.append(estimate)
         if estimate.status == "ran":
             record["answers"][estimate.estimator] = _figures(estimate.parameters.values())
@@ -326,9 +327,12 @@ def main() -> None:
         run_all(jobs, a.jobs, out, a.each)
     records = read_records(out)
     title = f"Medians with the sensor set `{a.medians}`" if a.medians else "Calibration over random drives"
-    title += {"sheet": "", "measured": ", vehicle measured", "levelled": ", vehicle measured, unit levelled"}[
-        a.data
-    ]
+    title += {
+        "sheet": "",
+        "measured": ", vehicle measured",
+        "levelled": ", vehicle measured, unit levelled",
+        "zeroed": ", vehicle measured, unit levelled, deflections zeroed",
+    }[a.data]
     title += "" if a.mass_std is None else f", empty mass known to {100 * a.mass_std:g} %"
     text = summary(records, title, bool(a.medians))
     print(text)

@@ -21,6 +21,8 @@ measured   a vehicle that was weighed at its corners, tilted for its CG's height
 levelled   measured, and what the inertial unit shows with the empty vehicle on a level floor to 0.1 degrees (a bubble level of
 surveyors, or the floor's own slope measured both ways).
 
+zeroed     levelled, and what its deflection sensors show there to 0.3 mm, the mean of some readings after rolling in and rocking it.
+
 Pads, drag, rolling resistance, inertias and dampers are no better known than before.
 """
 
@@ -38,7 +40,7 @@ from pipelines.simulation.records import GRAVITY
 from pipelines.vehicles.kinematics import AXLES, TRAVEL_M, rate_keys
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 
-QUALITIES = ("sheet", "measured", "levelled")
+QUALITIES = ("sheet", "measured", "levelled", "zeroed")
 RIG = "vehicle file (measured)"
 FARTHEST = 2.5
 """Standard deviations beyond which a figure is never off: rigs are checked too."""
@@ -82,6 +84,21 @@ def levelled(
     for key, value in shown.items():
         draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
         found[key] = Quantity(value + errors * LEVEL_DEG * draw, LEVEL_DEG, RIG)
+    return replace(file, sensors=found)
+
+
+ZERO_STD_M = 0.0003
+"""Standard deviation of a deflection sensor's reading on the empty vehicle."""
+
+
+def zeroed(
+    file: Vehicle, shown: Mapping[str, float], rng: np.random.Generator, errors: float = 1.0
+) -> Vehicle:
+    """The vehicle file with what its deflection sensors show with the empty vehicle: the key in m, off by its spread times `errors`."""
+    found = dict(file.sensors)
+    for key, value in shown.items():
+        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
+        found[key] = Quantity(value + errors * ZERO_STD_M * draw, ZERO_STD_M, RIG)
     return replace(file, sensors=found)
 
 

@@ -34,7 +34,7 @@ from pipelines.prepare.angle_scale import (
     kept_as_sure_as_angles,
     with_angle_doubts,
 )
-from pipelines.prepare.deflection_zero import with_zero_open
+from pipelines.prepare.deflection_zero import less_their_zeros, with_zero_open
 from pipelines.prepare.force_units import forces_in_newtons
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import (
@@ -195,6 +195,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given, wheel_radius(vehicle)),
     )
     drive = with_level_unit(drive, vehicle, fix=request.fix)
+    drive, vehicle = less_their_zeros(drive, vehicle)
     drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
     lateral, angles = lateral_doubt(drive, vehicle) or wrong_weight(drive), angle_doubts(drive)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())

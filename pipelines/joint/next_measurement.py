@@ -157,6 +157,10 @@ CANDIDATES: tuple[Candidate, ...] = (
         "figure", "what the inertial unit shows on level ground (0.1 deg) in [sensors], imu_roll_deg and imu_pitch_deg", _level,
         (0.1, 0.1), False,
     ),
+    Candidate(
+        "figure", "what the deflection sensors show with the empty vehicle on level ground (0.3 mm) in [sensors], suspension_deflection_fl_m "
+        "and its like", _known("zero_fl", "zero_fr", "zero_rl", "zero_rr"), (12.0, 12.0, 12.0, 12.0), False,
+    ),
     Candidate("figure", "a measured roll inertia (2 %)", _known("roll_inertia"), (0.02,)),
     Candidate("figure", "damper rates from a test rig (3 %)", _known("bump_front", "rebound_front", "bump_rear", "rebound_rear"),
               (0.03, 0.03, 0.03, 0.03)),

@@ -5,6 +5,8 @@ a millimetre: four of them that all begin within half a millimetre of nought wer
 from its own equilibrium. An empty vehicle with perfect sensors looks the same, and nothing in them tells the two apart: the load is then left
 open, which holds both.
 
+Where the vehicle file says what the sensors show with the empty vehicle (`suspension_deflection_fl_m` … in its [sensors]), that is taken off.
+
 No load is less than nothing: where the body stands clearly above where the deflections are zero, that was under a load, whatever it was.
 """
 
@@ -71,6 +73,28 @@ def stands_high(drive: Drive) -> float | None:
         medians.append(float(np.median(values)))
     high = -float(np.mean(medians))
     return high if high > HIGH_M else None
+
+
+def less_their_zeros(drive: Drive, vehicle: Vehicle) -> tuple[Drive, Vehicle]:
+    """The drive with what its deflection sensors show with the empty vehicle taken off, as the vehicle file has it, and the vehicle with
+    deflections that are nought when it is empty. As they are where the file says nothing of it.
+    """
+    signals, said = dict(drive.signals), []
+    for name in NAMES:
+        stated = vehicle.sensors.get(f"{name}_m")
+        if stated is None or name not in signals:
+            continue
+        own = signals[name]
+        signals[name] = replace(own, values=own.values - stated.value)
+        said.append(
+            Decision(
+                name, "zero", "the vehicle file says what the sensor shows with the empty vehicle", "taken off",
+                f"{1e3 * stated.value:.1f} ± {1e3 * stated.std:.1f} mm", applied=True,
+            )
+        )  # fmt: skip
+    if not said:
+        return drive, vehicle
+    return decided(drive, said, signals), replace(vehicle, deflection_zero="empty")
 
 
 def with_zero_open(drive: Drive, vehicle: Vehicle) -> tuple[Drive, Vehicle]:

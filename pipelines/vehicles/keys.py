@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from parsers.signals import WHEELS
+
 POSITIVE = frozenset(
     [
         "mass_kg",
@@ -68,8 +70,17 @@ VEHICLE_KEYS = POSITIVE | ZERO_OR_MORE | ANY_SIGN | SHARES
 LOAD_ANY_SIGN = frozenset({"behind_front_axle_m", "left_m"})
 LOAD_KEYS = frozenset({"mass_kg", "height_m"}) | LOAD_ANY_SIGN
 TRAILER_KEYS = frozenset({"mass_kg", "drag_area_m2"})
+ZERO_KEYS = tuple(f"suspension_deflection_{wheel}_m" for wheel in WHEELS)
+"""What the deflection sensors show while the empty vehicle stands on level ground."""
 SENSOR_KEYS = frozenset(
-    {"imu_behind_front_axle_m", "imu_left_m", "imu_above_ground_m", "imu_roll_deg", "imu_pitch_deg"}
+    {
+        "imu_behind_front_axle_m",
+        "imu_left_m",
+        "imu_above_ground_m",
+        "imu_roll_deg",
+        "imu_pitch_deg",
+        *ZERO_KEYS,
+    }
 )
 TEXT_KEYS = frozenset(
     {
@@ -97,6 +108,7 @@ LEAST_STD = {
     "wheel_recession_rear": 0.015,
     "imu_roll_deg": 0.2,
     "imu_pitch_deg": 0.2,
+    **dict.fromkeys(ZERO_KEYS, 0.0005),
     "behind_front_axle_m": 0.1,
     "left_m": 0.05,
 }

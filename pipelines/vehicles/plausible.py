@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from parsers.errors import VehicleError
-from pipelines.vehicles.keys import ZERO_OR_MORE
+from pipelines.vehicles.keys import ZERO_KEYS, ZERO_OR_MORE
 from pipelines.vehicles.measured import known_body
 
 if TYPE_CHECKING:
@@ -75,6 +75,7 @@ SPANS: Mapping[str, tuple[float, float, str]] = {
     "sensors.imu_above_ground_m": (-1.0, 8.0, _LENGTH),
     "sensors.imu_roll_deg": (-15.0, 15.0, "degrees"),
     "sensors.imu_pitch_deg": (-15.0, 15.0, "degrees"),
+    **{f"sensors.{key}": (-0.5, 0.5, _LENGTH) for key in ZERO_KEYS},
 }
 NEVER_NOUGHT = (
     "mass_kg", "wheelbase_m", "track_front_m", "track_rear_m", "wheel_radius_m", "cg_height_m", "cg_to_front_axle_m",

@@ -30,6 +30,7 @@ from pipelines.vehicles.keys import (
     TEXT_KEYS,
     TRAILER_KEYS,
     VEHICLE_KEYS,
+    ZERO_KEYS,
     ZERO_OR_MORE,
     ZEROS,
 )
@@ -173,6 +174,11 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         deflection_zero=texts.get("deflection_zero"),
         axle_load_by=texts.get("axle_load_by"),
     )
+    if vehicle.deflection_zero == "loaded" and any(key in vehicle.sensors for key in ZERO_KEYS):
+        raise VehicleError(
+            'found "loaded" beside what the deflection sensors show with the empty vehicle', path=path,
+            place="[vehicle] deflection_zero", hint="leave out one of the two",
+        )  # fmt: skip
     check_plausible(vehicle, path)
     check_kinematics(vehicle.quantities, path)
     _check_geometry(vehicle, path)

@@ -18,6 +18,9 @@ CORNERS = ("fl", "fr", "rl", "rr")
 ZERO_M = 0.001
 """Zero error of a deflection sensor."""
 
+READ_N = 8.0
+"""What a zero that was read on the empty vehicle is off by beside the reading: what springs and bushes creep by."""
+
 STUCK = 0.018
 """Dry friction that holds a wheel at rest, over its load (spread): a car's springs stick by 1 to 3 % of it, either way."""
 
@@ -132,7 +135,11 @@ def _as_loaded(book: Book, axle: str, kilos: float) -> None:
 
 def _zero_words(vehicle: Vehicle) -> str:
     """How well the deflections' zero is known, for the report."""
-    return "as open as a load" if vehicle.deflection_zero == "loaded" else f"{1e3 * ZERO_M:g} mm"
+    if vehicle.deflection_zero == "loaded":
+        return "as open as a load"
+    stated = [vehicle.sensors.get(f"suspension_deflection_{wheel}_m") for wheel in CORNERS]
+    spreads = sorted({f"{1e3 * (ZERO_M if s is None else s.std):g}" for s in stated})
+    return f"{' to '.join((spreads[0], spreads[-1])[: len(spreads)])} mm"
 
 
 def _curve_words(vehicle: Vehicle) -> tuple[str, str]:
@@ -211,7 +218,8 @@ def suspension(book: Book, kilos: float) -> bool:
     stuck = STUCK * GRAVITY * corner
     for wheel in CORNERS:
         rate = book.rows[f"spring_{'front' if wheel[0] == 'f' else 'rear'}"][0]
-        zero = float(np.hypot(ZERO_M * rate, 20.0))
+        stated = vehicle.sensors.get(f"suspension_deflection_{wheel}_m")
+        zero = float(np.hypot(ZERO_M * rate, 20.0) if stated is None else np.hypot(stated.std * rate, READ_N))
         axle = "front" if wheel[0] == "f" else "rear"
         if levels(vehicle, axle) or vehicle.deflection_zero == "loaded":
             zero = levelled_n(vehicle, kilos)
