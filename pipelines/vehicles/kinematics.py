@@ -18,6 +18,10 @@ AXLES = ("front", "rear")
 TRAVEL_M = 0.05
 """How far above and below ride height (the empty vehicle's) the file gives a wheel rate."""
 
+KINK_FROM, KINK = 0.12, 0.8
+"""Share by which a wheel's rate grows both ways from ride height from which on a kink there is possible (helper springs, leaves that come
+to lie on each other), and how far of what is above it the rates between the three stated ones may be off (spread)."""
+
 STEEPEST = 2.5
 """Rate at TRAVEL_M over that at ride height, or the reverse, beyond which a stop must be in it."""
 
@@ -42,13 +46,15 @@ def spring_curve(quantities: Mapping[str, Quantity], axle: str) -> tuple[Spread,
     """q [N/m²] and c [N/m³] of an axle's spring force k d + q d² + c d³ at the wheel; None where the file is silent.
 
     The rate k + 2 q d + 3 c d² at d = ± TRAVEL_M gives both. The stated spreads are beside the rate at ride height: a rig's
-    error of scale is in all three rates and is that of k.
+    error of scale is in all three rates and is that of k. Where the rate grows much both ways it may have a kink, through which no cubic passes.
     """
     rates = [quantities.get(key) for key in rate_keys(axle)]
     if any(rate is None for rate in rates):
         return None
     rest, bump, rebound = (rate for rate in rates if rate is not None)
-    spread = float(np.hypot(bump.std, rebound.std))
+    grows = (bump.value + rebound.value) / (2 * rest.value) - 1
+    bent = KINK * max(grows - KINK_FROM, 0.0) * rest.value
+    spread = float(np.hypot(np.hypot(bump.std, rebound.std), 2**0.5 * bent))
     square = (bump.value - rebound.value) / (4 * TRAVEL_M)
     cube = (bump.value + rebound.value - 2 * rest.value) / (6 * TRAVEL_M**2)
     return (square, spread / (4 * TRAVEL_M)), (cube, spread / (6 * TRAVEL_M**2))

@@ -188,19 +188,21 @@ def between_methods(values: FloatArray, stds: FloatArray) -> float:
     return float(max(0.0, excess / (np.sum(weights) - np.sum(weights**2) / np.sum(weights))))
 
 
-def as_sure_as_its_relation(lead: _Given, entry: ParameterEstimate, factor: float) -> ParameterEstimate:
+def as_sure_as_its_relation(
+    lead: _Given, entry: ParameterEstimate, factor: float, spoke_for: Sequence[str] = ()
+) -> ParameterEstimate:
     """What one estimator alone told, with its spread widened as its own relation had to be.
 
     One whose relation contradicts the rest (roll against the axles, with tyres that give nothing) is no surer of what only it says.
+    spoke_for: what the drive was joined with instead, the likeliest first.
     """
     if entry.value is None or entry.std is None or entry.status == "not_identifiable" or factor <= 1:
         return entry
+    unless = f" (not with {spoke_for[0].split(':')[0]})" if spoke_for else ""
     if not math.isfinite(factor):
-        words = f"the relation of {lead.estimator} contradicts the rest, and no spread of it would hold both"
+        words = f"the relation of {lead.estimator} contradicts the rest{unless}, and no spread of it would hold both"
         return not_told(entry, words)
-    words = (
-        f"the relation of {lead.estimator} contradicts the rest: the interval is {factor:.1f} times as wide"
-    )
+    words = f"the relation of {lead.estimator} contradicts the rest{unless}: the interval is {factor:.1f} times as wide"
     return widened(entry, factor * entry.std, words, fair=ALONE)
 
 
@@ -298,7 +300,9 @@ def verdict_of(
             if name not in ASIDE or name in verdict or entry.status != "not_identifiable"
         }
         verdict |= {
-            name: as_sure_as_its_relation(answers[0], verdict[name], _widened(name, answers, found))
+            name: as_sure_as_its_relation(
+                answers[0], verdict[name], _widened(name, answers, found), found.record.spoke_for
+            )
             for name, answers in given.items()
             if name not in found.parameters and not answers[0].witness
         }

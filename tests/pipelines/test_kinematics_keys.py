@@ -59,6 +59,28 @@ def test_three_rates_give_back_the_curve_that_they_are_of() -> None:
     assert spring_curve(parsed(text).quantities, "front") is None
 
 
+def test_a_rate_that_grows_much_both_ways_may_have_a_kink_between() -> None:
+    """With a kink at ride height the rate half-way up grows by half of what it does at the end; the cubic through the ends has a quarter."""
+
+    def spreads(*over: float) -> tuple[float, float]:
+        ends = (27000.0 * x for x in over)
+        text = "".join(
+            f"spring_rate_rear_{end}_npm = {rate}\n"
+            for end, rate in zip(("bump", "rebound"), ends, strict=True)
+        )
+        found = spring_curve(parsed(text).quantities, "rear")
+        assert found is not None
+        return found[0][1], found[1][1]
+
+    plain, one_way, both = spreads(1.06, 1.06), spreads(1.3, 0.7), spreads(1.3, 1.3)
+    assert one_way == pytest.approx(plain, rel=0.1)
+    # what the cube may be off by at half the travel, against half of what a kink and the cubic differ by there
+    half = 3 * both[1] * (0.5 * TRAVEL_M) ** 2
+    assert half > 0.25 * 0.5 * (0.5 - 0.25) * 0.3 * 27000.0
+    assert both[0] > 3 * plain[0]
+    assert both[1] > 3 * plain[1]
+
+
 def test_the_curve_is_surer_than_usual_and_the_rate_under_load_follows_it() -> None:
     silent, told = parsed(), parsed(CURVE)
     for name in ("square_rear", "cube_rear"):

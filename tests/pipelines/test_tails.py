@@ -12,6 +12,7 @@ from scipy.stats import t as student
 from pipelines.joint.tails import (
     CORNERS,
     FREEDOM,
+    LINKED,
     density,
     freedom_of,
     share_below,
@@ -34,6 +35,7 @@ def test_the_outer_interval_is_a_normal_ones_and_the_inner_are_narrower() -> Non
 
 def test_corners_have_tails_of_their_own_and_the_same_outer_interval() -> None:
     assert (freedom_of("corner_mass_rl_kg"), freedom_of("mass_kg")) == (CORNERS, FREEDOM)
+    assert freedom_of("cg_height_m") == LINKED
     z = np.linspace(-6, 6, 49)
     scale = OUTER_Z / student.ppf(0.975, CORNERS)
     assert share_below(z, CORNERS) == pytest.approx(student.cdf(z / scale, CORNERS))

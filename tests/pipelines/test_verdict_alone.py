@@ -56,6 +56,19 @@ def test_it_is_no_surer_than_the_relation_that_was_counted_in_its_place() -> Non
     assert found.parameters[NAME].std == pytest.approx(0.3 * widened)
 
 
+def test_what_explains_the_drive_otherwise_stands_beside_the_widening() -> None:
+    entry = replace(_estimate("one", 200.0, 10.0, 4.0).parameters[NAME])
+    lead = _Given("one", False, entry)
+    plain = as_sure_as_its_relation(lead, entry, 2.0)
+    told = as_sure_as_its_relation(lead, entry, 2.0, ("tyres that do not give: the drive fits no others",))
+    assert told.std == plain.std
+    assert "contradicts the rest: the interval" in plain.reason
+    assert "contradicts the rest (not with tyres that do not give): the interval" in told.reason
+    none = as_sure_as_its_relation(lead, entry, float("inf"), ("rigid tyres",))
+    assert none.status == "not_identifiable"
+    assert "(not with rigid tyres), and no spread" in none.reason
+
+
 def test_a_parameter_without_relations_stays_as_told() -> None:
     alone = Estimate("one", "ran", "", _estimate("one", 200.0, 10.0, 4.0).parameters)
     assert verdict_of((alone,), vehicle()).parameters[NAME].std == 0.1

@@ -240,7 +240,10 @@ def mass_part(
 ) -> tuple[MassFit | None, str]:
     """The longitudinal balance, or why there is none."""
     if data.f_x is None or data.true is None:
-        return None, "mass: no accel_x or no speed"
+        speed = (
+            "no vehicle speed that tells more than its wheels' do" if data.rolling is not None else "no speed"
+        )
+        return None, f"mass: {'no accel_x' if data.f_x is None else speed}"
     brake: FloatArray | None = None
     if data.front_torque is not None and data.rear_torque is not None:
         brake = data.front_torque + data.rear_torque

@@ -198,6 +198,8 @@ def log_answers(
     what: str,
     reference: Mapping[str, float],
     rng: np.random.Generator,
+    *,
+    tyres_stated: bool,
 ) -> dict[str, ParameterEstimate]:
     """Roll gradient, natural frequency and damping ratio: what the log gives without a vehicle file.
 
@@ -211,7 +213,10 @@ def log_answers(
         return {}
     a, _, c = drawn
     # what the tyres add to a roll against the axles is not in the log
-    source = "the log alone" if bool(np.all(sensor[1] == 1)) else "the log and the tyres' rate"
+    rate = (
+        "the tyres' rate" if tyres_stated else "tyres of the usual rate (tire_vertical_rate_npm says theirs)"
+    )
+    source = "the log alone" if bool(np.all(sensor[1] == 1)) else f"the log and {rate}"
     gradient = from_draws(
         "roll_gradient_degpg",
         np.asarray(roll_gradient_degpg(a)) / sensor[1][:count],

@@ -191,20 +191,24 @@ def explain_vehicle(
     )
     coefficients, sentences = usable(before, coefficients, data.against_axles)
     sensor = _sensor_draws(before, vehicle, coefficients, data, rng)
-    found = log_answers(coefficients, sensor, before.imu_known, what, vehicle.reference, rng)
+    found = log_answers(
+        coefficients, sensor, before.imu_known, what, vehicle.reference, rng,
+        tyres_stated=vehicle.get("tire_vertical_rate_npm") is not None,
+    )  # fmt: skip
     if before.draws is None:
         missing = "the vehicle's mass is not known: give mass_kg (and body) in a vehicle file"
         names = ("cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_stiffness_nmprad", "roll_damping_nmsprad",
                  "roll_inertia_kgm2", "mass_kg", "sprung_mass_kg")  # fmt: skip
         return found | before.unknown(names, missing, vehicle.reference), {}, tuple(sentences)
     likelihood = likelihood_of(coefficients, against_axles=data.against_axles)
+    quick = quick_enough(coefficients)
     posterior = sample_posterior(before.draws, likelihood, *before.rates, rng)
     if posterior.effective < FEWEST_EFFECTIVE:
         # inertia, damping and statics do not go together with what is known: the statics are surer
         likelihood = likelihood_of(without_inertia(coefficients), against_axles=data.against_axles)
         again = sample_posterior(before.draws, likelihood, before.rates[0], None, rng)
         if again.effective > posterior.effective:
-            posterior = again
+            posterior, quick = again, quick_enough(without_inertia(coefficients))
             sentences.append(
                 "Inertia and damping of the motion were left out: they fit badly with what is known."
             )
@@ -222,7 +226,7 @@ def explain_vehicle(
         before.priors,
         before.roll_axis_known,
         before.tyres_known,
-        quick_enough(coefficients),
+        quick,
         vehicle.reference,
     )
     if posterior.effective < FEWEST_EFFECTIVE:
