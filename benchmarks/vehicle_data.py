@@ -76,15 +76,22 @@ LEVEL_DEG = 0.1
 """Standard deviation of a unit's reading on a level floor."""
 
 
+def _with_readings(
+    file: Vehicle, shown: Mapping[str, float], std: float, rng: np.random.Generator, errors: float
+) -> Vehicle:
+    """The vehicle file with sensors' readings on the empty vehicle, each off by its spread times `errors`."""
+    found = dict(file.sensors)
+    for key, value in shown.items():
+        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
+        found[key] = Quantity(value + errors * std * draw, std, RIG)
+    return replace(file, sensors=found)
+
+
 def levelled(
     file: Vehicle, shown: Mapping[str, float], rng: np.random.Generator, errors: float = 1.0
 ) -> Vehicle:
     """The vehicle file with what its inertial unit shows on level ground: the key in degrees, off by its spread times `errors`."""
-    found = dict(file.sensors)
-    for key, value in shown.items():
-        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
-        found[key] = Quantity(value + errors * LEVEL_DEG * draw, LEVEL_DEG, RIG)
-    return replace(file, sensors=found)
+    return _with_readings(file, shown, LEVEL_DEG, rng, errors)
 
 
 ZERO_STD_M = 0.0003
@@ -95,11 +102,7 @@ def zeroed(
     file: Vehicle, shown: Mapping[str, float], rng: np.random.Generator, errors: float = 1.0
 ) -> Vehicle:
     """The vehicle file with what its deflection sensors show with the empty vehicle: the key in m, off by its spread times `errors`."""
-    found = dict(file.sensors)
-    for key, value in shown.items():
-        draw = float(np.clip(rng.standard_normal(), -FARTHEST, FARTHEST))
-        found[key] = Quantity(value + errors * ZERO_STD_M * draw, ZERO_STD_M, RIG)
-    return replace(file, sensors=found)
+    return _with_readings(file, shown, ZERO_STD_M, rng, errors)
 
 
 def upright(plant: PlantVehicle) -> float:

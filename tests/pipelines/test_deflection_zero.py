@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plant_balance import Car, demand, logged, simulate, vehicle_file
+from loaded_drive import LOADED, loaded_drive
+from loaded_drive import told as told_by
+from plant_balance import vehicle_file
 
 from parsers.drive import Drive
 from parsers.errors import VehicleError
-from pipelines.estimators.load_balance.estimator import LoadBalance
-from pipelines.joint.inference import infer
 from pipelines.joint.vehicle.unknowns import CORNERS, before_the_log
 from pipelines.limits import what_limits
 from pipelines.prepare.deflection_zero import NAMES, NOUGHT_M, begins_at_zero, with_zero_open
@@ -20,19 +20,10 @@ from pipelines.results import ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.vehicles.vehicle_file import read_vehicle
 
-LOADED = Car(load=300.0, load_at=(2.4, 0.0, 0.9))
-
 
 @pytest.fixture(scope="module")
 def driven() -> Drive:
-    rng = np.random.default_rng(15)
-    return logged(
-        simulate(LOADED, demand(330, rng), rng),
-        np.random.default_rng(16),
-        "suspension_force",
-        "drive",
-        "brake",
-    )
+    return loaded_drive()
 
 
 def _moved(drive: Drive, metres: dict[str, float]) -> Drive:
@@ -47,14 +38,6 @@ def _zeroed(drive: Drive, left_m: float = 0.0) -> Drive:
     """As if each sensor had been set to nought (or to left_m) in the drive's first second."""
     first = {n: drive.signals[n].time_ns <= drive.signals[n].time_ns[0] + 10**9 for n in NAMES}
     return _moved(drive, {n: float(drive.signals[n].values[first[n]].mean()) - left_m for n in NAMES})
-
-
-def _told(drive: Drive, vehicle: Vehicle) -> dict[str, ParameterEstimate]:
-    estimator = LoadBalance()
-    found = estimator.estimate(estimator.prepare(drive, {}), vehicle, {}, np.random.default_rng(0))
-    joined = infer(found.evidence, vehicle, np.random.default_rng(0))
-    assert joined is not None
-    return dict(joined.parameters)
 
 
 def test_only_four_wheels_at_nought_are_taken_so(driven: Drive) -> None:
@@ -115,7 +98,7 @@ def test_a_load_that_was_zeroed_away_is_in_the_intervals(driven: Drive) -> None:
     """300 kg in the boot: taken for empty they are 7 % of mass and 9 cm of the place, at tens of standard deviations."""
     truth, file = LOADED.truth(), vehicle_file(LOADED, None)
     drive, opened = with_zero_open(_zeroed(driven), file)
-    answers, before = _told(drive, opened), _told(_zeroed(driven), replace(file, deflection_zero="empty"))
+    answers, before = told_by(drive, opened), told_by(_zeroed(driven), replace(file, deflection_zero="empty"))
 
     def off(found: ParameterEstimate) -> float:
         assert found.value is not None

@@ -7,16 +7,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from plant_balance import Car, demand, logged, simulate, vehicle_file
+from loaded_drive import LOADED, loaded_drive
+from loaded_drive import told as told_by
+from plant_balance import vehicle_file
 
 from parsers.drive import Drive
 from parsers.errors import VehicleError
-from pipelines.estimators.load_balance.estimator import LoadBalance
-from pipelines.joint.inference import infer
 from pipelines.joint.vehicle.suspension import READ_N
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.prepare.deflection_zero import NAMES, less_their_zeros, with_zero_open
-from pipelines.results import ParameterEstimate
 from pipelines.vehicles.keys import ZERO_KEYS
 from pipelines.vehicles.vehicle import Quantity, Vehicle
 from pipelines.vehicles.vehicle_file import parse_vehicle
@@ -24,19 +23,11 @@ from pipelines.vehicles.vehicle_file import parse_vehicle
 FILE = Path("vehicle.toml")
 ZEROS_M = (0.003, -0.002, 0.002, -0.003)
 """Of the four sensors: their left ones show more than there is."""
-LOADED = Car(load=300.0, load_at=(2.4, 0.0, 0.9))
 
 
 @pytest.fixture(scope="module")
 def driven() -> Drive:
-    rng = np.random.default_rng(15)
-    return logged(
-        simulate(LOADED, demand(330, rng), rng),
-        np.random.default_rng(16),
-        "suspension_force",
-        "drive",
-        "brake",
-    )
+    return loaded_drive()
 
 
 def _off(drive: Drive) -> Drive:
@@ -49,14 +40,6 @@ def _off(drive: Drive) -> Drive:
 def _stated(vehicle: Vehicle, std_m: float = 0.0003) -> Vehicle:
     told = {key: Quantity(zero, std_m, "vehicle file") for key, zero in zip(ZERO_KEYS, ZEROS_M, strict=True)}
     return replace(vehicle, sensors={**vehicle.sensors, **told})
-
-
-def _told(drive: Drive, vehicle: Vehicle) -> dict[str, ParameterEstimate]:
-    estimator = LoadBalance()
-    found = estimator.estimate(estimator.prepare(drive, {}), vehicle, {}, np.random.default_rng(0))
-    joined = infer(found.evidence, vehicle, np.random.default_rng(0))
-    assert joined is not None
-    return dict(joined.parameters)
 
 
 def test_what_they_show_is_taken_off_and_said(driven: Drive) -> None:
@@ -120,9 +103,9 @@ def test_the_lateral_place_is_told_where_the_zeros_are(driven: Drive) -> None:
     file = vehicle_file(LOADED, None)
     level = {key: Quantity(0.0, 0.1, "vehicle file") for key in ("imu_roll_deg", "imu_pitch_deg")}
     file = replace(file, sensors={**file.sensors, **level})
-    unsure = _told(_off(driven), file)["cg_lateral_offset_m"]
-    told = _told(*less_their_zeros(_off(driven), _stated(file)))["cg_lateral_offset_m"]
-    clean = _told(driven, _stated(file))["cg_lateral_offset_m"]
+    unsure = told_by(_off(driven), file)["cg_lateral_offset_m"]
+    told = told_by(*less_their_zeros(_off(driven), _stated(file)))["cg_lateral_offset_m"]
+    clean = told_by(driven, _stated(file))["cg_lateral_offset_m"]
     assert unsure.value is not None
     assert told.value is not None
     assert clean.value is not None

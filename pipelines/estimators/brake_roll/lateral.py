@@ -103,10 +103,10 @@ def _along(values: FloatArray, rate_hz: float) -> FloatArray:
     return np.asarray(np.gradient(values) * rate_hz)
 
 
-def _usable(data: LateralData) -> BoolArray:
-    """Rows well inside segments, moving where the speed is known, and not beyond 0.7 g."""
+def _usable(data: LateralData, band_hz: float) -> BoolArray:
+    """Rows well inside segments, moving where the speed is known, and not beyond 0.7 g. band_hz: of the low-pass."""
     used = data.rows.copy()
-    settle = round(max(SETTLE_S, SETTLE_PERIODS / lively_band(data)) * data.rate_hz)
+    settle = round(max(SETTLE_S, SETTLE_PERIODS / band_hz) * data.rate_hz)
     for start, stop in zip(*data.segments, strict=True):
         rows = min(settle, int(stop - start) // 4)
         used[start : start + rows] = used[stop - rows : stop] = False
@@ -243,11 +243,10 @@ HEADS = 5
 
 
 class _Problem:
-    """The fit's model on the rows of all channels, whitened by each channel's memory."""
+    """The fit's model on the rows of all channels, whitened by each channel's memory. quick: Hz up to which the roll rate is read."""
 
-    def __init__(self, data: LateralData, known: LateralKnown, used: BoolArray) -> None:
+    def __init__(self, data: LateralData, known: LateralKnown, used: BoolArray, quick: float) -> None:
         self.data = data
-        quick = lively_band(data)
         bands = (quick, GRAVITY_HZ, quick)
         self.channels = _channels(data, used, quick)
         self.nuisances = [
@@ -352,10 +351,11 @@ def fit_lateral(data: LateralData, known: LateralKnown) -> LateralFit | None:
     Residuals with memory (bank, v_y' beyond the single-track car's) are whitened by their first autocorrelation, and
     the fit is done again.
     """
-    used = _usable(data)
+    quick = lively_band(data)
+    used = _usable(data, quick)
     if used.sum() < 4 * data.rate_hz or float(np.std(data.f_y[used])) < LEAST_LATERAL:
         return None
-    problem = _Problem(data, known, used)
+    problem = _Problem(data, known, used, quick)
     heads = (
         Unknown("gain", 0.009, math.inf, 1e-5),
         Unknown("log_lag", math.log(known.lag_s[0]), known.lag_s[1] / known.lag_s[0], 1e-3),

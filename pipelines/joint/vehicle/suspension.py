@@ -138,8 +138,9 @@ def _zero_words(vehicle: Vehicle) -> str:
     if vehicle.deflection_zero == "loaded":
         return "as open as a load"
     stated = [vehicle.sensors.get(f"suspension_deflection_{wheel}_m") for wheel in CORNERS]
-    spreads = sorted({f"{1e3 * (ZERO_M if s is None else s.std):g}" for s in stated})
-    return f"{' to '.join((spreads[0], spreads[-1])[: len(spreads)])} mm"
+    spreads = [1e3 * (ZERO_M if zero is None else zero.std) for zero in stated]
+    least, most = f"{min(spreads):g}", f"{max(spreads):g}"
+    return f"{least} mm" if least == most else f"{least} to {most} mm"
 
 
 def _curve_words(vehicle: Vehicle) -> tuple[str, str]:
