@@ -77,6 +77,10 @@ STIFFENED = "roll_stiffness_nmprad"
 """Springs are progressive, or reach their stops: what was known before the log is of a vehicle with the load that is usual, and its
 tails are those of loads on the stops. A light load takes them off and shows nothing of the springs: so it goes by spreads."""
 
+LOADED = ("roll_inertia_kgm2", "pitch_inertia_kgm2")
+"""Inertias of the vehicle with its load: the empty one's, which a drive may not tell, and the load's, of which a drive that shows the
+mass tells most. Before the log they are of the usual load."""
+
 SOURCE = "vehicle file and what is known of the load"
 OPENED, MOVED = 1.25, 1.0
 """Spread over that before the log, and standard deviations off it, from which on a drive that narrows nothing leaves open what the file seemed to know:
@@ -245,6 +249,8 @@ def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Colle
             return "what this drive shows pulls away from what was known before it, which leaves it more open than that did"
         if away > MOVED * prior.whole_std:
             return "what this drive shows leaves it elsewhere than what was known before, and no surer"
+        if name in LOADED and answer.std <= prior.std and set(kinds) & set(MASS_SEEN_BY):
+            return f"the figures are what is known of the empty vehicle's {name.split('_')[0]} inertia, under the load that this drive shows"
         return ""
     if answer.std > prior.std:
         return "the load that this drive shows leaves it more open than the vehicle file alone"

@@ -67,6 +67,18 @@ def test_a_stiffness_that_the_drive_does_not_tell_is_given_for_the_load_that_it_
     assert estimate_of("roll_stiffness_nmprad", told, PRIOR, (), None, rolling()).value == 90e3
 
 
+@pytest.mark.parametrize("name", ["roll_inertia_kgm2", "pitch_inertia_kgm2"])
+def test_an_inertia_that_the_drive_does_not_tell_is_given_for_the_load_that_it_does(name: str) -> None:
+    told = Told(91e3, 2400.0, 86.3e3, 95.7e3, None)
+    braked = [replace(linear({"load": 1.0}, 60.0, 5.0), kind="longitudinal"), *rolling(), *pitch()]
+    found = estimate_of(name, told, PRIOR, (), None, braked)
+    assert (found.value, found.std, found.status) == (91e3, 2400.0, "not_identifiable")
+    assert "under the load that this drive shows" in found.reason
+    # nothing of the mass seen, or no surer than before: what was known
+    assert estimate_of(name, told, PRIOR, (), None, [*rolling(), *pitch()]).value == 90e3
+    assert entry(name, 2600.0, 91e3).value == 90e3
+
+
 def test_what_nothing_opened_is_given_with_what_was_known_before() -> None:
     for name, std in (("roll_stiffness_nmprad", 2400.0), ("cg_height_m", 2900.0)):
         found = entry(name, std, 92e3)
