@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 
-from pipelines.estimators.roll_map.answers import Coefficients
+from pipelines.estimators.roll_map.answers import Coefficients, log_answers
 from pipelines.estimators.roll_map.tyre_share import RIGID, STIFFENS, by_stated_stiffness, drawn_tyres
 from pipelines.results import Prior
 
@@ -52,6 +54,35 @@ def test_on_roads_that_lean_a_gyro_tells_less() -> None:
 
 def test_a_gain_that_no_tyres_have_tells_nothing() -> None:
     assert np.mean(drawn(2.5)[0] == 1.0) == pytest.approx(RIGID, abs=0.01)
+
+
+def gradient(gain: float | None, *, slow: float = 0.0, stated: bool = False):
+    """The roll gradient by deflections, after a gyro that showed `gain`, steady roll known to 2 %."""
+    share = 1 / drawn(gain, slow=slow)[0]
+    names = ("a", "b", "c")
+    known = Coefficients(names, np.array([100.0, 6, 0.8]), np.diag([4.0, 0.1, 0.01]), np.ones(3), np.ones(3))
+    sensor = (np.zeros(len(share)), share, np.zeros(len(share)))
+    return log_answers(known, sensor, True, "of the body", {}, np.random.default_rng(3), tyres_stated=stated)[
+        "roll_gradient_degpg"
+    ]
+
+
+@pytest.mark.parametrize(("gain", "slow"), [(None, 0.0), (0.85, 1.0), (2.5, 0.0)])
+def test_a_gradient_of_which_usual_tyres_make_a_part_is_no_more_than_weak(
+    gain: float | None, slow: float
+) -> None:
+    found = gradient(gain, slow=slow)
+    assert found.status == "weak"
+    assert re.search(r"the tyres' part of it \(1[67]%\) is what usual tyres add", found.reason)
+    assert found.reason.count("tire_vertical_rate_npm") == 1
+    assert gradient(gain, slow=slow, stated=True).status == "identified"
+
+
+@pytest.mark.parametrize("gain", [1.25, 1.01])
+def test_a_gradient_whose_tyres_the_gyro_tells_is_identified(gain: float) -> None:
+    found = gradient(gain)
+    assert found.status == "identified"
+    assert "usual tyres add" not in found.reason
 
 
 def _by_springs(stated: tuple[float, float], arm_std: float = 0.12):
