@@ -93,6 +93,18 @@ def test_a_gyro_tells_a_wrong_scale(share: float, low: float, high: float) -> No
     assert springs_off(found[1], (), FILE) == pytest.approx(abs(share - 1) if share != 1 else 0, abs=0.05)
 
 
+@pytest.mark.parametrize(("chance", "told"), [(0.06, True), (0.04, False), (0.3, True)])
+def test_a_wrong_scale_that_is_told_beside_the_right_one_leaves_deflections_open(
+    chance: float, told: bool
+) -> None:
+    seen = [*_seen(0.8 * _expected()), LOAD]
+    right = find_mode([*_seen(_expected()), LOAD], KNOWN)
+    found = scale_odds(find_mode(seen, KNOWN), seen, KNOWN)
+    assert found is not None
+    share = springs_off(right, (), FILE, [(chance, found[1])])
+    assert share == pytest.approx(chance**0.5 * 0.2 if told else 0.0, rel=0.25)
+
+
 def test_the_odds_are_those_of_one_more_unknown() -> None:
     """All four scales bound to each other: two integrals over their mean, by brute force."""
     seen = linear(dict.fromkeys(SCALES, 0.25), 0.8, 0.05)
