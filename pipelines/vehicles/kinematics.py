@@ -18,9 +18,10 @@ AXLES = ("front", "rear")
 TRAVEL_M = 0.05
 """How far above and below ride height (the empty vehicle's) the file gives a wheel rate."""
 
-KINK_FROM, KINK = 0.12, 0.8
+KINK_FROM, KINK = 0.12, 1.3
 """Share by which a wheel's rate grows both ways from ride height from which on a kink there is possible (helper springs, leaves that come
-to lie on each other), and how far of what is above it the rates between the three stated ones may be off (spread)."""
+to lie on each other), and how far of what is above it the rates between the three stated ones may be off (spread). A rate that grows
+straight from the kink lies a quarter of its growth above the parabola at half the travel."""
 
 STEEPEST = 2.5
 """Rate at TRAVEL_M over that at ride height, or the reverse, beyond which a stop must be in it."""
@@ -52,12 +53,20 @@ def spring_curve(quantities: Mapping[str, Quantity], axle: str) -> tuple[Spread,
     if any(rate is None for rate in rates):
         return None
     rest, bump, rebound = (rate for rate in rates if rate is not None)
-    grows = (bump.value + rebound.value) / (2 * rest.value) - 1
-    bent = KINK * max(grows - KINK_FROM, 0.0) * rest.value
+    bent = KINK * kink(quantities, axle) * rest.value
     spread = float(np.hypot(np.hypot(bump.std, rebound.std), 2**0.5 * bent))
     square = (bump.value - rebound.value) / (4 * TRAVEL_M)
     cube = (bump.value + rebound.value - 2 * rest.value) / (6 * TRAVEL_M**2)
     return (square, spread / (4 * TRAVEL_M)), (cube, spread / (6 * TRAVEL_M**2))
+
+
+def kink(quantities: Mapping[str, Quantity], axle: str) -> float:
+    """Share by which an axle's wheel rate grows both ways beyond what curved springs do, 0 where it does not or the file is silent."""
+    rates = [quantities.get(key) for key in rate_keys(axle)]
+    if any(rate is None for rate in rates):
+        return 0.0
+    rest, bump, rebound = (rate.value for rate in rates if rate is not None)
+    return max((bump + rebound) / (2 * rest) - 1 - KINK_FROM, 0.0)
 
 
 def free_travel(vehicle: Vehicle) -> dict[str, float] | None:

@@ -81,6 +81,18 @@ def test_a_rate_that_grows_much_both_ways_may_have_a_kink_between() -> None:
     assert both[1] > 3 * plain[1]
 
 
+@pytest.mark.parametrize("grows", [0.2, 0.3, 0.5])
+def test_the_rate_under_a_load_holds_a_kink(grows: float) -> None:
+    """With a kink the rate half-way up is a quarter of the growth above the cubic's: within two spreads, whatever is usual."""
+    ends = "".join(f"spring_rate_rear_{end}_npm = {(1 + grows) * 27000}\n" for end in ("bump", "rebound"))
+    vehicle = parsed(ends)
+    at = 0.5 * TRAVEL_M
+    (square, q), (cube, c) = row(vehicle, "square_rear"), row(vehicle, "cube_rear")
+    away = 27000.0 * grows * at / TRAVEL_M - (2 * square * at + 3 * cube * at**2)
+    assert away == pytest.approx(0.25 * grows * 27000.0)
+    assert away < 2 * float(np.hypot(2 * q * at, 3 * c * at**2))
+
+
 def test_the_curve_is_surer_than_usual_and_the_rate_under_load_follows_it() -> None:
     silent, told = parsed(), parsed(CURVE)
     for name in ("square_rear", "cube_rear"):

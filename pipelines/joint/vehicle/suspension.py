@@ -9,7 +9,7 @@ from pipelines.models.roll import GRAVITY
 from pipelines.results import Assumption
 from pipelines.vehicles.anti_roll import silent_bar
 from pipelines.vehicles.kinds import kind_of, usual_load
-from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, spring_curve
+from pipelines.vehicles.kinematics import TRAVEL_M, free_travel, kink, spring_curve
 from pipelines.vehicles.spring_base import narrowing, rigid_axle, usual_narrowing
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -161,15 +161,19 @@ def _curve_words(vehicle: Vehicle) -> tuple[str, str]:
 
 
 def _curve(book: Book, axle: str, rate: float) -> None:
-    """How an axle's wheel rate changes with travel: what is usual, and what a rig found, each by its weight."""
+    """How an axle's wheel rate changes with travel: what is usual, and what a rig found, each by its weight.
+
+    Springs that may have a kink are none of the usual ones: what the rig found alone.
+    """
     found = spring_curve(book.vehicle.quantities, axle)
+    bent = kink(book.vehicle.quantities, axle) > 0
     for power, (name, (mean, std)) in enumerate(
         zip(("square", "cube"), usual_curve(book.vehicle, axle), strict=True), start=1
     ):
         usual, spread = rate * mean / TRAVEL_M**power, rate * std / TRAVEL_M**power
         if found is not None:
             told, unsure = found[power - 1][0], max(found[power - 1][1], 1e-3 * spread)
-            weight = spread**2 / (spread**2 + unsure**2)
+            weight = 1.0 if bent else spread**2 / (spread**2 + unsure**2)
             usual, spread = usual + weight * (told - usual), unsure * weight**0.5
         book.put(f"{name}_{axle}", usual, spread)
 
