@@ -249,7 +249,7 @@ def _opened_by_drive(name: str, answer: Told, prior: Spread | None, kinds: Colle
             return "what this drive shows pulls away from what was known before it, which leaves it more open than that did"
         if away > MOVED * prior.whole_std:
             return "what this drive shows leaves it elsewhere than what was known before, and no surer"
-        if name in LOADED and answer.std <= prior.std and set(kinds) & set(MASS_SEEN_BY):
+        if name in LOADED and answer.std <= prior.whole_std and set(kinds) & set(MASS_SEEN_BY):
             return f"the figures are what is known of the empty vehicle's {name.split('_')[0]} inertia, under the load that this drive shows"
         return ""
     if answer.std > prior.std:
