@@ -23,34 +23,41 @@ OFF = 0.1
 MOVES = 1.5
 """Standard deviations by which so wrong a figure has to move an answer for it to be named."""
 
-PART: Mapping[str, str] = {
-    "cg_to_front_axle_m": "empty_x", "cg_height_m": "empty_h", "sprung_cg_height_m": "empty_h", "mass_kg": "empty_mass",
-    "sprung_mass_kg": "empty_mass", **{f"corner_mass_{wheel}_kg": "empty_x" for wheel in ("fl", "fr", "rl", "rr")},
+PART: Mapping[str, tuple[str, ...]] = {
+    "cg_to_front_axle_m": ("empty_x",), "cg_height_m": ("empty_h",), "sprung_cg_height_m": ("empty_h",), "mass_kg": ("empty_mass",),
+    "sprung_mass_kg": ("empty_mass",), **{f"corner_mass_{wheel}_kg": ("empty_x",) for wheel in ("fl", "fr", "rl", "rr")},
+    "roll_center_height_m": ("roll_center_front", "roll_center_rear"),
 }  # fmt: skip
-"""Parameter -> the unknown that holds the empty vehicle's part of it."""
+"""Parameter -> the unknowns that hold the empty vehicle's part of it, which a wrong figure moves alike."""
 
 OF_PART = "the empty vehicle's part is the file's {}, which this drive hardly checks"
 OF_RATE = "{} in the file, which this drive hardly checks, would move it by {} if 10 % off"
 _OF_RATE = re.compile(OF_RATE.replace("{}", r"(\w+)", 1).replace("{}", r"([^;]+?)", 1))
-KEYS: tuple[str, ...] = ("mass_kg", "cg_height_m", "cg_to_front_axle_m")
+KEYS: tuple[str, ...] = (
+    "mass_kg", "cg_height_m", "cg_to_front_axle_m", "roll_center_height_front_m and roll_center_height_rear_m"
+)  # fmt: skip
 """Of the vehicle file, that such a part may be."""
 RATES = ("spring_", "bar_")
 """Unknowns that figures of springs and bars state: what is read off a sheet, and carries what a log shows."""
 
 
 def part_on_file(name: str, gradient: FloatArray, joint: Joint, stated: Mapping[str, str]) -> str:
-    """The key of the stated figure that goes into a parameter nearly as the file has it; empty where the drive checks it, or none is stated.
+    """The keys of the stated figures that go into a parameter nearly as the file has them; empty where the drive checks them, or the file
+    does not state them all.
 
     gradient: (k,) by the unknowns. stated: unknown -> the file's key.
     """
-    unknown = PART.get(name, "")
-    if unknown not in stated:
+    unknowns = PART.get(name, ())
+    if not unknowns or any(unknown not in stated for unknown in unknowns):
         return ""
-    row = joint.known.index(unknown)
-    if gradient[row] == 0:
+    rows = [joint.known.index(unknown) for unknown in unknowns]
+    # standard deviations by which one and the same error of all of them moves each
+    moved = joint.known.std[rows[0]] / joint.known.std[rows]
+    unseen = float(moved @ gradient[rows])
+    if unseen == 0:
         return ""
-    left = float(joint.covariance[row] @ gradient / gradient[row])
-    return stated[unknown] if left > CHECKED else ""
+    left = float(moved @ (joint.covariance[rows] @ gradient)) / unseen
+    return " and ".join(stated[unknown] for unknown in unknowns) if left > CHECKED else ""
 
 
 def rate_on_file(

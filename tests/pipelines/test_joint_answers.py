@@ -220,6 +220,13 @@ def test_the_files_figure_that_no_drive_checks_is_named_with_the_answer() -> Non
         gradient = slopes(joint)[1]["cg_to_front_axle_m"]
         assert part_on_file("cg_to_front_axle_m", gradient, joint, stated) == said
         assert part_on_file("cg_to_front_axle_m", gradient, joint, {"empty_mass": "mass_kg"}) == ""
+    both = {f"roll_center_{axle}": f"roll_center_height_{axle}_m" for axle in ("front", "rear")}
+    axis = linear({"roll_center_front": 0.5, "roll_center_rear": 0.5}, 0.1, 0.002)
+    for evidence, said in (([load], " and ".join(both.values())), ([load, axis], "")):
+        joint = find_mode(evidence, KNOWN)
+        gradient = slopes(joint)[1]["roll_center_height_m"]
+        assert part_on_file("roll_center_height_m", gradient, joint, both) == said
+        assert part_on_file("roll_center_height_m", gradient, joint, dict([*both.items()][:1])) == ""
     told = Told(1.31, 0.01, 1.29, 1.33, None)
     prior = Spread(1.3, 0.1, 1.3 + 0.1 * np.random.default_rng(0).standard_normal(4000))
     said = OF_PART.format("cg_to_front_axle_m")
