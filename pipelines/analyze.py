@@ -47,6 +47,13 @@ from pipelines.prepare.lateral_scale import (
 )
 from pipelines.prepare.level_unit import with_level_unit
 from pipelines.prepare.load_step import load_step, with_load_step
+from pipelines.prepare.longitudinal_scale import (
+    as_sure_as_along,
+    hanging_along,
+    kept_as_sure_along,
+    longitudinal_doubt,
+    with_longitudinal_doubt,
+)
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.prepare.steered import steered
 from pipelines.results import Assumption, Estimate, ParameterEstimate, Trace
@@ -198,6 +205,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive, vehicle = less_their_zeros(drive, vehicle)
     drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
     lateral, angles = lateral_doubt(drive, vehicle) or wrong_weight(drive), angle_doubts(drive)
+    along = longitudinal_doubt(drive)
+    drive = with_longitudinal_doubt(drive, along)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive, vehicle = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
     lateral = lateral or left_without_gravity(drive)
@@ -210,7 +219,9 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     progress("weighing the evidence", 1.0)
     rng = np.random.default_rng([request.seed, zlib.crc32(b"verdict")])
     whole = verdict_of(results, vehicle, rng, drive.signals.keys())
-    sure = as_sure_as_angles(as_sure_as_the_scale(whole.parameters, lateral), angles)
+    hanging = hanging_along(results, whole.joint, whole.parameters)
+    sure = as_sure_as_along(as_sure_as_the_scale(whole.parameters, lateral), along, hanging)
+    sure = as_sure_as_angles(sure, angles)
     verdict = holding_both_loads(sure, step, vehicle)
     # what predicts is code, and no result
     results = estimates_as_sure([replace(estimate, evidence=()) for estimate in results], angles)
@@ -236,7 +247,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         joint=taught_with_both_loads(whole.joint, step, verdict),
     )
     # relations of two loads are of no state that a vehicle's other drives could be joined with
-    kept = kept_as_sure_as_angles(kept_as_sure(whole.kept, lateral), angles, whole.parameters)
+    kept = kept_as_sure_along(kept_as_sure(whole.kept, lateral), along, hanging)
+    kept = kept_as_sure_as_angles(kept, angles, whole.parameters)
     return Analysis(made, kept if step is None else None)
 
 
