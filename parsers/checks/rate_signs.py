@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
 
+import numpy as np
+
 from parsers.channels import FloatArray
 from parsers.checks.grid import Grid, Together, compare
 from parsers.checks.leaning import CANNOT_TELL, swift_tells, told_by
@@ -16,6 +18,10 @@ from parsers.drive import Decision
 _MIN_TILT = 0.003
 _LEAST = 0.5
 _LEAST_PUSHED = 0.6
+_TURNS_RADPS = 0.05
+_LEANS, _SMALL = 0.1, 0.3
+"""rad that roads and bodies lean in bends, and share of a pitch rate up to which the turning that a leaning gyro sees of it is nothing: on a
+banked circuit of one direction it is most of the pitch rate, and right ones were turned round."""
 # rate, its angle, the acceleration behind it, and the sign with which that goes
 _RATES = (("roll_rate", "roll", "accel_y", 1), ("pitch_rate", "pitch", "accel_x", -1))
 
@@ -94,7 +100,7 @@ class _Witness:
 
 def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, Together | None]:
     """The first witness with which a rate goes together clearly, and how; else why there is none."""
-    turning = grid.columns[rate]
+    turning = _off_bends(grid, grid.columns[rate]) if rate == "pitch_rate" else grid.columns[rate]
     unclear: list[str] = []
     for each in witnesses:
         found = _pitched(turning, each) if rate == "pitch_rate" else compare(turning, each.says)
@@ -111,6 +117,20 @@ def _told(grid: Grid, rate: str, witnesses: Iterable[_Witness]) -> tuple[str, To
     return (
         f"it goes clearly with nothing that would tell it ({', '.join(unclear)}): other things turn it, as roads do",
         None,
+    )
+
+
+def _off_bends(grid: Grid, turning: FloatArray) -> FloatArray:
+    """A pitch rate (n,) without bends, where a gyro that leans by φ sees ψ' sin φ of the turning, if that may be much of it."""
+    yaw = grid.get("yaw_rate")
+    if yaw is None or _LEANS * _rms(yaw) < _SMALL * _rms(turning):
+        return turning
+    return np.where(np.abs(smooth(yaw)) > _TURNS_RADPS, np.nan, turning)
+
+
+def _rms(values: FloatArray) -> float:
+    return (
+        float(np.sqrt(np.mean(np.square(values[np.isfinite(values)])))) if np.isfinite(values).any() else 0.0
     )
 
 

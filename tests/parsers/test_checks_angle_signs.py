@@ -114,3 +114,23 @@ def test_a_stiff_lorry_that_pitches_at_several_hertz(names: tuple[str, ...]) -> 
     }
     _, decisions = check(scaled(signals, **dict.fromkeys(names, -1.0)))
     assert found(decisions, "sign") == set(names)
+
+
+@pytest.mark.parametrize("right", [1.0, -1.0])
+def test_a_circuit_that_leans_all_round_turns_no_pitch_rate(right: float) -> None:
+    """A gyro that leans by the bank sees ψ' sin φ of the turning, which slows and quickens with the pedals as the pitch does not."""
+    signals = drive(seconds=180.0)
+    t = np.arange(len(signals["roll"].values)) * STEP
+    pushed = 1.2 * np.sin(0.35 * t)
+    speed = 14 + np.cumsum(pushed) * STEP
+    yaw, pitch = speed / 90, -0.006 * pushed
+    rng = np.random.default_rng(9)
+    made = {
+        "accel_x": pushed + 0.02 * rng.standard_normal(len(t)),
+        "accel_y": speed * yaw - G * 0.2,
+        "speed": speed,
+        "yaw_rate": yaw,
+        "pitch_rate": np.gradient(pitch, STEP) + right * yaw * 0.2 + 0.002 * rng.standard_normal(len(t)),
+    }
+    whole = {n: replace(signals[n], values=v) for n, v in made.items()}
+    assert "pitch_rate" not in found(check(whole)[1], "sign")

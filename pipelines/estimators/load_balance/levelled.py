@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from pipelines.models.roll import GRAVITY
+from pipelines.prepare.banked import banked_all_round
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray
 
@@ -37,7 +38,7 @@ def lean_of_roads(prepared: Prepared, speed: FloatArray | None) -> FloatArray | 
     square, both = float(of @ of), float(of @ felt)
     if square == 0 or both < FOLLOWS * np.sqrt(square * float(felt @ felt)):
         return None
-    if not LEANS <= 1 - both / square <= MOST:
+    if not banked_all_round(curve[rows], side[rows]) and not LEANS <= 1 - both / square <= MOST:
         return None
     return np.asarray(np.clip((side - curve) / GRAVITY, -STEEPEST, STEEPEST))
 

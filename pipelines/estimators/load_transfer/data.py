@@ -11,6 +11,7 @@ from parsers.drive import Drive
 from parsers.signals import WHEELS
 from pipelines.models.load_transfer import Size, corners_from_imu, rotation
 from pipelines.models.roll import GRAVITY
+from pipelines.prepare.banked import banked_all_round, pressed_on
 from pipelines.prepare.lowpass import lowpass
 from pipelines.prepare.prepared import BoolArray, Prepared
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
@@ -237,6 +238,11 @@ def _standing(angle: FloatArray, force: FloatArray) -> float:
     return float(angle.mean() - slope * force.mean())
 
 
+def _banked(path: FloatArray | None, felt: FloatArray | None, *, moving: bool) -> bool:
+    """Whether the road leans into bends of one direction throughout: what is felt less of them is then no sensor's offset."""
+    return moving and path is not None and felt is not None and banked_all_round(path, felt)
+
+
 def _normal_gravity(along: FloatArray, path: FloatArray | None, rate_hz: float) -> float:
     """Gravity's part normal to the road in the mean of the drive: g (1 - grade² / 2), from what drives uphill."""
     if path is None:
@@ -310,6 +316,7 @@ def collect(prepared: Prepared, known: Known) -> StrutData | None:
         "x": None if speed is None else _rate(speed, starts, rate_hz),
         "y": None if speed is None or "yaw_rate" not in c else speed * yaw,
     }
+    banked = _banked(paths["y"], raw["y"], moving=moving)
     roll, pitch, angle_words = _angles(c, known, rows)
     leaning = angle_words is not None
     across = raw["y"] if raw["y"] is not None else zero if paths["y"] is None else paths["y"]
@@ -318,7 +325,7 @@ def collect(prepared: Prepared, known: Known) -> StrutData | None:
     doubt: dict[str, float] = {}
     for axis, angle in (("x", -pitch), ("y", roll)):
         column = raw[axis]
-        instead = paths[axis] if moving else None
+        instead = paths[axis] if moving and not (banked and axis == "y") else None
         if column is None:
             level[axis], doubt[axis] = (zero if instead is None else instead), GRAVITY * ROAD_STD[axis] * 3
         else:
@@ -326,6 +333,8 @@ def collect(prepared: Prepared, known: Known) -> StrutData | None:
             offset, doubt[axis] = _offset(column, instead, beside[axis], axis, LEANING if leaning else 1.0)
             level[axis] = column - offset
     normal_gravity = _normal_gravity(level["x"], paths["x"] if raw["x"] is not None else None, rate_hz)
+    if banked and paths["y"] is not None and raw["y"] is not None:
+        normal_gravity *= pressed_on(paths["y"], raw["y"]) / GRAVITY
     normal = None if vertical is None else _levelled(vertical, level["x"], level["y"], normal_gravity)
     if strut_accels is not None:
         corners = _levelled(strut_accels, level["x"], level["y"], normal_gravity)

@@ -39,6 +39,7 @@ from pipelines.estimators.roll_map.yaw import yaw_lever
 from pipelines.models.roll import DEGREES
 from pipelines.prepare.prepared import Prepared
 from pipelines.prepare.roll_angle import RollSource, rank_roll
+from pipelines.prepare.roll_rate import off_pitch
 from pipelines.prepare.signals import prepare_signals
 from pipelines.results import Estimate, FloatArray, Scatter, Track
 from pipelines.vehicles.vehicle import Vehicle
@@ -166,6 +167,7 @@ class RollMap:
         A road that banks takes an angle against the horizon its answer, and none that springs show: then theirs is told. What the
         first says of the vehicle, bank and all, stays with it.
         """
+        prepared = off_pitch(prepared, vehicle)
         ranked = rank_roll(prepared, vehicle) if prepared.segments else ()
         first = self._by(ranked, prepared, vehicle, settings, rng)
         if tells(first) or not beside_horizon(ranked, prepared):
