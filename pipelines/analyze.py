@@ -37,23 +37,11 @@ from pipelines.prepare.angle_scale import (
 from pipelines.prepare.deflection_zero import less_their_zeros, with_zero_open
 from pipelines.prepare.force_units import forces_in_newtons
 from pipelines.prepare.gravity import with_gravity
-from pipelines.prepare.lateral_scale import (
-    as_sure_as_the_scale,
-    kept_as_sure,
-    lateral_doubt,
-    left_without_gravity,
-    with_doubt,
-    wrong_weight,
-)
+from pipelines.prepare.lateral_scale import HANG_ON_IT, lateral_doubt, left_without_gravity, wrong_weight
 from pipelines.prepare.level_unit import with_level_unit
 from pipelines.prepare.load_step import load_step, with_load_step
-from pipelines.prepare.longitudinal_scale import (
-    as_sure_as_along,
-    hanging_along,
-    kept_as_sure_along,
-    longitudinal_doubt,
-    with_longitudinal_doubt,
-)
+from pipelines.prepare.longitudinal_scale import hanging_along, longitudinal_doubt
+from pipelines.prepare.scale_doubt import as_sure_as_the_scale, kept_as_sure, with_doubt
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.prepare.steered import steered
 from pipelines.results import Assumption, Estimate, ParameterEstimate, Trace
@@ -206,7 +194,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
     lateral, angles = lateral_doubt(drive, vehicle) or wrong_weight(drive), angle_doubts(drive)
     along = longitudinal_doubt(drive)
-    drive = with_longitudinal_doubt(drive, along)
+    drive = with_doubt(drive, along)
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive, vehicle = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
     lateral = lateral or left_without_gravity(drive)
@@ -220,8 +208,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     rng = np.random.default_rng([request.seed, zlib.crc32(b"verdict")])
     whole = verdict_of(results, vehicle, rng, drive.signals.keys())
     hanging = hanging_along(results, whole.joint, whole.parameters)
-    sure = as_sure_as_along(as_sure_as_the_scale(whole.parameters, lateral), along, hanging)
-    sure = as_sure_as_angles(sure, angles)
+    sure = as_sure_as_the_scale(whole.parameters, lateral, HANG_ON_IT)
+    sure = as_sure_as_angles(as_sure_as_the_scale(sure, along, hanging), angles)
     verdict = holding_both_loads(sure, step, vehicle)
     # what predicts is code, and no result
     results = estimates_as_sure([replace(estimate, evidence=()) for estimate in results], angles)
@@ -247,7 +235,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         joint=taught_with_both_loads(whole.joint, step, verdict),
     )
     # relations of two loads are of no state that a vehicle's other drives could be joined with
-    kept = kept_as_sure_along(kept_as_sure(whole.kept, lateral), along, hanging)
+    kept = kept_as_sure(kept_as_sure(whole.kept, lateral, HANG_ON_IT), along, hanging)
     kept = kept_as_sure_as_angles(kept, angles, whole.parameters)
     return Analysis(made, kept if step is None else None)
 

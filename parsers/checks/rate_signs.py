@@ -129,9 +129,8 @@ def _off_bends(grid: Grid, turning: FloatArray) -> FloatArray:
 
 
 def _rms(values: FloatArray) -> float:
-    return (
-        float(np.sqrt(np.mean(np.square(values[np.isfinite(values)])))) if np.isfinite(values).any() else 0.0
-    )
+    finite = values[np.isfinite(values)]
+    return float(np.sqrt(np.mean(finite**2))) if len(finite) else 0.0
 
 
 def _pitched(turning: FloatArray, witness: _Witness) -> Together | None:

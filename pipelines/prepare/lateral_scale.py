@@ -8,23 +8,19 @@ Which of the three is wrong the log does not tell: so it is said, nothing is rep
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from parsers.checks.grid import CELL_S, make_grid
 from parsers.checks.motion import smooth, vehicle_speed
-from parsers.drive import Decision, Drive
+from parsers.drive import Drive
 from parsers.quantiles import median
-from pipelines.joint.kept import KeptRelations
 from pipelines.models.roll import GRAVITY
 from pipelines.prepare.block_slope import BLOCK_S, LEAST_BLOCKS, block_slopes
-from pipelines.prepare.decided import decided
 from pipelines.prepare.gravity import LACKS, LEAST_MPS, NAMES, lacks_gravity, tilt_of
-from pipelines.results import FloatArray, ParameterEstimate
+from pipelines.prepare.scale_doubt import ScaleDoubt
+from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
-from pipelines.verdict.widened import by_share
 
 USUAL = 0.08
 """What sideslip, bank and honest sensors make the scales differ by at most."""
@@ -57,23 +53,6 @@ GRAVITYS_PART = 0.12
 """Of lateral acceleration as a body that leans by 7 degrees a g feels it."""
 
 
-@dataclass(frozen=True)
-class LateralDoubt:
-    """off: by what share what hangs on lateral acceleration may be wrong. found, evidence: as in `Decision`."""
-
-    off: float
-    found: str
-    evidence: str
-
-    @property
-    def decision(self) -> Decision:
-        """As it stands in the import record: nothing was done about it."""
-        action = (
-            "left as it is: the log does not tell which of them is wrong; results of cornering are marked"
-        )
-        return Decision("accel_y", "unit", self.found, action, self.evidence, applied=False)
-
-
 def _correlation(a: FloatArray, b: FloatArray) -> float | None:
     """None where too few cells have both, or one of them stands still: that is no correlation of 0."""
     good = np.isfinite(a) & np.isfinite(b)
@@ -103,7 +82,7 @@ def _delay(felt: FloatArray, turning: FloatArray) -> tuple[float, float, float] 
     return best * CELL_S, found[best], found[0]
 
 
-def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
+def lateral_doubt(drive: Drive, vehicle: Vehicle) -> ScaleDoubt | None:
     """What speaks against the lateral acceleration, the yaw rate or the speed; None where they go together or are not there."""
     signals = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
     if any(d.kind == "sign" and not d.applied and d.signal in signals for d in drive.record.decisions):
@@ -129,7 +108,7 @@ def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
     if abs(late) >= LATE_S - CELL_S / 2 and best - at_once > LATE_GAIN and best > FOLLOWS:
         side = "after" if late > 0 else "before"
         text = f"accel_y comes {abs(late):.1f} s {side} yaw_rate × speed: one of the channels is late"
-        return LateralDoubt(0.15, text, f"correlation {best:.3f} there, {at_once:.3f} without a delay")
+        return ScaleDoubt(0.15, text, f"correlation {best:.3f} there, {at_once:.3f} without a delay")
     if there < FOLLOWS:
         return None
     # the sideslip's change lags behind the steering, in part in step with the yaw rate's second derivative (`gravity.shares`)
@@ -160,10 +139,10 @@ def lateral_doubt(drive: Drive, vehicle: Vehicle) -> LateralDoubt | None:
         return None
     by = "yaw_rate × speed" if found[-1] is None or angle is None else "yaw_rate × speed and gravity's part"
     text = f"accel_y is {scale:.2f} times {by}: the scale of one of them is wrong"
-    return LateralDoubt(abs(scale - 1), text, f"slope {scale:.3f} ± {last.std:.3f} over {last.seconds:.0f} s")
+    return ScaleDoubt(abs(scale - 1), text, f"slope {scale:.3f} ± {last.std:.3f} over {last.seconds:.0f} s")
 
 
-def wrong_weight(drive: Drive) -> LateralDoubt | None:
+def wrong_weight(drive: Drive) -> ScaleDoubt | None:
     """What an inertial unit says that shows another gravity in the mean than there is; None where it shows that, or its axes are not all there."""
     axes = [drive.signals.get(f"accel_{axis}") for axis in "xyz"]
     values = [each.values[np.isfinite(each.values)] for each in axes if each is not None]
@@ -174,7 +153,7 @@ def wrong_weight(drive: Drive) -> LateralDoubt | None:
     if not HEAVY < abs(off) < NO_SCALE:
         return None
     found = f"the accelerations show a gravity of {weight:.2f} m/s² in the mean: their scale is wrong by {off:+.0%}"
-    return LateralDoubt(
+    return ScaleDoubt(
         abs(off), found, f"of accel_x, accel_y and accel_z together; {GRAVITY:.2f} m/s² is right"
     )
 
@@ -185,38 +164,16 @@ def _moves(felt: FloatArray, turning: FloatArray) -> bool:
     return bool(both.any()) and min(float(np.std(each[both])) for each in (felt, turning)) > LEAST_LATERAL
 
 
-def _strange(felt: FloatArray, turning: FloatArray, there: float) -> LateralDoubt | None:
+def _strange(felt: FloatArray, turning: FloatArray, there: float) -> ScaleDoubt | None:
     """Both move as in bends and do not go together: one of them is something else."""
     if not _moves(felt, turning):
         return None
     text = "accel_y does not follow yaw_rate × speed: one of the channels is something else, or another axis"
-    return LateralDoubt(1.0, text, f"correlation {there:.2f} at the best delay")
+    return ScaleDoubt(1.0, text, f"correlation {there:.2f} at the best delay")
 
 
-def left_without_gravity(drive: Drive) -> LateralDoubt | None:
+def left_without_gravity(drive: Drive) -> ScaleDoubt | None:
     """What a lateral acceleration that surely lacks gravity's part, and was left so, makes of results; None for any other."""
     left = (d for d in drive.record.decisions if d.signal == "accel_y" and d.found.endswith(LACKS))
     said = next((d for d in left if not d.applied), None)
-    return None if said is None else LateralDoubt(GRAVITYS_PART, said.found, said.evidence)
-
-
-def with_doubt(drive: Drive, doubt: LateralDoubt | None) -> Drive:
-    """The drive with what was found in its record."""
-    return drive if doubt is None else decided(drive, [doubt.decision])
-
-
-def kept_as_sure(kept: KeptRelations | None, doubt: LateralDoubt | None) -> KeptRelations | None:
-    """What a drive leaves of its parameters for others to be joined with, no surer than the scales that it rests on either."""
-    return kept if kept is None or doubt is None else kept.less_sure(HANG_ON_IT, doubt.off)
-
-
-def as_sure_as_the_scale(
-    verdict: Mapping[str, ParameterEstimate], doubt: LateralDoubt | None
-) -> dict[str, ParameterEstimate]:
-    """The verdict, where what hangs on lateral acceleration is no surer than the scales that it rests on."""
-    if doubt is None:
-        return dict(verdict)
-    return {
-        name: by_share(entry, doubt.off, doubt.found) if name in HANG_ON_IT else entry
-        for name, entry in verdict.items()
-    }
+    return None if said is None else ScaleDoubt(GRAVITYS_PART, said.found, said.evidence)

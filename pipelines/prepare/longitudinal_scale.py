@@ -8,21 +8,19 @@ tell (both accelerations against one speed are `parsers.checks.speed_scale`): it
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
 
 import numpy as np
 
 from parsers.checks.grid import compare, make_grid
 from parsers.checks.motion import smooth, vehicle_speed
 from parsers.checks.pedals import quickly
-from parsers.drive import Decision, Drive
+from parsers.drive import Drive
+from parsers.signals import WHEELS
 from pipelines.joint.answers import HARDLY
-from pipelines.joint.kept import KeptRelations
 from pipelines.prepare.block_slope import block_slopes
-from pipelines.prepare.decided import decided
-from pipelines.results import Estimate, JointVerdict, ParameterEstimate
-from pipelines.verdict.widened import by_share
+from pipelines.prepare.scale_doubt import ScaleDoubt
+from pipelines.results import Estimate, JointVerdict
 
 DIVES = 1.045
 """Slope of honest sensors in the mean, by the body's dive and the wheels' slip: 1.00 to 1.10 on 127 random drives of the plant and 40 of a
@@ -38,7 +36,7 @@ TURNS = 1.5
 """m/s² of turning from which on sideslip takes part."""
 MOVES = 2.0
 """m/s."""
-NAMES = ("accel_x", "yaw_rate", "speed", *(f"wheel_speed_{wheel}" for wheel in ("fl", "fr", "rl", "rr")))
+NAMES = ("accel_x", "yaw_rate", "speed", *(f"wheel_speed_{wheel}" for wheel in WHEELS))
 
 ALONG = ("pitch", "axle", "longitudinal")
 HEIGHTS = ("cg_height_m", "sprung_cg_height_m", "pitch_arm_m", "roll_arm_m", "pitch_inertia_kgm2")
@@ -46,27 +44,12 @@ HEIGHTS = ("cg_height_m", "sprung_cg_height_m", "pitch_arm_m", "roll_arm_m", "pi
 MASSES = (
     "mass_kg",
     "sprung_mass_kg",
-    *(f"corner_mass_{wheel}_kg" for wheel in ("fl", "fr", "rl", "rr")),
+    *(f"corner_mass_{wheel}_kg" for wheel in WHEELS),
 )
 """The same where forces along the road did."""
 
 
-@dataclass(frozen=True)
-class LongitudinalDoubt:
-    """off: by what share what hangs on longitudinal acceleration may be wrong. found, evidence: as in `Decision`."""
-
-    off: float
-    found: str
-    evidence: str
-
-    @property
-    def decision(self) -> Decision:
-        """As it stands in the import record: nothing was done about it."""
-        action = "left as it is: the log does not tell which of them is wrong; results of braking and driving are marked"
-        return Decision("accel_x", "unit", self.found, action, self.evidence, applied=False)
-
-
-def longitudinal_doubt(drive: Drive) -> LongitudinalDoubt | None:
+def longitudinal_doubt(drive: Drive) -> ScaleDoubt | None:
     """What speaks against the scale of longitudinal acceleration or speed; None where they go together, or the drive does not tell."""
     signals = {n: drive.signals[n] for n in NAMES if n in drive.signals and len(drive.signals[n].values)}
     if "accel_x" not in signals or any(
@@ -91,12 +74,7 @@ def longitudinal_doubt(drive: Drive) -> LongitudinalDoubt | None:
     scale = told.values[0] / DIVES
     text = f"accel_x is {scale:.2f} times the change of speed: the scale of one of them is wrong"
     evidence = f"slope {told.values[0]:.3f} ± {told.std:.3f} over {told.seconds:.0f} s, of {LOW} to {HIGH} that diving bodies make"
-    return LongitudinalDoubt(abs(scale - 1), text, evidence)
-
-
-def with_longitudinal_doubt(drive: Drive, doubt: LongitudinalDoubt | None) -> Drive:
-    """The drive with what was found in its record."""
-    return drive if doubt is None else decided(drive, [doubt.decision])
+    return ScaleDoubt(abs(scale - 1), text, evidence, "accel_x", "braking and driving")
 
 
 def hanging_along(
@@ -114,22 +92,3 @@ def hanging_along(
         for name in names
         if (name in HEIGHTS and brought(name, ALONG)) or (name in MASSES and brought(name, ("longitudinal",)))
     )
-
-
-def as_sure_as_along(
-    verdict: Mapping[str, ParameterEstimate], doubt: LongitudinalDoubt | None, hanging: Collection[str]
-) -> dict[str, ParameterEstimate]:
-    """The verdict, where what hangs on longitudinal acceleration is no surer than the scales that it rests on."""
-    if doubt is None:
-        return dict(verdict)
-    return {
-        name: by_share(entry, doubt.off, doubt.found) if name in hanging else entry
-        for name, entry in verdict.items()
-    }
-
-
-def kept_as_sure_along(
-    kept: KeptRelations | None, doubt: LongitudinalDoubt | None, hanging: Collection[str]
-) -> KeptRelations | None:
-    """What a drive leaves of its parameters for others to be joined with, no surer than the scales that it rests on either."""
-    return kept if kept is None or doubt is None else kept.less_sure(hanging, doubt.off)

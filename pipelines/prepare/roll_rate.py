@@ -15,9 +15,8 @@ import numpy as np
 
 from parsers.signals import WHEELS
 from pipelines.prepare.prepared import Prepared
+from pipelines.vehicles.usual import usual_wheelbase
 from pipelines.vehicles.vehicle import Vehicle
-
-USUAL_BASE_M = 2.7
 
 
 def off_pitch(prepared: Prepared, vehicle: Vehicle) -> Prepared:
@@ -27,7 +26,7 @@ def off_pitch(prepared: Prepared, vehicle: Vehicle) -> Prepared:
     if not {"roll_rate", "yaw_rate", *names} <= columns.keys():
         return prepared
     stated = vehicle.get("wheelbase_m")
-    base = USUAL_BASE_M if stated is None else stated.value
+    base = usual_wheelbase(vehicle)[0] if stated is None else stated.value
     front_left, front_right, rear_left, rear_right = (columns[name] for name in names)
     pitch = 0.5 * (front_left + front_right - rear_left - rear_right) / base
     there = np.isfinite(pitch)

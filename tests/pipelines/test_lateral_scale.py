@@ -13,12 +13,11 @@ from parsers.drive import Decision, Drive, ImportRecord, Signal
 from pipelines.joint.kept import KeptRelations
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import (
-    as_sure_as_the_scale,
-    kept_as_sure,
+    HANG_ON_IT,
     lateral_doubt,
-    with_doubt,
     wrong_weight,
 )
+from pipelines.prepare.scale_doubt import as_sure_as_the_scale, kept_as_sure, with_doubt
 from pipelines.results import FloatArray, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 
@@ -143,10 +142,10 @@ def test_what_hangs_on_it_is_no_surer() -> None:
     told = ParameterEstimate("roll_gradient_degpg", 5.0, 0.1, 4.8, 5.2, "identified", "seen")
     mass = ParameterEstimate("mass_kg", 1500.0, 10.0, 1480.0, 1520.0, "identified", "seen")
     verdict = {"roll_gradient_degpg": told, "mass_kg": mass}
-    assert as_sure_as_the_scale(verdict, None) == verdict
+    assert as_sure_as_the_scale(verdict, None, HANG_ON_IT) == verdict
     doubt = lateral_doubt(_drive(lambda felt: 1.2 * felt), Vehicle())
     assert doubt is not None
-    found = as_sure_as_the_scale(verdict, doubt)
+    found = as_sure_as_the_scale(verdict, doubt, HANG_ON_IT)
     assert found["mass_kg"] is mass
     entry = found["roll_gradient_degpg"]
     assert entry.status == "weak"
@@ -163,12 +162,12 @@ def test_what_is_handed_on_for_joining_is_no_surer_either() -> None:
     )  # fmt: skip
     doubt = lateral_doubt(_drive(lambda felt: 1.2 * felt), Vehicle())
     assert doubt is not None
-    found = kept_as_sure(kept, doubt)
+    found = kept_as_sure(kept, doubt, HANG_ON_IT)
     assert found is not None
     assert found.told["mass_kg"] == told["mass_kg"]
     assert found.told["cg_height_m"] == (0.7, pytest.approx(np.hypot(0.05, 0.7 * doubt.off)))
-    assert kept_as_sure(kept, None) is kept
-    assert kept_as_sure(None, doubt) is None
+    assert kept_as_sure(kept, None, HANG_ON_IT) is kept
+    assert kept_as_sure(None, doubt, HANG_ON_IT) is None
 
 
 @pytest.mark.parametrize(("scale", "tilt_deg", "said"), [(1.1, 0.0, True), (0.9, 15.0, True), (1.0, 15.0, False), (1.02, 0.0, False)])  # fmt: skip

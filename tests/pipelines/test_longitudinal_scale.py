@@ -12,22 +12,13 @@ import pytest
 
 from parsers.drive import Decision, Drive, ImportRecord, Signal
 from pipelines.analyze import Request, analyze
-from pipelines.prepare.longitudinal_scale import (
-    DIVES,
-    LongitudinalDoubt,
-    as_sure_as_along,
-    hanging_along,
-    kept_as_sure_along,
-    longitudinal_doubt,
-    with_longitudinal_doubt,
-)
+from pipelines.prepare.longitudinal_scale import DIVES, hanging_along, longitudinal_doubt
+from pipelines.prepare.scale_doubt import ScaleDoubt, as_sure_as_the_scale, kept_as_sure, with_doubt
 from pipelines.results import ParameterEstimate
 
 HZ = 50.0
 SAMPLE = Path(__file__).parents[2] / "sample_logs"
-DOUBT = LongitudinalDoubt(
-    0.2, "accel_x is 1.20 times the change of speed: the scale of one of them is wrong", ""
-)
+DOUBT = ScaleDoubt(0.2, "accel_x is 1.20 times the change of speed: the scale of one of them is wrong", "")
 
 
 def _drive(scale: float = 1.0, *, dives: float = 0.03, late_s: float = 0.0, grade: float = 0.03) -> Drive:
@@ -60,9 +51,9 @@ def test_a_wrong_scale_is_said_with_its_size(scale: float) -> None:
     assert doubt is not None
     assert doubt.off == pytest.approx(abs(scale - 1), abs=0.03)
     assert f"accel_x is {1 + (scale > 1) * doubt.off - (scale < 1) * doubt.off:.2f} times" in doubt.found
-    (said,) = with_longitudinal_doubt(_drive(), doubt).record.decisions
+    (said,) = with_doubt(_drive(), doubt).record.decisions
     assert (said.signal, said.kind, said.applied) == ("accel_x", "unit", False)
-    assert with_longitudinal_doubt(_drive(), None).record.decisions == ()
+    assert with_doubt(_drive(), None).record.decisions == ()
 
 
 def test_what_tells_no_scale_says_none() -> None:
@@ -88,14 +79,14 @@ def test_only_what_hangs_on_it_gets_less_sure() -> None:
         name: ParameterEstimate(name, 2.0, 0.02, 1.96, 2.04, "identified", "from it", None)
         for name in ("mass_kg", "roll_gradient_degpg")
     }
-    found = as_sure_as_along(told, DOUBT, ("mass_kg",))
+    found = as_sure_as_the_scale(told, DOUBT, ("mass_kg",))
     assert found["mass_kg"].status == "weak"
     assert found["mass_kg"].std == pytest.approx(0.4, abs=0.01)
     assert found["mass_kg"].reason.startswith(DOUBT.found)
     assert found["roll_gradient_degpg"] == told["roll_gradient_degpg"]
-    assert as_sure_as_along(told, None, ("mass_kg",)) == told
+    assert as_sure_as_the_scale(told, None, ("mass_kg",)) == told
     assert hanging_along((), None, tuple(told)) == ()
-    assert kept_as_sure_along(None, DOUBT, ("mass_kg",)) is None
+    assert kept_as_sure(None, DOUBT, ("mass_kg",)) is None
 
 
 @pytest.mark.parametrize("scale", [0.8, 1.25])

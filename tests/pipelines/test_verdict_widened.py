@@ -5,8 +5,9 @@ from __future__ import annotations
 import pytest
 
 from pipelines.parameters import PARAMETERS, is_positive
-from pipelines.prepare.lateral_scale import LateralDoubt, as_sure_as_the_scale
+from pipelines.prepare.lateral_scale import HANG_ON_IT
 from pipelines.prepare.load_step import LoadStep
+from pipelines.prepare.scale_doubt import ScaleDoubt, as_sure_as_the_scale
 from pipelines.results import ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.combine import _Given, as_sure_as_its_relation
@@ -74,8 +75,10 @@ def test_a_relation_widened_beyond_its_value_tells_no_gradient() -> None:
 
 
 def test_another_channel_leaves_no_gradient() -> None:
-    doubt = LateralDoubt(1.0, "accel_y does not follow", "correlation 0.1")
-    assert as_sure_as_the_scale({GRADIENT: told(GRADIENT, 5.0, 0.1)}, doubt)[GRADIENT].value is None
+    doubt = ScaleDoubt(1.0, "accel_y does not follow", "correlation 0.1")
+    assert (
+        as_sure_as_the_scale({GRADIENT: told(GRADIENT, 5.0, 0.1)}, doubt, HANG_ON_IT)[GRADIENT].value is None
+    )
 
 
 def test_a_load_that_changes_by_more_than_was_known_opens_it() -> None:
