@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from pipelines.models.roll import GRAVITY
-from pipelines.prepare.load_step import LoadStep
+from pipelines.prepare.load_change import LoadStep
 from pipelines.results import JointVerdict, Learned, ParameterEstimate
 from pipelines.vehicles.vehicle import Vehicle
 from pipelines.verdict.widened import widened
@@ -68,7 +68,9 @@ def half_of_it(name: str, value: float, step: LoadStep, about: _About) -> float 
     """Half of what the change makes of a parameter (module's head), in its own unit; None for what does not hang on the load."""
     dm = step.most_kg
     share = dm / (2 * about.mass)
-    off = abs(step.rear * about.length - about.x)
+    # where no wheel tells it, it may lie above either axle
+    places = (0.0, 1.0) if step.rear is None else (step.rear,)
+    off = max(abs(rear * about.length - about.x) for rear in places)
     if name in ("mass_kg", "sprung_mass_kg"):
         return 0.5 * dm
     if name == "cg_to_front_axle_m":
@@ -87,8 +89,9 @@ def half_of_it(name: str, value: float, step: LoadStep, about: _About) -> float 
         return 0.5 * dm * (SIDE * about.track) ** 2 + 0.5 * share * abs(value)
     for start, unit in (("corner_mass_", 1.0), ("tire_normal_force_", GRAVITY)):
         if name.startswith(start):
-            at = step.rear if name.removeprefix(start).startswith("r") else 1 - step.rear
-            return 0.5 * unit * dm * max(abs(at), 0.1)
+            behind = name.removeprefix(start).startswith("r")
+            at = max(abs(rear if behind else 1 - rear) for rear in places)
+            return 0.5 * unit * dm * max(at, 0.1)
     return None
 
 

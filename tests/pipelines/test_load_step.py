@@ -15,7 +15,8 @@ from parsers.drive import Drive, ImportRecord, Signal
 from pipelines.analyze import Request, analyze_whole
 from pipelines.joint.kept import KeptRelations
 from pipelines.limits import what_limits
-from pipelines.prepare.load_step import LoadStep, load_step, with_load_step
+from pipelines.prepare.load_change import LoadStep
+from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.stands import MOST_STANDS, find_stands
 from pipelines.results import FloatArray, JointVerdict, Learned, NextMeasurement, ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Quantity, Vehicle

@@ -6,7 +6,7 @@ import pytest
 
 from pipelines.parameters import PARAMETERS, is_positive
 from pipelines.prepare.lateral_scale import HANG_ON_IT
-from pipelines.prepare.load_step import LoadStep
+from pipelines.prepare.load_change import LoadStep
 from pipelines.prepare.scale_doubt import ScaleDoubt, as_sure_as_the_scale
 from pipelines.results import ParameterEstimate, Prior
 from pipelines.vehicles.vehicle import Vehicle
