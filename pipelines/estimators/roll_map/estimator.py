@@ -24,7 +24,8 @@ from pipelines.estimators.roll_map.fit import RollFit
 from pipelines.estimators.roll_map.instead import GRADIENT, beside_horizon, tells
 from pipelines.estimators.roll_map.model import OPTIONS, Known, known_parameters
 from pipelines.estimators.roll_map.motion import friction_damping
-from pipelines.estimators.roll_map.touched_stops import stops_touched, with_stops
+from pipelines.estimators.roll_map.stiffer_outside import rises_in_bends, with_rise
+from pipelines.estimators.roll_map.touched_stops import SEEN, stops_touched, with_stops
 from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle, usable
 from pipelines.estimators.roll_map.words import (
     assumptions_of_fit,
@@ -145,7 +146,7 @@ class RollMap:
             angle = ["roll_rate"]
         # beside deflections, forces show where a stop begins
         forces = [name.replace("deflection", "force") for name in pairs]
-        optional = ["roll_rate", "yaw_rate", "speed", *pairs, *forces]
+        optional = ["roll_rate", "yaw_rate", "speed", "accel_x", *pairs, *forces]
         cutoff = _value(settings, "cutoff_hz")
         # twice as dense as the likelihood takes them: it makes the low-pass good and thins them itself
         first = prepare_signals(
@@ -275,7 +276,13 @@ class RollMap:
         }
         seen_s = prepared.time_s[data.rows[fit.edges - 1]]
         odd = conflicts(data, fit)
-        gradient = with_stops(parameters[GRADIENT], stops_touched(prepared, data.rows, vehicle))
+        touched, gradient = stops_touched(prepared, data.rows, vehicle), parameters[GRADIENT]
+        seen = touched >= SEEN
+        gradient = (
+            with_stops(gradient, touched)
+            if seen
+            else with_rise(gradient, rises_in_bends(prepared, data.rows))
+        )
         gradient = with_what_looks_wrong(gradient, odd)
         parameters[GRADIENT] = gradient
         tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles, gradient.value)]

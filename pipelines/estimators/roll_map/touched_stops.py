@@ -106,12 +106,18 @@ def _fit(table: FloatArray, force: FloatArray) -> tuple[float, FloatArray]:
 
 def with_stops(gradient: ParameterEstimate, touched: float) -> ParameterEstimate:
     """The roll gradient as sure as it is at rest, where stops were touched in a share of the rows: weak where that is OFTEN or more."""
-    if touched < SEEN or gradient.value is None or gradient.std is None:
+    if touched < SEEN:
         return gradient
-    std = math.hypot(gradient.std, STOPS_STD * min(touched / WHOLE, 1.0) * gradient.value)
-    half = 1.96 * std
     words = f"bump stops may have been touched in {touched:.1%} of the bends, and held the body: at rest it rolls further"
-    held = touched >= OFTEN
+    return as_at_rest(gradient, STOPS_STD * min(touched / WHOLE, 1.0), words, held=touched >= OFTEN)
+
+
+def as_at_rest(gradient: ParameterEstimate, share: float, words: str, *, held: bool) -> ParameterEstimate:
+    """A roll gradient with a share of itself more in its spread. held: whether it is too unlike that at rest to be identified, as `words` say."""
+    if gradient.value is None or gradient.std is None:
+        return gradient
+    std = math.hypot(gradient.std, share * gradient.value)
+    half = 1.96 * std
     return replace(
         gradient, std=std, low=gradient.value - half, high=gradient.value + half, inner=(),
         status="weak" if held and gradient.status == "identified" else gradient.status, reason=f"{words}; {gradient.reason}",
