@@ -137,7 +137,10 @@ def _wheels_put_right(
         work = _scaled(work, dict.fromkeys(odd.inverted, -1.0))
         present = make_grid(fixes(work), grid)
     if not any(each.applied for each in still):
-        still += unlike_sides(work, present) or unlike_axles(work, present) or wrong_travel(work, present)
+        sides = unlike_sides(work, present)
+        still += sides
+        if not any(each.applied for each in sides):
+            still += unlike_axles(work, present) or wrong_travel(work, present)
     return work, present, odd, still + _forces(present, {each.signal for each in still if each.applied})
 
 
