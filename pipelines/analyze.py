@@ -44,6 +44,7 @@ from pipelines.prepare.longitudinal_scale import hanging_along, longitudinal_dou
 from pipelines.prepare.scale_doubt import as_sure_as_the_scale, kept_as_sure, with_doubt
 from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.prepare.steered import steered
+from pipelines.prepare.stops_pressed import stops_pressed, with_stops_said
 from pipelines.results import Assumption, Estimate, ParameterEstimate, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
@@ -198,8 +199,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
     drive, vehicle = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
     lateral = lateral or left_without_gravity(drive)
-    step = load_step(drive, vehicle)
-    drive, vehicle = with_zero_open(with_load_step(drive, step), vehicle)
+    step, pressed = load_step(drive, vehicle), stops_pressed(drive, vehicle)
+    drive, vehicle = with_zero_open(with_stops_said(with_load_step(drive, step), pressed), vehicle)
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):
         progress(f"estimating: {estimator.title}", number / len(chosen))
@@ -210,6 +211,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     hanging = hanging_along(results, whole.joint, whole.parameters)
     sure = as_sure_as_the_scale(whole.parameters, lateral, HANG_ON_IT)
     sure = as_sure_as_angles(as_sure_as_the_scale(sure, along, hanging), angles)
+    sure = sure if pressed is None else pressed.widened(sure)
     verdict = holding_both_loads(sure, step, vehicle)
     # what predicts is code, and no result
     results = estimates_as_sure([replace(estimate, evidence=()) for estimate in results], angles)
@@ -237,6 +239,7 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     # relations of two loads are of no state that a vehicle's other drives could be joined with
     kept = kept_as_sure(kept_as_sure(whole.kept, lateral, HANG_ON_IT), along, hanging)
     kept = kept_as_sure_as_angles(kept, angles, whole.parameters)
+    kept = kept if pressed is None else pressed.kept(kept)
     return Analysis(made, kept if step is None else None)
 
 

@@ -12,6 +12,7 @@ import numpy as np
 from parsers.errors import VehicleError
 
 if TYPE_CHECKING:
+    from pipelines.results import FloatArray
     from pipelines.vehicles.vehicle import Quantity, Vehicle
 
 AXLES = ("front", "rear")
@@ -36,6 +37,9 @@ PAIRS = {
 
 Spread = tuple[float, float]
 """Mean and standard deviation."""
+
+SPREADS = ((-2.0, 0.06), (-1.0, 0.24), (0.0, 0.4), (1.0, 0.24), (2.0, 0.06))
+"""Where a stop may begin beside its stated place, in spreads of that, and how likely."""
 
 
 def rate_keys(axle: str) -> tuple[str, str, str]:
@@ -88,6 +92,17 @@ def stop_places(vehicle: Vehicle) -> dict[str, Spread] | None:
         return None
     told = {axle: vehicle.get(f"bump_stop_clearance_{axle}_m") for axle in AXLES}
     return {axle: (q.value, q.std) for axle, q in told.items() if q is not None}
+
+
+def share_beyond(travel: Mapping[str, FloatArray], places: Mapping[str, Spread]) -> float:
+    """Share of the rows, (n,) deflections of each wheel, in which any wheel is beyond its place, expected over the places' spreads."""
+    if not places:
+        return 0.0
+    share = 0.0
+    for off, chance in SPREADS:
+        beyond = [travel[wheel] > at + off * std for wheel, (at, std) in places.items()]
+        share += chance * float(np.mean(np.any(beyond, axis=0)))
+    return share
 
 
 def check_kinematics(quantities: Mapping[str, Quantity], path: Path) -> None:

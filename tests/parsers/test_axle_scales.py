@@ -89,3 +89,16 @@ def test_wheels_that_move_in_one_part_of_the_drive_alone_tell_nothing() -> None:
         with warnings.catch_warnings():
             warnings.simplefilter("error")
             assert not unlike_sides(parked, make_grid(parked))
+
+
+@pytest.mark.parametrize(("stiffens", "wheel"), [(0.3, "rl"), (0.1, "fr")])
+def test_a_wheel_on_its_stop_moves_less_and_shows_the_lean_all_the_same(stiffens: float, wheel: str) -> None:
+    """Both sensors are right: what the road does to that wheel is less, and the body leans on it as on the other axle."""
+    signals = drive(1.0, tyres=1.0, lean=0.01)
+    name = f"suspension_deflection_{wheel}"
+    lean = 0.01 * 0.5 * signals["accel_y"].values * (1 if wheel[1] == "r" else -1)
+    signals[name] = replace(signals[name], values=lean + stiffens * (signals[name].values - lean))
+    found = unlike_sides(signals, make_grid(signals))
+    assert [(each.signal, each.applied) for each in found] == [(name, False)]
+    assert "bump stop" in found[0].action
+    assert set(check_all(signals, fix=True, units_stated={}).signals) == set(signals)

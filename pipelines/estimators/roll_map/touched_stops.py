@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from parsers.signals import WHEELS
 from pipelines.prepare.prepared import Prepared
 from pipelines.results import FloatArray, ParameterEstimate
-from pipelines.vehicles.kinematics import AXLES, Spread, stop_places
+from pipelines.vehicles.kinematics import AXLES, Spread, share_beyond, stop_places
 from pipelines.vehicles.vehicle import Vehicle
 
 SEEN, OFTEN = 0.002, 0.03
@@ -26,9 +26,6 @@ SEEN, OFTEN = 0.002, 0.03
 STOPS_STD, WHOLE = 0.1, 0.1
 """Of the gradient: what stops make of it where WHOLE of the rows have a wheel on one, about as much as was found on simulated vehicles that
 rest near them; in proportion where fewer have."""
-
-SPREADS = ((-2.0, 0.06), (-1.0, 0.24), (0.0, 0.4), (1.0, 0.24), (2.0, 0.06))
-"""Where a stop may begin beside its stated place, in spreads of that, and how likely."""
 
 TRIED = (0.6, 0.7, 0.8, 0.85, 0.9, 0.93, 0.95, 0.97, 0.98, 0.99)
 """Shares of the rows, by travel, below the places where a stop is looked for."""
@@ -54,16 +51,10 @@ def stops_touched(prepared: Prepared, rows: NDArray[np.int64], vehicle: Vehicle)
             places[wheel] = stated[next(axle for axle in AXLES if axle[0] == wheel[0])]
         elif (stop := stop_by_force(prepared, rows, wheel)) is not None:
             places[wheel] = (stop, 0.0)
-    if not places or not len(rows):
+    if not len(rows):
         return 0.0
-    share = 0.0
-    for off, chance in SPREADS:
-        beyond = [
-            prepared.columns[f"suspension_deflection_{w}"][rows] > at + off * std
-            for w, (at, std) in places.items()
-        ]
-        share += chance * float(np.mean(np.any(beyond, axis=0)))
-    return share
+    travel = {w: prepared.columns[f"suspension_deflection_{w}"][rows] for w in places}
+    return share_beyond(travel, places)
 
 
 def stop_by_force(prepared: Prepared, rows: NDArray[np.int64], wheel: str) -> float | None:
