@@ -38,7 +38,7 @@ from pipelines.joint.ways.slip_way import NAME as SLIPS
 from pipelines.joint.ways.slip_way import TEXT as SLIPS_TEXT
 from pipelines.joint.ways.slip_way import slip_ways
 from pipelines.joint.ways.towed import NAME as TOWED
-from pipelines.joint.ways.towed import towed_text, towed_ways
+from pipelines.joint.ways.towed import rather_heavy, towed_text, towed_ways
 from pipelines.joint.ways.travel_scale import NAME as SCALED
 from pipelines.joint.ways.travel_scale import opened, scale_odds, text_of
 from pipelines.results import FloatArray
@@ -316,4 +316,9 @@ def _ways(joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehi
     if scaled is not None:
         free, alike = opened(known)
         ways.append(_Way(SCALED, *scaled, free, (*whole, alike), text_of))
+    if rather_heavy(joint):
+        ways += [
+            _Way(TOWED, odds, found, free, whole, towed_text, alone=True)
+            for odds, found, free in towed_ways(joint, whole, known, vehicle)
+        ]
     return ways

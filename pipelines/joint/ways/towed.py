@@ -27,6 +27,9 @@ MASS = (0.4, 0.3)
 LEAST = 0.04
 """Of the empty vehicle, kg a kg: a trailer that is lighter is none."""
 
+HEAVY = 1.5
+"""Standard deviations above what is usual from which on a load may be a trailer, where nothing contradicts either."""
+
 NAME = "a trailer, or something else that the springs do not carry"
 TEXT = (
     f"{NAME}: {{:.0f}} ± {{:.0f}} kg more follow the torques than the springs show, and the drive was joined with such "
@@ -41,6 +44,11 @@ def with_trailer(known: Known) -> Known:
     mean[row], std[row] = MASS[0] * kilos, MASS[1] * kilos
     mean[drag], std[drag] = mean[drag] + TRAILER_DRAG_M2[0], math.hypot(std[drag], TRAILER_DRAG_M2[1])
     return replace(known, mean=mean, std=std)
+
+
+def rather_heavy(joint: Joint) -> bool:
+    """Whether the drive shows more of a load than is usual: a rare load is no likelier than a trailer that nobody states."""
+    return float(joint.u[joint.known.index("load")]) > HEAVY
 
 
 def towed_kg(joint: Joint) -> tuple[float, float]:
