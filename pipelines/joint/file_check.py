@@ -132,7 +132,9 @@ def _lighter_than_empty(joint: Joint, vehicle: Vehicle) -> tuple[Check, ...]:
         return ()
     wider = math.sqrt(amount / float(law.isf(LIKELY, 1)))
     record = RelationCheck(LIGHTER, SOURCE, 1, amount, probability, wider, "contradicts the log")
-    return (Check(record, _released(joint, [row, joint.known.names.index("empty_mass")])),)
+    # either the file is wrong, or what the log has of the mass: then nobody is aboard, and all else follows
+    nobody = -float(joint.known.mean[row]) / float(joint.known.std[row])
+    return (Check(record, joint.covariance[:, row] / left * (nobody - float(joint.u[row]))),)
 
 
 def file_check(joint: Joint, vehicle: Vehicle) -> tuple[Check, ...]:

@@ -29,7 +29,7 @@ from pipelines.joint.ways.on_stops import NAME as STOPS
 from pipelines.joint.ways.on_stops import TEXT as STOPS_TEXT
 from pipelines.joint.ways.on_stops import stop_ways
 from pipelines.joint.ways.other_vehicle import NAME as ANOTHER
-from pipelines.joint.ways.other_vehicle import STATED_ALL, UNLIKE, least_odds, other_ways
+from pipelines.joint.ways.other_vehicle import STATED_ALL, UNLIKE, least_odds, other_ways, turned_odds
 from pipelines.joint.ways.other_vehicle import TEXT as ANOTHER_TEXT
 from pipelines.joint.ways.rigid_tyres import CHANCE, rigid, rigid_odds
 from pipelines.joint.ways.rigid_tyres import NAME as RIGID
@@ -274,21 +274,27 @@ def _springs_or_file(
         yield _Way(STOPS.format(axle), odds, found, free, seen, partial(_on_stops, axle))
     # the road tells the wheelbase by itself, and no other figure with it
     measured, least = any(e.kind == "length" for e in whole), -math.inf
+    causes = list[_Way]()
     for title, odds, found, free, joined in file_ways(joint, whole, known, vehicle):
         alone = title in (BRAKE_GAIN, LOAD) or (title == WHEELBASE and measured)
         if title == WHEELBASE:
             least = least_odds(odds, found, known)
-        yield _Way(f"{title} wrong", odds, found, free, joined, partial(_not_its, title), title, alone)
-    for odds, found, free, joined in other_ways(joint, kept, stated, known, vehicle):
-        told = max(odds, least)
-        yield _Way(ANOTHER, told, found, free, joined, lambda _: ANOTHER_TEXT, STATED_ALL, alone=True)
+        causes.append(
+            _Way(f"{title} wrong", odds, found, free, joined, partial(_not_its, title), title, alone)
+        )
     for odds, found, unsure in slip_ways(joint, whole, known):
-        yield _Way(SLIPS, odds, found, known, unsure, lambda _: SLIPS_TEXT, alone=True)
+        causes.append(_Way(SLIPS, odds, found, known, unsure, lambda _: SLIPS_TEXT, alone=True))
     for odds, found, free in towed_ways(joint, whole, known, vehicle):
-        yield _Way(TOWED, odds, found, free, whole, towed_text, alone=True)
+        causes.append(_Way(TOWED, odds, found, free, whole, towed_text, alone=True))
     for name, odds, found, free in channel_ways(joint, whole, known):
         text = partial(_another_channel, name)
-        yield _Way(WRONG.format(name), odds, found, free, whole, text, name, alone=True)
+        causes.append(_Way(WRONG.format(name), odds, found, free, whole, text, name, alone=True))
+    yield from causes
+    for odds, found, free, joined in other_ways(joint, kept, stated, known, vehicle):
+        told = max(
+            odds, least, turned_odds(found, known, vehicle, max((way.odds for way in causes), default=0.0))
+        )
+        yield _Way(ANOTHER, told, found, free, joined, lambda _: ANOTHER_TEXT, STATED_ALL, alone=True)
 
 
 def _on_stops(axle: str, _: Joint) -> str:

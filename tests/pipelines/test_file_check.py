@@ -94,3 +94,21 @@ def test_no_load_is_less_than_nothing(load: float, conflict: bool) -> None:
     """A load of minus 250 ± 40 kg is another vehicle's file; one of minus 30 is nobody aboard, and one of 900 a cargo."""
     joint = find_mode([linear({"load": 1.0}, load, 40.0)], KNOWN)
     assert [c.record.relation for c in file_check(joint, vehicle())] == ([LIGHTER] if conflict else [])
+
+
+def test_an_empty_mass_above_the_laden_one_leaves_room_for_the_file() -> None:
+    """Either may be wrong: the mass is as unsure as the way from what the log has to nobody aboard."""
+    joint = find_mode([linear({"load": 1.0}, -250.0, 40.0)], KNOWN)
+    (found,) = file_check(joint, vehicle())
+    row = KNOWN.index("load")
+    assert KNOWN.mean[row] + KNOWN.std[row] * (joint.u[row] + found.shift[row]) == pytest.approx(
+        0.0, abs=1e-6
+    )
+    told = infer([linear({"load": 1.0}, -250.0, 40.0)], vehicle(), np.random.default_rng(0))
+    assert told is not None
+    mass = told.parameters["mass_kg"]
+    assert mass.value is not None
+    assert mass.std is not None
+    assert mass.status != "identified"
+    empty = float(KNOWN.mean[KNOWN.index("empty_mass")])
+    assert mass.value + 1.96 * mass.std > empty

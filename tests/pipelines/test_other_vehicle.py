@@ -19,8 +19,10 @@ from pipelines.joint.ways.other_vehicle import (
     CHANCE,
     NAME,
     TEXT,
+    TURNED,
     another,
     other_ways,
+    turned_odds,
 )
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
@@ -146,3 +148,30 @@ def test_a_steering_ratio_alone_that_is_another_asks_and_takes_nothing() -> None
     assert NAME not in " ".join(asked.record.spoke_for)
     for name, entry in plain.parameters.items():
         assert asked.parameters[name].status == entry.status
+
+
+@pytest.mark.parametrize(
+    ("turning", "others", "least"),
+    [(1.31, 5.0, 5.0), (1.31, -1.0, None), (1.05, 5.0, None), (None, 5.0, None)],
+)
+def test_a_contradiction_of_a_drive_that_turns_unlike_the_file_is_as_likely_another_vehicles(
+    turning: float | None, others: float, least: float | None
+) -> None:
+    """Beside the likeliest other cause: of two oddities one would have to be chance."""
+    found = find_mode([linear({"load": 1.0}, 100.0, 10.0)], KNOWN)
+    odds = turned_odds(found, KNOWN, replace(vehicle(), turning=turning), others)
+    assert odds == (-math.inf if least is None else pytest.approx(least + math.log(TURNED / (1 - TURNED))))
+
+
+def test_a_drive_torque_that_doubles_on_a_file_of_another_steering_is_no_torque_alone() -> None:
+    """All that the log has of the mass by torque is twice the file's: a wrong range, or a van with a hatchback's file."""
+    kilos = float(KNOWN.mean[KNOWN.index("empty_mass")])
+    rows = {"load": 1.0, "empty_mass": 1.0, "drive_scale": -kilos}
+    log = [
+        replace(linear(rows, 1.0 * kilos, 0.02 * kilos, "drive"), carrier="drive"),
+        replace(linear({"load": 1.0}, 100.0, 40.0, "scales"), carrier="scales"),
+    ]
+    for turning, doubted in ((1.0, False), (1.35, True)):
+        found = reach(log, replace(vehicle(), turning=turning), np.random.default_rng(0))
+        assert found is not None
+        assert (found.another > 0.3) == doubted

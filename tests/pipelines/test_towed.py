@@ -82,6 +82,16 @@ def test_a_torque_that_is_wrong_alone_is_no_trailer() -> None:
     assert found.found[0].startswith("brake torque of a wrong scale")
 
 
+def test_torques_alone_that_move_a_rare_load_may_tow_it() -> None:
+    """Nothing contradicts a load of 45 % of the car: it is rarer than a trailer is, and the answers hold both. Usual loads ask for none."""
+    usual = before_the_log(SUV)
+    row = usual.index("load")
+    torques = {"load": 1.0, "empty_mass": 1.0, TOWED: 1.0, "drive_scale": -KILOS}
+    for load, asked in ((float(usual.mean[row]) + 4.5 * float(usual.std[row]), True), (LOAD, False)):
+        found = _reached([linear(torques, load, 0.02 * KILOS, "drive")])
+        assert any(text.startswith(NAME) for text in found.found) == asked
+
+
 def test_odds_are_those_of_two_integrals() -> None:
     """One figure of the trailer under two priors, exactly; it has nothing to do with the drag."""
     seen, std = 0.5 * KILOS, 40.0

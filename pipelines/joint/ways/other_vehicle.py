@@ -53,6 +53,10 @@ FAR_OFF, RATHER = 0.04, 0.3
 beside the slip: how far vehicles are alike is known too roughly for the log to leave it out. Three of 36 drives of a blind simulator with
 other vehicles' files had their wheelbase blamed alone, or nothing, and masses up to 19 standard deviations off, identified."""
 
+TURNED = 0.5
+"""Least chance of another vehicle's file, beside the likeliest other cause of a contradiction, where the drive turns unlike the file's vehicle
+too: one of the two would have to be chance."""
+
 SHARE: Mapping[str, float] = {
     "wheelbase": 0.12, "track_front": 0.06, "track_rear": 0.06, "empty_mass": 0.4, "empty_h": 0.15, "spring_front": 0.5,
     "spring_rear": 0.5, "tyre_rate": 0.35, "unsprung_front": 0.35, "unsprung_rear": 0.35, "radius": 0.07, "wheel_inertia": 0.5,
@@ -144,6 +148,14 @@ def _turns(found: Joint, known: Known, vehicle: Vehicle) -> float:
         return 0.0
     off = abs(vehicle.turning / _length(found, known) - 1)
     return math.log(next(ratio for most, ratio in TURNS if off <= most))
+
+
+def turned_odds(found: Joint, known: Known, vehicle: Vehicle, others: float) -> float:
+    """Least ln odds of another vehicle's file, with its posterior, beside other causes of a contradiction (the ln odds of the likeliest); none
+    where nothing else is likelier than no cause at all, or the drive turns as the file's vehicle does."""
+    if others <= 0 or vehicle.turning is None or abs(vehicle.turning / _length(found, known) - 1) < UNLIKE:
+        return -math.inf
+    return others + math.log(TURNED / (1 - TURNED))
 
 
 def other_ways(
