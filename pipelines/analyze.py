@@ -20,6 +20,7 @@ from parsers.signals import SIGNALS
 from parsers.thin import thin_minmax
 from parsers.timebase import NS
 from parsers.units import SI_TEXT
+from pipelines.drive_doubts import made_ready
 from pipelines.drive_results import DriveResults, Inputs, Standing
 from pipelines.estimators.against_file import held_against
 from pipelines.estimators.base import Estimator, Settings, configured
@@ -27,24 +28,6 @@ from pipelines.estimators.registry import estimators
 from pipelines.joint.kept import KeptRelations
 from pipelines.limits import what_limits
 from pipelines.needs import readiness
-from pipelines.prepare.angle_scale import (
-    angle_doubts,
-    as_sure_as_angles,
-    estimates_as_sure,
-    kept_as_sure_as_angles,
-    with_angle_doubts,
-)
-from pipelines.prepare.deflection_zero import less_their_zeros, with_zero_open
-from pipelines.prepare.force_units import forces_in_newtons
-from pipelines.prepare.gravity import with_gravity
-from pipelines.prepare.lateral_scale import HANG_ON_IT, lateral_doubt, left_without_gravity, wrong_weight
-from pipelines.prepare.level_unit import with_level_unit
-from pipelines.prepare.load_step import load_step, with_load_step
-from pipelines.prepare.longitudinal_scale import hanging_along, longitudinal_doubt
-from pipelines.prepare.scale_doubt import as_sure_as_the_scale, kept_as_sure, with_doubt
-from pipelines.prepare.spring_forces import at_the_wheels
-from pipelines.prepare.steered import steered
-from pipelines.prepare.stops_pressed import stops_pressed, with_stops_said
 from pipelines.results import Assumption, Estimate, ParameterEstimate, Trace
 from pipelines.rollover import assess_rollover
 from pipelines.settings import choose, read_settings
@@ -53,7 +36,6 @@ from pipelines.vehicles.vehicle import Vehicle
 from pipelines.vehicles.vehicle_file import read_vehicle, with_suspension_map
 from pipelines.vehicles.wheel_radius import wheel_radius
 from pipelines.verdict.combine import verdict_of
-from pipelines.verdict.two_loads import holding_both_loads, taught_with_both_loads
 
 TRACE_POINTS = 2000
 """Points a trace keeps for the report; extremes are kept when thinning."""
@@ -190,17 +172,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
         request.logs,
         LoadOptions(mapping, request.dbc, request.fix, progress, request.dbc_given, wheel_radius(vehicle)),
     )
-    drive = with_level_unit(drive, vehicle, fix=request.fix)
-    drive, vehicle = less_their_zeros(drive, vehicle)
-    drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=request.fix)
-    lateral, angles = lateral_doubt(drive, vehicle) or wrong_weight(drive), angle_doubts(drive)
-    along = longitudinal_doubt(drive)
-    drive = with_doubt(drive, along)
-    drive = with_gravity(drive, vehicle, fix=request.fix, known={"accel_y"} if lateral else frozenset())
-    drive, vehicle = steered(with_angle_doubts(with_doubt(drive, lateral), angles), vehicle)
-    lateral = lateral or left_without_gravity(drive)
-    step, pressed = load_step(drive, vehicle), stops_pressed(drive, vehicle)
-    drive, vehicle = with_zero_open(with_stops_said(with_load_step(drive, step), pressed), vehicle)
+    drive, doubts = made_ready(drive, vehicle, fix=request.fix)
+    vehicle = doubts.vehicle
     results: list[Estimate] = []
     for number, estimator in enumerate(chosen):
         progress(f"estimating: {estimator.title}", number / len(chosen))
@@ -208,13 +181,9 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     progress("weighing the evidence", 1.0)
     rng = np.random.default_rng([request.seed, zlib.crc32(b"verdict")])
     whole = verdict_of(results, vehicle, rng, drive.signals.keys())
-    hanging = hanging_along(results, whole.joint, whole.parameters)
-    sure = as_sure_as_the_scale(whole.parameters, lateral, HANG_ON_IT)
-    sure = as_sure_as_angles(as_sure_as_the_scale(sure, along, hanging), angles)
-    sure = sure if pressed is None else pressed.widened(sure)
-    verdict = holding_both_loads(sure, step, vehicle)
-    # what predicts is code, and no result
-    results = estimates_as_sure([replace(estimate, evidence=()) for estimate in results], angles)
+    # before what predicts is taken out of them
+    kept, verdict = doubts.kept(whole, results), doubts.verdict(whole, results)
+    results = doubts.estimates(results)
     made = DriveResults(
         inputs=replace(
             inputs,
@@ -234,13 +203,9 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
             drive.record, results, verdict, vehicle, whole.joint, file_given=request.vehicle is not None
         ),
         signals=signal_traces(drive),
-        joint=taught_with_both_loads(whole.joint, step, verdict),
+        joint=doubts.joint(whole, verdict),
     )
-    # relations of two loads are of no state that a vehicle's other drives could be joined with
-    kept = kept_as_sure(kept_as_sure(whole.kept, lateral, HANG_ON_IT), along, hanging)
-    kept = kept_as_sure_as_angles(kept, angles, whole.parameters)
-    kept = kept if pressed is None else pressed.kept(kept)
-    return Analysis(made, kept if step is None else None)
+    return Analysis(made, kept)
 
 
 def _assumptions(results: Sequence[Estimate]) -> tuple[Assumption, ...]:
