@@ -65,7 +65,6 @@ def unlike_axles(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
 def unlike_sides(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     """Both deflections of an axle left out, where one of them surely moves far more than the other, and not for its springs; what was kept is said."""
     found: list[Decision] = []
-    lean = _lean_of_rear(signals, grid)
     for axle, end in (("front", "f"), ("rear", "r")):
         names = [f"suspension_deflection_{end}{side}" for side in "lr"]
         left, right = (grid.get(name) if name in signals else None for name in names)
@@ -78,6 +77,7 @@ def unlike_sides(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
         low, high = math.exp(-BESIDE), math.exp(BESIDE)
         evidence = f"the left wheel moves {math.exp(ratio):.2f} times as much as the right one (± {100 * std:.0f} %), {low:.2g} to {high:.2g} times where both sensors are right"
         text = f"deflections of the {axle} axle's wheels differ in size"
+        lean = _lean_of_rear(signals, grid)
         if lean is not None and _of_springs(ratio, lean):
             name = names[0] if ratio < 0 else names[1]
             action = "kept: both show the body's lean as the other axle's do, so that this wheel rests on its bump stop, or on springs that stiffen, under a load to one side"

@@ -27,16 +27,16 @@ class BlockSlopes:
 
 
 def block_slopes(
-    by: FloatArray, columns: Sequence[FloatArray], others: FloatArray, least: float
+    by: FloatArray, columns: Sequence[FloatArray], others: FloatArray, least: float, row_s: float = CELL_S
 ) -> BlockSlopes | None:
-    """Slopes of `columns`, (n,) each, on `by` (n,), beside a constant and `others` (n, k), in cells of the checks' grid.
+    """Slopes of `columns`, (n,) each, on `by` (n,), beside a constant and `others` (n, k), one row every row_s seconds.
 
     None where fewer than LEAST_BLOCKS blocks have all of them, or `by` moves by less than `least` rms beside the others.
     """
     good = (
         np.isfinite(by) & np.isfinite(others).all(axis=1) & np.isfinite(np.column_stack(columns)).all(axis=1)
     )
-    size = int(BLOCK_S / CELL_S)
+    size = round(BLOCK_S / row_s)
     count = int(good.sum()) // size
     if count < LEAST_BLOCKS:
         return None
@@ -52,4 +52,4 @@ def block_slopes(
     value = float(own @ first) / power
     scatter = (own * (first - value * own)).reshape(count, size).sum(axis=1)
     values = (value, *(float(own @ each) / power for each in rest))
-    return BlockSlopes(values, math.sqrt(float(scatter @ scatter)) / power, len(own) * CELL_S)
+    return BlockSlopes(values, math.sqrt(float(scatter @ scatter)) / power, len(own) * row_s)

@@ -80,7 +80,7 @@ def _between_rests(speed: FloatArray) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class _Balance:
-    """Columns (n,): f_x, what each torque gives of it by the whole drive, and what else is in it (n, k). radius: m R of the drive, kg m."""
+    """Columns (n,): f_x, what each torque gives of it by the whole drive, and what else is in it (n, k). mass_radius: m R of the drive, kg m."""
 
     felt: FloatArray
     given: tuple[FloatArray, ...]
@@ -109,9 +109,8 @@ def _balance(grid: Grid, speed: FloatArray, drive: FloatArray) -> _Balance | Non
     size = np.sqrt((table[used] ** 2).mean(axis=0))
     if not (np.isfinite(size).all() and (size[: len(torques)] > 0).all()):
         return None
-    slopes = np.linalg.lstsq(table[used] / np.maximum(size, 1e-12), felt[used], rcond=None)[0] / np.maximum(
-        size, 1e-12
-    )
+    size = np.maximum(size, 1e-12)
+    slopes = np.linalg.lstsq(table[used] / size, felt[used], rcond=None)[0] / size
     if not slopes[0] > 0:
         return None
     given = tuple(
@@ -146,7 +145,7 @@ def _levels(slopes: Sequence[BlockSlopes]) -> Levels:
     return make_levels(mass[:, None], np.arange(len(mass)), np.diag(std**2), np.zeros((len(mass), 0)), rms, 1)
 
 
-def _shown(legs: Sequence[_Leg], slopes: Sequence[BlockSlopes | None], fits: Sequence[StepFit]) -> bool:
+def _shown(slopes: Sequence[BlockSlopes | None], fits: Sequence[StepFit]) -> bool:
     """Whether one torque by itself shows each of the steps, where it can."""
     there = [k for k, slope in enumerate(slopes) if slope is not None and slope.values[0] > 0]
     first = np.searchsorted(there, [fit.first for fit in fits])
@@ -172,7 +171,7 @@ def changes_by_torque(drive: Drive, vehicle: Vehicle) -> tuple[LoadStep, ...]:
     fits = steps_beyond_doubt(_levels([leg.whole for leg in legs]), LEAST, lambda _: True)
     if fits and len(balance.given) == 2:
         both = ([leg.driven for leg in legs], [leg.braked for leg in legs])
-        if not all(_shown(legs, slopes, fits) for slopes in both):
+        if not all(_shown(slopes, fits) for slopes in both):
             return NO_CHANGE
     radius = vehicle.get("wheel_radius_m")
     mass = balance.mass_radius / (USUAL_RADIUS if radius is None else radius.value)

@@ -24,8 +24,7 @@ from pipelines.estimators.roll_map.fit import RollFit
 from pipelines.estimators.roll_map.instead import GRADIENT, beside_horizon, tells
 from pipelines.estimators.roll_map.model import OPTIONS, Known, known_parameters
 from pipelines.estimators.roll_map.motion import friction_damping
-from pipelines.estimators.roll_map.stiffer_outside import rises_in_bends, with_rise
-from pipelines.estimators.roll_map.touched_stops import SEEN, stops_touched, with_stops
+from pipelines.estimators.roll_map.stiffer_outside import of_free_springs
 from pipelines.estimators.roll_map.vehicle import VehiclePart, before_the_log, explain_vehicle, usable
 from pipelines.estimators.roll_map.words import (
     assumptions_of_fit,
@@ -276,13 +275,7 @@ class RollMap:
         }
         seen_s = prepared.time_s[data.rows[fit.edges - 1]]
         odd = conflicts(data, fit)
-        touched, gradient = stops_touched(prepared, data.rows, vehicle), parameters[GRADIENT]
-        seen = touched >= SEEN
-        gradient = (
-            with_stops(gradient, touched)
-            if seen
-            else with_rise(gradient, rises_in_bends(prepared, data.rows))
-        )
+        gradient = of_free_springs(parameters[GRADIENT], prepared, data.rows, vehicle)
         gradient = with_what_looks_wrong(gradient, odd)
         parameters[GRADIENT] = gradient
         tracks: list[Track] = [gradient_track(fit, seen_s, scale_std, data.against_axles, gradient.value)]

@@ -10,15 +10,16 @@ Links that lift in bends make r 0 to -0.2. A gradient of such a drive is that of
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from pipelines.estimators.roll_map.touched_stops import as_at_rest
+from pipelines.estimators.roll_map.touched_stops import SEEN, as_at_rest, stops_touched, with_stops
+from pipelines.prepare.block_slope import block_slopes
 from pipelines.prepare.prepared import Prepared
-from pipelines.results import FloatArray, ParameterEstimate
+from pipelines.results import ParameterEstimate
+from pipelines.vehicles.vehicle import Vehicle
 
 BY_LINKS, BY_STOPS = 0.2, 0.3
 """-r that links and springs' usual curves make at most, and from which on a gradient is STIFFER_STD unsure: on 344 random drives of the plant
@@ -29,7 +30,6 @@ OFTEN = 0.3
 """Share of that from which on the gradient is not the springs' at rest."""
 MOVES, PEDALS = 3.0, 1.5
 """m/s from which, and m/s² of longitudinal acceleration up to which, rows are taken."""
-BLOCK_S, LEAST_BLOCKS = 4.0, 5
 LEAST_LEAN_M = 0.005
 """Spread of (z_r - z_l) / 2 below which nothing shows."""
 APART = 0.3
@@ -58,34 +58,16 @@ def rises_in_bends(prepared: Prepared, rows: NDArray[np.int64]) -> RisesInBends:
         left, right = (prepared.columns.get(f"suspension_deflection_{axle}{side}") for side in "lr")
         if left is None or right is None:
             continue
-        lean = 0.5 * (right - left)[taken]
-        table = np.column_stack([np.abs(lean), np.ones(len(taken)), along[taken], speed[taken] ** 2, lean])
-        told = _slope(table, 0.5 * (right + left)[taken], round(BLOCK_S * prepared.rate_hz))
-        if told is not None and -told[0] > most.slope:
-            beyond = (-told[0] - told[1] - BY_LINKS) / (BY_STOPS - BY_LINKS)
-            most = RisesInBends(-told[0], min(max(beyond, 0.0), 1.0))
+        lean, mean = 0.5 * (right - left)[taken], 0.5 * (right + left)[taken]
+        if not np.isfinite(lean).any() or float(np.nanstd(lean)) < LEAST_LEAN_M:
+            continue
+        # in a circle driven faster and faster the lean's size goes with the square of the speed, and tells nothing of its own
+        size, beside = np.abs(lean), np.column_stack([along[taken], speed[taken] ** 2, lean])
+        told = block_slopes(size, (mean,), beside, APART * float(np.nanstd(size)), 1 / prepared.rate_hz)
+        if told is not None and -told.values[0] > most.slope:
+            beyond = (-told.values[0] - told.std - BY_LINKS) / (BY_STOPS - BY_LINKS)
+            most = RisesInBends(-told.values[0], min(max(beyond, 0.0), 1.0))
     return most
-
-
-def _slope(table: FloatArray, mean: FloatArray, block: int) -> tuple[float, float] | None:
-    """Slope of (n,) on the first column of a table (n, 5), and its spread by blocks of rows; None where nothing shows."""
-    good = np.isfinite(table).all(axis=1) & np.isfinite(mean)
-    table, mean = table[good], mean[good]
-    count = len(mean) // max(block, 1)
-    if count < LEAST_BLOCKS or float(np.std(table[:, 4])) < LEAST_LEAN_M:
-        return None
-    table, mean = table[: count * block], mean[: count * block]
-    # what the other columns leave of the lean's size: in a circle driven faster and faster it goes with the square of the speed
-    beside, lean = table[:, 1:], table[:, 0]
-    size = np.maximum(np.sqrt(np.mean(beside**2, axis=0)), 1e-12)
-    own = lean - beside @ (np.linalg.lstsq(beside / size, lean, rcond=None)[0] / size)
-    power = float(own @ own)
-    if power < (APART * float(np.std(lean))) ** 2 * len(lean):
-        return None
-    left = mean - beside @ (np.linalg.lstsq(beside / size, mean, rcond=None)[0] / size)
-    slope = float(own @ left) / power
-    scores = (own * (left - slope * own)).reshape(count, block).sum(axis=1)
-    return slope, math.sqrt(float(scores @ scores)) / power
 
 
 def with_rise(gradient: ParameterEstimate, seen: RisesInBends) -> ParameterEstimate:
@@ -97,3 +79,13 @@ def with_rise(gradient: ParameterEstimate, seen: RisesInBends) -> ParameterEstim
         "of half the wheels' difference): at rest it rolls further (bump_stop_clearance_* says where stops begin)"
     )
     return as_at_rest(gradient, STIFFER_STD * seen.share, words, held=seen.share >= OFTEN)
+
+
+def of_free_springs(
+    gradient: ParameterEstimate, prepared: Prepared, rows: NDArray[np.int64], vehicle: Vehicle
+) -> ParameterEstimate:
+    """The roll gradient as sure as it is at rest: by stops that the file places or forces show, else by the body that rises in bends."""
+    touched = stops_touched(prepared, rows, vehicle)
+    if touched >= SEEN:
+        return with_stops(gradient, touched)
+    return with_rise(gradient, rises_in_bends(prepared, rows))
