@@ -113,10 +113,9 @@ def _load(
 ) -> Drive:
     from cogest_cli.options import load_options
     from parsers.load import load_drive
-    from pipelines.prepare.force_units import forces_in_newtons
-    from pipelines.prepare.spring_forces import at_the_wheels
+    from pipelines.prepare.put_right import put_right
     from pipelines.vehicles.wheel_radius import wheel_radius
 
     options = load_options([log], map_file, dbc, not no_fix, progress)
     drive = load_drive([log], replace(options, radius=wheel_radius(known)))
-    return forces_in_newtons(at_the_wheels(drive, known), known, fix=not no_fix)
+    return put_right(drive, known, fix=not no_fix)[0]

@@ -15,16 +15,14 @@ from pipelines.prepare.angle_scale import (
     kept_as_sure_as_angles,
     with_angle_doubts,
 )
-from pipelines.prepare.deflection_zero import less_their_zeros, with_zero_open
-from pipelines.prepare.force_units import forces_in_newtons
+from pipelines.prepare.deflection_zero import with_zero_open
 from pipelines.prepare.gravity import with_gravity
 from pipelines.prepare.lateral_scale import HANG_ON_IT, lateral_doubt, left_without_gravity, wrong_weight
-from pipelines.prepare.level_unit import with_level_unit
 from pipelines.prepare.load_change import LoadStep
 from pipelines.prepare.load_step import load_step, with_load_step
 from pipelines.prepare.longitudinal_scale import hanging_along, longitudinal_doubt
+from pipelines.prepare.put_right import put_right
 from pipelines.prepare.scale_doubt import ScaleDoubt, as_sure_as_the_scale, kept_as_sure, with_doubt
-from pipelines.prepare.spring_forces import at_the_wheels
 from pipelines.prepare.steered import steered
 from pipelines.prepare.stops_pressed import StopsPressed, stops_pressed, with_stops_said
 from pipelines.results import Estimate, JointVerdict, ParameterEstimate
@@ -77,9 +75,7 @@ class DriveDoubts:
 
 def made_ready(drive: Drive, vehicle: Vehicle, *, fix: bool) -> tuple[Drive, DriveDoubts]:
     """The drive as the estimators take it, with what was found in its record, and what it leaves open; fix: whether signals may be put right."""
-    drive = with_level_unit(drive, vehicle, fix=fix)
-    drive, vehicle = less_their_zeros(drive, vehicle)
-    drive = forces_in_newtons(at_the_wheels(drive, vehicle), vehicle, fix=fix)
+    drive, vehicle = put_right(drive, vehicle, fix=fix)
     lateral, angles = lateral_doubt(drive, vehicle) or wrong_weight(drive), angle_doubts(drive)
     along = longitudinal_doubt(drive)
     drive = with_doubt(drive, along)

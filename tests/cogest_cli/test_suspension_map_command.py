@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -173,3 +174,25 @@ def test_refusals_are_one_line(
         assert done.err.count("\n") == 1
     assert inside("suspension-map", log).code == 2
     assert cogest("suspension-map", log, "--out", tmp_path).code == 1
+
+
+def test_stated_zeros_are_taken_off(folder: Path, inside: Runner, tmp_path: Path) -> None:
+    """As `analyze` takes them off: a map trained with a sensor that shows 12 mm at nothing would be 12 mm off in every drive."""
+    wheels = [f"suspension_deflection_{wheel}_m" for wheel in ("fl", "fr", "rl", "rr")]
+    table = pl.read_csv(folder / "train/drive.csv", comment_prefix="#")
+    sheet = (folder / "train/vehicle.toml").read_text("utf-8")
+    made = []
+    for name, zero in (("straight", 0.0), ("askew", 0.012)):
+        own = tmp_path / name
+        own.mkdir()
+        table.with_columns(pl.col(wheel) + zero for wheel in wheels).write_csv(own / "drive.csv")
+        stated = "".join(f"{wheel} = {{value = {zero}, std = 0.0005}}\n" for wheel in wheels)
+        (own / "vehicle.toml").write_text(sheet.replace("[sensors]\n", f"[sensors]\n{stated}", 1), "utf-8")
+        done = inside("suspension-map", own / "drive.csv", "--out", own / "suspension.toml")
+        assert done.code == 0, done.err
+        lines = (own / "suspension.toml").read_text("utf-8").splitlines()
+        text = "\n".join(line for line in lines if "sha256" not in line)
+        made.append([float(number) for number in re.findall(r"-?\d+\.?\d*(?:e[+-]\d+)?", text)])
+    assert len(made[0]) > 100
+    # the same but for how 12 mm round in a file of decimals
+    assert made[1] == pytest.approx(made[0], rel=1e-6)
