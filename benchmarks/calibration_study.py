@@ -9,7 +9,7 @@ Every drive: a random vehicle of the full plant (`pipelines.simulation.plant.ran
 random options, drawn sensor errors, and a vehicle file whose figures are off by their stated spreads; in half of the drives it
 does not say about which height the links let the body pitch. --medians: ten minutes of public road, all of that told.
 --data: whether the vehicle file is a data sheet's or that of a measured vehicle (`benchmarks/vehicle_data.py`); it is off by
-its stated spreads in either case, and the drives are the same.
+its stated spreads in either case, and the drives are the same. --recorded-on: what the file says the log is of (`docs/vehicle.md`).
 Drives are kept on disk: a study of new verdict code costs no simulation. --error-scale, --sheet-errors set those errors' size;
 --each prints every drive's main answers.
 """
@@ -55,6 +55,7 @@ from pipelines.analyze import run_estimator  # noqa: E402
 from pipelines.estimators.registry import estimators  # noqa: E402
 from pipelines.prepare.deflection_zero import less_their_zeros  # noqa: E402
 from pipelines.results import Estimate, ParameterEstimate  # noqa: E402
+from pipelines.vehicles.keys import RECORDED  # noqa: E402
 from pipelines.vehicles.vehicle import Vehicle  # noqa: E402
 from pipelines.verdict.combine import verdict_of  # noqa: E402
 
@@ -81,6 +82,7 @@ class Job:
     mass_std: float | None = None
     data: str = "sheet"
     skip: tuple[str, ...] = ()
+    recorded_on: str | None = None
 
 
 def judge(results: Sequence[Estimate], vehicle: Vehicle) -> tuple[dict[str, ParameterEstimate], Record]:
@@ -131,7 +133,8 @@ def run_drive(job: Job) -> Record:
     }  # fmt: skip
     if kept.drive is None:
         return record
-    drive, vehicle = less_their_zeros(kept.drive, kept.vehicle(job.mass_std, job.data))
+    file = replace(kept.vehicle(job.mass_std, job.data), recorded_on=job.recorded_on)
+    drive, vehicle = less_their_zeros(kept.drive, file)
     simulated = time.perf_counter()
     results, seconds = [], {}
     for estimator in estimators():
@@ -274,6 +277,9 @@ def _arguments() -> argparse.Namespace:
         "--mass-std", type=float, default=None, help="the empty mass is known so well, e.g. 0.003: weighed"
     )
     parser.add_argument("--data", choices=QUALITIES, default="sheet", help="the quality of the vehicle file")
+    parser.add_argument(
+        "--recorded-on", choices=RECORDED, default=None, help="what the vehicle file says the log is of"
+    )
     parser.add_argument("--untold", action="store_true", help="no pitch centre in any vehicle file")
     parser.add_argument("--told", action="store_true", help="pitch centre in every vehicle file")
     parser.add_argument("--cache", type=Path, default=Path.home() / ".cache" / "cogest_calibration")
@@ -302,6 +308,7 @@ def main() -> None:
     a = _arguments()
     name = f"medians_{a.medians}" if a.medians else "study"
     name += "" if a.data == "sheet" else f"_{a.data}"
+    name += "" if a.recorded_on is None else f"_{a.recorded_on}"
     out: Path = a.out or a.cache / f"{name}.jsonl"
     out.parent.mkdir(parents=True, exist_ok=True)
     if not a.evaluate:
@@ -321,6 +328,7 @@ def main() -> None:
                 a.mass_std,
                 a.data,
                 tuple(a.skip.split(",")),
+                a.recorded_on,
             )
             for seed in chosen
         ]
@@ -334,11 +342,12 @@ def main() -> None:
         "zeroed": ", vehicle measured, unit levelled, deflections zeroed",
     }[a.data]
     title += "" if a.mass_std is None else f", empty mass known to {100 * a.mass_std:g} %"
+    title += "" if a.recorded_on is None else f", recorded on a {a.recorded_on}"
     text = summary(records, title, bool(a.medians))
     print(text)
     if a.save:
         keep_text(text, title)
-        if not a.medians and a.data == "sheet":
+        if not a.medians and a.data == "sheet" and a.recorded_on is None:
             identified = [x for x in answers_of(records) if x.status == "identified"]
             save_reliability(identified, FIGURE)
 

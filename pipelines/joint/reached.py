@@ -315,7 +315,7 @@ def _ways(joint: Joint, whole: tuple[Evidence, ...], known: Known, vehicle: Vehi
         _Way(BELLOWS, odds, found, free, whole, lambda _: BELLOWS_TEXT)
         for odds, found, free in bellows_ways(joint, whole, known, vehicle)
     ]
-    stiff = rigid_odds(joint, whole, known)
+    stiff = None if vehicle.real else rigid_odds(joint, whole, known)
     if stiff is not None:
         ways.append(_Way(RIGID, *stiff, rigid(known), whole, lambda _: RIGID_TEXT))
     scaled = scale_odds(joint, whole, known)

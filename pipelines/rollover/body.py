@@ -90,6 +90,7 @@ class _Sources:
 
     def __init__(self, verdict: Verdict, vehicle: Vehicle) -> None:
         self._verdict, self._vehicle = verdict, vehicle
+        self.real = vehicle.real
         self._rng = np.random.default_rng(SEED)
         self.assumptions: list[Assumption] = []
 
@@ -191,7 +192,7 @@ def _sideways(sources: _Sources, mass: FloatArray | None, squash: FloatArray) ->
         return np.maximum(share + unsure * sources.normal(), 0.0) * mass * GRAVITY / (4 * rate)
     follows = sources.usual(
         "share of the tyres' way across by which their loads go along",
-        USUAL_GIVE,
+        USUAL_GIVE[sources.real],
         "",
         "tyres differ; no lateral rate in the vehicle file",
     )

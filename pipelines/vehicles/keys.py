@@ -92,11 +92,13 @@ TEXT_KEYS = frozenset(
         "self_levelling",
         "deflection_zero",
         "axle_load_by",
+        "recorded_on",
     }
 )
 LEVELLING = ("none", "rear", "both")
 ZEROS = ("empty", "loaded")
 AXLE_LOADS = ("tires", "springs")
+RECORDED = ("vehicle", "simulation")
 
 LEAST_STD = {
     "cg_lateral_offset_m": 0.005,

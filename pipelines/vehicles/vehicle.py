@@ -28,7 +28,7 @@ class Vehicle:
 
     powertrain: one of POWERTRAINS; None where the file is silent. self_levelling: which axle's springs keep the body's height under any load, one of LEVELLING; None where the file is silent.
     deflection_zero: the vehicle on which suspension deflections are nought, one of ZEROS; None where the file is silent (empty, unless
-    the log looks otherwise). axle_load_by: what carries the load that axle loads show, one of AXLE_LOADS; None where the file is silent. reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
+    the log looks otherwise). axle_load_by: what carries the load that axle loads show, one of AXLE_LOADS; None where the file is silent. recorded_on: what the log is of, one of RECORDED; None where the file is silent. reference: the loaded vehicle's truth, by parameter name. suspension_map: what a drive with measuring wheels taught of
     its suspension; suspension_map_path: its file as the vehicle file names it, taken from the vehicle file's folder.
     turning: steering ratio times wheelbase as a drive has them, over the file's; None where nothing tells (`pipelines.prepare.steered`).
     """
@@ -47,12 +47,18 @@ class Vehicle:
     self_levelling: str | None = None
     deflection_zero: str | None = None
     axle_load_by: str | None = None
+    recorded_on: str | None = None
     trailer: Mapping[str, Quantity] = field(default_factory=dict)
     turning: float | None = None
 
     def get(self, key: str) -> Quantity | None:
         """A quantity of the empty vehicle, or None where the file is silent."""
         return self.quantities.get(key)
+
+    @property
+    def real(self) -> bool:
+        """Whether the file says that the log is of a vehicle on the road, of which no piece of physics is left out."""
+        return self.recorded_on == "vehicle"
 
     @property
     def load_stated(self) -> bool:

@@ -23,6 +23,7 @@ from pipelines.vehicles.keys import (
     LOAD_ANY_SIGN,
     LOAD_KEYS,
     POSITIVE,
+    RECORDED,
     RELATIVE_STD,
     RIG_SPARE,
     SENSOR_KEYS,
@@ -152,6 +153,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         ("self_levelling", LEVELLING),
         ("deflection_zero", ZEROS),
         ("axle_load_by", AXLE_LOADS),
+        ("recorded_on", RECORDED),
     ):
         if key in texts and texts[key] not in choices:
             expected = ", ".join(map(repr, choices))
@@ -173,6 +175,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
         self_levelling=texts.get("self_levelling"),
         deflection_zero=texts.get("deflection_zero"),
         axle_load_by=texts.get("axle_load_by"),
+        recorded_on=texts.get("recorded_on"),
     )
     if vehicle.deflection_zero == "loaded" and any(key in vehicle.sensors for key in ZERO_KEYS):
         raise VehicleError(

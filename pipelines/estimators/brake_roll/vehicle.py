@@ -6,9 +6,9 @@ import math
 from dataclasses import dataclass
 
 from pipelines.estimators.roll_map.priors import (
-    RIGID_TYRES,
     TYRE_RATIO,
     damping_prior,
+    rigid_tyres,
     stiffness_prior,
 )
 from pipelines.prepare.roll_angle import TYPICAL_TRACK
@@ -135,7 +135,7 @@ def _series(vehicle: Vehicle, suspension: Quantity, track: Quantity) -> tuple[Qu
         ratio = tyres / (tyres + suspension.value)
         spread = ratio * (1 - ratio) * math.hypot(tyre.std / tyre.value, 2 * track.std / track.value)
         words = f"{suspension.source}; tyres in series"
-    rigid = RIGID_TYRES[tyre is not None]
+    rigid = rigid_tyres(vehicle)
     spread = math.hypot(spread, math.sqrt(rigid * (1 - rigid)) * (1 - ratio))
     ratio += rigid * (1 - ratio)
     value = suspension.value * ratio

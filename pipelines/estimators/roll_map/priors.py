@@ -34,10 +34,8 @@ TAIL = 5.0
 """Where the vehicle file is silent: mean and standard deviation (kg, m; shares of mass, of height, of
 track). TAIL: degrees of freedom of the measured heights about their mean."""
 
-RIGID_TYRES = {True: STATED_CHANCE, False: CHANCE}
 STIFFER = 100.0
-"""Chance that tyres do not give at all, as on rims and in many a simulator, by whether the vehicle file states their rate; how much
-stiffer they are then."""
+"""How much stiffer tyres that do not give are."""
 
 
 def _figure(value: float) -> str:
@@ -198,9 +196,16 @@ def _inertia(book: _Book, vehicle: Vehicle, mass: FloatArray, track: Quantity | 
     return mass * (np.maximum(share, 0.2) * width) ** 2
 
 
+def rigid_tyres(vehicle: Vehicle) -> float:
+    """Chance that tyres do not give at all, as on rims and in many a simulator, by what the vehicle file says of them and of the log."""
+    if vehicle.real:
+        return 0.0
+    return CHANCE if vehicle.get("tire_vertical_rate_npm") is None else STATED_CHANCE
+
+
 def _tyres(book: _Book, vehicle: Vehicle, track: Quantity | None) -> FloatArray:
     rate = vehicle.get("tire_vertical_rate_npm")
-    rigid = book.rng.random(book.count) < RIGID_TYRES[rate is not None]
+    rigid = book.rng.random(book.count) < rigid_tyres(vehicle)
     width = track or Quantity(*TYPICAL_TRACK, "usual track")
     name = "tire_vertical_rate_npm (a tyre, four in all)"
     if rate is not None:

@@ -119,7 +119,8 @@ def _sensor_draws(
         told = before.rates[0] if before.tyres_known else None
         likely = None if told is None else by_stated_stiffness(a * few.sprung * few.arm, told)
         gain, loss = drawn_tyres(
-            gain, loss, coefficients, data.banked_share, rigid=RIGID_TOO[before.tyres_known], rng=rng, likely=likely,
+            gain, loss, coefficients, data.banked_share, rigid=0.0 if vehicle.real else RIGID_TOO[before.tyres_known],
+            rng=rng, likely=likely,
         )  # fmt: skip
         return few.imu, 1 / gain, loss
     stated = vehicle.sensors.get("imu_above_ground_m")
@@ -129,7 +130,12 @@ def _sensor_draws(
     ratio = np.clip(TYRE_RATIO[0] + TYRE_RATIO[1] * rng.standard_normal(SENSOR_DRAWS), 0.6, 0.99)
     if against_axles:
         gain, loss = drawn_tyres(
-            1 / ratio, np.zeros(SENSOR_DRAWS), coefficients, data.banked_share, rigid=RIGID, rng=rng
+            1 / ratio,
+            np.zeros(SENSOR_DRAWS),
+            coefficients,
+            data.banked_share,
+            rigid=0.0 if vehicle.real else RIGID,
+            rng=rng,
         )
         return height, 1 / gain, loss
     return height, np.ones(SENSOR_DRAWS), series_loss((1 - ratio) / (1 + 0.2 * ratio), a, b)

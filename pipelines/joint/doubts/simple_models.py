@@ -31,8 +31,8 @@ PATCH_SIDE, LEAN_PATH, HUBS_PAST = "patch_side", "lean_path", "hubs_past"
 
 
 def physics_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
-    """Simple authors leave out some pieces, every choice of them alike but for a textbook's."""
-    pieces = _left_out(joint, vehicle)
+    """Simple authors leave out some pieces, every choice of them alike but for a textbook's. A vehicle on the road has them all."""
+    pieces = {} if vehicle.real else _left_out(joint, vehicle)
     by_loads = any(e.kind == "roll" and e.carrier == TYRES for e in joint.evidence)
     out = {text: SELDOM if text == LEAN and not by_loads else COIN for text in pieces}
     found = []

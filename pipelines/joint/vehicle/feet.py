@@ -26,8 +26,9 @@ PATCH_FOLLOWS = (1.0, 0.15)
 """Share of a tyre's sideways give by which its vertical force goes along, and how sure that is: crowned treads stay a little behind."""
 ROLLING_SIDE_RATE = 0.65
 """A rolling tyre's sideways rate over its vertical one, where nobody says: two thirds."""
-USUAL_GIVE = (0.55, 0.55)
-"""Share of that give by which loads go along, where nobody says: a third to all of it, and none in most simulators."""
+USUAL_GIVE = {False: (0.55, 0.55), True: (0.8, 0.4)}
+"""Share of that give by which loads go along, where nobody says: a third to all of it on a vehicle, and none in most simulators; by whether
+the log is of a vehicle for sure."""
 LEAST_GIVE = 0.1
 """Of what tyres usually give: no rig tells a patch's place better."""
 
@@ -38,7 +39,7 @@ def _sideways_give(book: Book) -> None:
     usual = quarter / (ROLLING_SIDE_RATE * book.rows["tyre_rate"][0])
     rate = book.vehicle.get("tire_lateral_rate_npm")
     if rate is None:
-        share, unsure = USUAL_GIVE
+        share, unsure = USUAL_GIVE[book.vehicle.real]
         book.put("patch_side", share * usual, unsure * usual)
         return
     give, (share, unsure) = quarter / rate.value, PATCH_FOLLOWS
@@ -68,19 +69,24 @@ def _standing(book: Book) -> None:
         book.put(f"standing_{axle}", share * usual, spread * usual)
 
 
+PITCH_PATH = {False: (0.6, 0.6), True: (1.0, 0.2)}
+"""Height about which the body pitches over its wheels, in their radii. Round wheels that stay over their patches: one, less or more by what
+the links carry; feet that are points of the body: 0; a model without gravity's part in pitching: the CG's height. By whether the log is of
+a vehicle for sure."""
+
+
 def _pitch_path(book: Book) -> None:
     """Height about which the body pitches over its wheels, m: how far their loads go along a rad of pitch."""
     stated = book.vehicle.get("patch_path_pitch_mprad")
     if stated is not None:
         book.put("pitch_path", stated.value, stated.std, "patch_path_pitch_mprad", stated.source)
         return
-    # feet that are points of the body: 0; round wheels that stay over their patches: the radius, less what the links carry; a
-    # model without gravity's part in pitching: the CG's height
     radius = book.rows["radius"][0]
+    share, unsure = PITCH_PATH[book.vehicle.real]
     book.put(
         "pitch_path",
-        0.6 * radius,
-        0.6 * radius,
+        share * radius,
+        unsure * radius,
         "height about which the body pitches over its wheels, m",
         SILENT,
     )
@@ -93,6 +99,11 @@ def _lean_path(book: Book) -> None:
 
 LAG_FOLLOWS = (1.0, 0.15)
 """Share of a tyre's give along by which its vertical force goes along, and how sure that is."""
+
+
+USUAL_LAG = {False: (0.4, 1 / 3), True: (2 / 3, 0.2)}
+"""The same over a tyre's squash, where nobody says: two thirds of it where no power comes from nowhere, nothing in simulators whose torque
+is force on the loaded radius; by whether the log is of a vehicle for sure."""
 
 
 def _patch_lag(book: Book) -> None:
@@ -114,9 +125,9 @@ def _patch_lag(book: Book) -> None:
             along.source,
         )
         return
-    # by two thirds of the squash where no power comes from nowhere, by nothing where torque is force on the loaded radius
-    third = patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
-    book.put("patch_lag", 1.2 * third, 1.0 * third)
+    squash = 3 * patch_shift(mass.value if mass else None, rate.value if rate else None)[0]
+    share, unsure = USUAL_LAG[book.vehicle.real]
+    book.put("patch_lag", share * squash, unsure * squash)
 
 
 HUB_LOW = (2 / 3, 1 / 3)
