@@ -21,8 +21,9 @@ from parsers.checks.grid import Grid
 from parsers.drive import Decision, Signal
 from parsers.signals import WHEELS
 
-ALIKE = (0.8, 1.25)
-"""Roll by the rear deflections over that by the front ones that tracks and tyres explain."""
+ALIKE = (0.8, 1.4)
+"""Roll by the rear deflections over that by the front ones that tracks, bars and tyres explain: where a stiff bar has the front axle hold four
+fifths of the roll, and its tyres give as much as its springs, the rear springs move by a third more."""
 BESIDE = 0.2
 """ln of how much more one wheel of an axle may move than the other: one-sided loads on springs that stiffen make a sixth."""
 SPAN = 41
@@ -51,7 +52,7 @@ def unlike_axles(signals: Mapping[str, Signal], grid: Grid) -> list[Decision]:
     low, high = ALIKE
     if not ODD[0] < ratio < ODD[1] or low - SURE * std <= ratio <= high + SURE * std:
         return []
-    evidence = f"{ratio:.2f} ± {std:.2f} of the front's, {low:g} to {high:g} by tracks and tyres; one axle's scale is wrong, or its sensors stand elsewhere than at the wheels"
+    evidence = f"{ratio:.2f} ± {std:.2f} of the front's, {low:g} to {high:g} by tracks, bars and tyres; one axle's scale is wrong, or its sensors stand elsewhere than at the wheels"
     text = "of the rear axle show another roll of the body than those of the front axle"
     action = "left out: which of the two axles is right, the log does not say"
     return [

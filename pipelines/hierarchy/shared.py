@@ -76,7 +76,7 @@ RULES: Mapping[str, Belongs] = {
     "spring": BUILT, "bar": BUILT, "square": BUILT, "cube": BUILT, "roll_center": BUILT, "pitch_center": BUILT, "poles": BUILT,
     "camber": BUILT, "drive_front": BUILT, "hubs_past": BUILT, "jack": BUILT, "roll_inertia": BUILT, "pitch_inertia": BUILT, "drag_height": BUILT, "lift": BUILT,
     "stop": WORKING, "free": BUILT, "engine_drag": DRIVEN, "recovered": DRIVEN, "product": BUILT, "bush": BUILT, "yielding": BUILT, "axle_by_springs": BUILT, "side_path": BUILT, "wheel_plane": BUILT, "path": BUILT, "paths_told": BUILT, "axis_sinks": BUILT, "sinks": BUILT, "patch_side": BUILT,
-    "standing": MODEL, "nod_wound": MODEL, "rub": MODEL, "roll_rubs": MODEL, "pitch_path": MODEL, "lean_path": MODEL, "guessed_swing": MODEL, "patch_lag": MODEL, "swing": MODEL, "inertia_factor": MODEL,
+    "standing": MODEL, "nod_wound": MODEL, "nod_stuck": MODEL, "rub": MODEL, "roll_rubs": MODEL, "pitch_path": MODEL, "lean_path": MODEL, "guessed_swing": MODEL, "patch_lag": MODEL, "swing": MODEL, "inertia_factor": MODEL,
     "damping_factor": MODEL, "corner_drag": MODEL, "rolling_shift": MODEL, "torque_arm": MODEL,
     "axle_pitch_gain": MODEL, "strut_pitch_gain": MODEL, "tilt": MODEL,
     "imu": PLACED, "askew": PLACED, "scale": MOUNTED, "suspension_scale": MOUNTED, "tyre_scale": MOUNTED,

@@ -11,6 +11,7 @@ import numpy as np
 from pipelines.evidence import Evidence, Kind
 from pipelines.joint.conflict import Check, held
 from pipelines.joint.information import NEVER_NEGATIVE, Spread, bits
+from pipelines.joint.no_mass import GIVE_MASS
 from pipelines.joint.posterior import Joint
 from pipelines.joint.tails import density, freedom_of
 from pipelines.parameters import is_positive, spread_text
@@ -212,6 +213,9 @@ def reason_of(
     if not words:
         words = "all relations alike: " + listed([s.relation for s in shares])
     if status == "not_identifiable":
+        if math.isinf(file_std):
+            # nothing at all is known beforehand of a vehicle of no mass
+            return f"{GIVE_MASS}; {lacks}"
         if std < 0.02 * file_std:
             return f"known before to ± {spread_text(file_std)}"
         return f"this drive adds little to what was known; {lacks}"

@@ -31,6 +31,7 @@ from pipelines.joint.kept import KeptRelations, kept_of
 from pipelines.joint.mirror import NAMED_WITH, said_of_mirror
 from pipelines.joint.mixture import Apart, doubted
 from pipelines.joint.next_measurement import next_measurements
+from pipelines.joint.no_mass import without_mass
 from pipelines.joint.posterior import Joint, log_density, values_at
 from pipelines.joint.profile import departure
 from pipelines.joint.reached import Modes, Reached, reach
@@ -162,6 +163,8 @@ def infer(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     }
     parameters, learned = _entries(reached, answers, gradients, priors)
     parameters |= _with_mirror(joint, parameters, answers)
+    if not reached.known.mass:
+        parameters = without_mass(parameters)
     record = JointVerdict(
         learned, tuple(c.record for c in checks if c.record.source != "vehicle file"), reached.dropped,
         (*_far(joint), *_left_to_say(doubts, reached)), method, factor, time.perf_counter() - started, reached.found,

@@ -37,7 +37,8 @@ RATE = 50.0
 def driven() -> tuple[Car, dict[str, FloatArray]]:
     rng = np.random.default_rng(15)
     car = Car()
-    return car, simulate(car, demand(330, rng), rng)
+    # brisk: of a gentle nod dry friction may take a share, and heights by it are as unsure
+    return car, simulate(car, demand(330, rng, brake=5.0), rng)
 
 
 def test_compliance_equals_the_hand_calculation() -> None:

@@ -49,6 +49,16 @@ def nod(p: Values, mode: str, sag: float | None) -> float:
     return nose_down
 
 
+def leans(p: Values, body: Body) -> float:
+    """rad of roll for 1 m/s² that the body feels sideways, on springs and tyres."""
+    share = body.x / p["wheelbase"]
+    axis = (1 - share) * p["roll_center_front"] + share * p["roll_center_rear"]
+    springs = sum(0.5 * rate_under_load(p, a) * p[f"track_{a}"] ** 2 + p[f"bar_{a}"] for a in AXLES)
+    tyres = sum(0.5 * p["tyre_rate"] * p[f"track_{a}"] ** 2 for a in AXLES)
+    angle: float = body.sprung * (body.h - axis) / springs + body.moment / tyres
+    return angle
+
+
 def held_share(p: Values) -> float:
     """Of the pitch since the wheels last rolled, what standing tyres hold of it, over what the springs do."""
     rates = {axle: rate_under_load(p, axle) for axle in AXLES}
@@ -74,11 +84,15 @@ def attitude_terms(sag: float | None) -> Coefficients:
         hubs = p["unsprung_front"] + p["unsprung_rear"]
         path = hubs * hub_height(p) + body.sprung * p["pitch_path"]
         add(terms, "tip", 1 + both * path * GRAVITY)
+        # a leaning body's pitch gyro turns with the vehicle
+        add(terms, "quick_turned", -(1 + both * path * GRAVITY) * leans(p, body))
         lag = _damping_s(p)
         add(terms, "dtip", lag)
         gain = 1 + p["gain_pitch_attitude"]
         for mode in ("brake", "drive"):
             add(terms, f"quick_fx_{mode}", -gain * nod(p, mode, sag))
+            # of a gentle nod dry friction takes a share
+            add(terms, f"stuck_{mode}", p["nod_stuck"] * nod(p, mode, sag))
         for mode, lever_m in zip(("brake", "drive"), dip_levers(p, body), strict=True):
             add(terms, f"quick_dip_{mode}", -gain * springs * body.mass * lever_m)
         add(terms, "quick_dfx", lag * tyres * body.moment - p["late_pitch_attitude"] * both * body.moment)

@@ -33,6 +33,10 @@ SLOWEST_HZ = 0.1
 SLOW_MPS, STRAIGHT_RADPS = 8.0, 0.08
 """Speed and yaw rate from which an instrument counts less: more road passes, and the pitch gyro sees banked turning."""
 
+GENTLE_MPS2, STEEP = 0.65, 6
+"""Changes of speed by which half of the nod lies within what the springs' dry friction gives before it slides, and how sharply: with such of
+0.35 and 0.55 m/s² in circles vans, cars and off-road vehicles nodded by 0.6 of what their springs let them, with 1.0 to 2.5 by 0.93 to 1.05."""
+
 STICK_RAD, YIELD_RAD = 0.0006, 0.0032
 """Pitch within which the axles' dry friction turns round: `STICK_M` and `YIELD_M` at each."""
 
@@ -54,27 +58,44 @@ def _rolls(prepared: Prepared) -> FloatArray:
     return np.ones(len(prepared.time_s)) if len(still) == 0 else np.asarray(~still, dtype=np.float64)
 
 
-def _tip(prepared: Prepared) -> FloatArray | None:
-    """(n,) pitch against the horizon where it is logged, else what the gyro sums to; None without either."""
+def _summed(column: FloatArray, prepared: Prepared) -> FloatArray:
+    """(n,) a rate summed up within each segment."""
+    out = np.full(len(column), np.nan)
+    for s in prepared.segments:
+        out[s.start : s.stop] = np.cumsum(column[s.start : s.stop]) / prepared.rate_hz
+    return out
+
+
+def _tip(prepared: Prepared) -> tuple[FloatArray, FloatArray | None] | None:
+    """(n,) pitch against the horizon where it is logged, else what the gyro sums to, and then what of that is turning: yaw rate times lateral
+    acceleration, summed up, which a body's roll a m/s² makes an angle (a leaning body's pitch gyro turns with the vehicle); noughts where nothing tells. None without either."""
     c = prepared.columns
-    angle, gyro = c.get("pitch"), c.get("pitch_rate")
+    angle, gyro, yaw, aside = (c.get(name) for name in ("pitch", "pitch_rate", "yaw_rate", "accel_y"))
     if angle is not None and prepared.share_of(angle) > 0.9:
-        return np.asarray(angle)
+        return np.asarray(angle), None
     if gyro is None or prepared.share_of(gyro) <= 0.9:
         return None
-    out = np.full(len(gyro), np.nan)
-    for s in prepared.segments:
-        out[s.start : s.stop] = np.cumsum(gyro[s.start : s.stop]) / prepared.rate_hz
-    return out
+    turning = np.zeros(len(gyro)) if yaw is None or aside is None else yaw * aside
+    known = prepared.share_of(turning) > 0.9
+    return _summed(gyro, prepared), _summed(turning, prepared) if known else np.zeros(len(gyro))
+
+
+def _strength(pushed: FloatArray, weight: FloatArray) -> float:
+    """How hard the drive changes its speed, m/s²: mean of what it changes it by, weighed by its square and the instruments'; 0 where it never does."""
+    rows = np.isfinite(pushed) & np.isfinite(weight)
+    square = (weight[rows] * pushed[rows]) ** 2
+    whole = float(square.sum())
+    return float(np.sqrt(square @ pushed[rows] ** 2 / whole)) if whole > 0 else 0.0
 
 
 def nodding_columns(
     prepared: Prepared, found: Mapping[str, FloatArray], smooth: Smoother, speed: FloatArray
 ) -> dict[str, FloatArray]:
     """The balance's columns and instruments, on the thinned rows; empty where a signal is missing. speed: (n,) m/s."""
-    tip, along = _tip(prepared), prepared.columns.get("accel_x")
-    if tip is None or along is None or not {*QUICK, "v", "yaw", "on"} <= {*found}:
+    felt, along = _tip(prepared), prepared.columns.get("accel_x")
+    if felt is None or along is None or not {*QUICK, "v", "yaw", "on"} <= {*found}:
         return {}
+    tip, turned = felt
     rate = prepared.rate_hz / smooth.step
     segment = np.full(len(prepared.time_s), -1.0)
     for i, s in enumerate(prepared.segments):
@@ -95,7 +116,11 @@ def nodding_columns(
     made["quick_held"] = quick(smooth(held_by_tyres(calm.whole(along), prepared, speed, LONG_MEMORY_M)))
     made["quick_rolls"] = quick(smooth(_rolls(prepared)))
     made["quick_fz"] = quick(found["fz"]) if "fz" in found else np.zeros(len(breaks))
+    made["quick_turned"] = np.zeros(len(breaks)) if turned is None else quick(smooth(turned))
     weight = 1 / (1 + (found["v"] / SLOW_MPS) ** 2) / (1 + (found["yaw"] / STRAIGHT_RADPS) ** 2)
+    pushed = made["quick_fx_brake"] + made["quick_fx_drive"]
+    gentle = 0.0 if turned is None else 1 / (1 + (_strength(pushed, weight) / GENTLE_MPS2) ** STEEP)
+    made |= {f"stuck_{mode}": gentle * made[f"quick_fx_{mode}"] for mode in ("brake", "drive")}
     slope = found["vdot"]
     shapes = {
         "slope_on": slope * found["on"], "slope_off": slope * (1 - found["on"]), "slope_square": slope * np.abs(slope),

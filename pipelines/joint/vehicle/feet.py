@@ -101,7 +101,7 @@ LAG_FOLLOWS = (1.0, 0.15)
 """Share of a tyre's give along by which its vertical force goes along, and how sure that is."""
 
 
-USUAL_LAG = {False: (0.4, 1 / 3), True: (2 / 3, 0.2)}
+USUAL_LAG = {False: (0.5, 1 / 3), True: (2 / 3, 0.2)}
 """The same over a tyre's squash, where nobody says: two thirds of it where no power comes from nowhere, nothing in simulators whose torque
 is force on the loaded radius; by whether the log is of a vehicle for sure."""
 

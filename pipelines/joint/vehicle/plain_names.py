@@ -112,6 +112,7 @@ _WORDS: Mapping[str, str] = {
     "pitch_bias": "offset of the pitch moment in motion",
     "pitch_wound": "pitch moment wound up at rest",
     "nod_wound": "nod that held brakes leave at rest",
+    "nod_stuck": "share of a gentle nod that dry friction takes",
     "late_long": "delay of the longitudinal acceleration",
     "tilt": "pitch that the acceleration's reading has",
     "gain_long": "model error of the longitudinal balance",

@@ -75,6 +75,10 @@ CROSSTALK = {("pitch", "tyre"): 0.02, ("roll", "tyre"): 0.015}
 """Spread of a balance's gain by measuring wheels, beyond other balances': one per cent of the force along or across reads as a vertical
 one, with the half wheelbase or half track as its lever, where load transfer has the CG's height."""
 
+NOD_STUCK = (0.25, 0.25)
+"""Share of the nod that dry friction takes where all of it lies within the friction's own give, mean and spread: by a gyro, whose sum does not
+tell where in it the springs stand. Two fifths in steady circles; none where a slalom shakes the springs all the while."""
+
 
 @dataclass(frozen=True)
 class Known:
@@ -267,6 +271,7 @@ def _long(book: Book, kilos: float) -> None:
     book.put("pitch_bias", 0.0, 0.003 * GRAVITY * kilos)
     book.put("pitch_wound", 0.0, 0.006 * GRAVITY * kilos)
     book.put("nod_wound", 0.0, WOUND * float(np.hypot(*book.rows["pitch_center_brake"])))
+    book.put("nod_stuck", *NOD_STUCK)
     book.put("late_long", 0.0, 0.05)
     book.put("tilt", 1.0, 0.3)
     book.put("gain_long", 0.0, 0.01)
