@@ -43,6 +43,7 @@ def reproduce(
     from cogest_cli.version import version
     from pipelines.reproduce.registry import PAPERS, RUNS, RUNS_OF, choose_papers
     from pipelines.reproduce.registry import paper as load
+    from reports.files import make_folder
     from reports.layout import terminal_width
     from reports.write import check_formats
 
@@ -50,6 +51,7 @@ def reproduce(
     chosen = choose_papers(paper, PAPERS)
     if out is not None:
         check_out(out)
+        make_folder(out)
     from reports.reproduction_text import reproduction_text, write_reproduction
 
     for place, name in enumerate(chosen):

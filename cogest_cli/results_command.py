@@ -102,9 +102,11 @@ def _form(asked: dict[str, bool], out: Path | None) -> str | None:
     forms = [form for form, wanted in asked.items() if wanted]
     if len(forms) > 1:
         raise typer.BadParameter(f"--{forms[0]} and --{forms[1]}: choose one")
-    if forms:
-        return forms[0]
     suffix = "" if out is None else out.suffix.lower().lstrip(".")
+    if forms:
+        if suffix in {*FORMS, *TEXT} - {"", forms[0]}:
+            raise typer.BadParameter(f"--{forms[0]} and --out ending in .{suffix}: choose one")
+        return forms[0]
     if suffix in FORMS:
         return suffix
     if suffix not in TEXT:

@@ -168,7 +168,8 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
     notes += _without_samples(parts)
     if outcome.unchecked:
         notes.append("not checked against physics: " + "; ".join(outcome.unchecked))
-    notes += _odd_time(parts, (outcome.end_ns - start_ns) / NS)
+    paused = sum(gap.end_s - gap.start_s for gap in outcome.gaps.gaps if gap.signal is None)
+    notes += _odd_time(parts, (outcome.end_ns - start_ns) / NS, paused)
     return ImportRecord(
         format=", ".join(dict.fromkeys(part.opened.importer.title for part in parts)),
         paths=tuple(paths),
@@ -208,8 +209,8 @@ DISORDER = 0.2
 """Share of rows whose stamps go back or repeat from which on the clock is rather another channel."""
 
 
-def _odd_time(parts: Sequence[PartFacts], seconds: float) -> list[str]:
-    """What is said of a time that is hardly the log's."""
+def _odd_time(parts: Sequence[PartFacts], seconds: float, paused: float = 0.0) -> list[str]:
+    """What is said of a time that is hardly the log's. paused: seconds of pauses of the whole drive, which are no steps of a clock."""
     tables = [part for part in parts if not part.opened.log.can_frames]
     # rows beyond a jump of the clock are of another drive, or another time, and told of
     books = {id(part): part.opened.log for part in tables}
@@ -226,9 +227,9 @@ def _odd_time(parts: Sequence[PartFacts], seconds: float) -> list[str]:
                 f"{most} rows within {seconds:.3g} s are {most / seconds:.0f} Hz: {ODD_UNIT} "
                 "A mapping file's [time] unit states it"
             )
-        elif rows >= MANY and rows == most and seconds / most > SLOW_S:
+        elif rows >= MANY and rows == most and (seconds - paused) / most > SLOW_S:
             said.append(
-                f"a row every {seconds / most:.3g} s: too seldom for a vehicle's motion; {ODD_UNIT} "
+                f"a row every {(seconds - paused) / most:.3g} s: too seldom for a vehicle's motion; {ODD_UNIT} "
                 "A mapping file's [time] unit states it"
             )
     astray = sum(part.out_of_order + part.duplicates for part in tables)

@@ -125,6 +125,13 @@ def find_time(
         called = next((k for k, c in enumerate(names) if is_called_time(c) and first_cell(samples[k])), None)
         if called is not None and shapes[called] == "text":
             raise no_time(names[called], samples[called], path)
+        cells = [] if called is None else [cell for cell in samples[called] if cell.strip()]
+        if called is not None and len(cells) > 1 and len({*cells}) == 1:
+            raise LogError(
+                f'column "{names[called].name}" stands still at {cells[0].strip()[:40]!r}: no time',
+                path=path,
+                hint="name another in the map file: [time] channel",
+            )
         raise LogError(
             f"no time column among {_listed(names)}",
             path=path,

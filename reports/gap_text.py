@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from parsers.drive import Gap, ImportRecord
 
-_LOST = "lost"
+LOST = "lost"
 _MOST_SPANS = 5
 _MOST_SIGNALS = 6
 
@@ -15,13 +15,13 @@ _MOST_SIGNALS = 6
 def gap_lines(record: ImportRecord, *, signals: bool = True) -> list[str]:
     """A line for each sort of gap that there is. signals: with those of single signals."""
     whole = [gap for gap in record.gaps if gap.signal is None]
-    lost = [gap for gap in record.gaps if gap.signal == _LOST]
+    lost = [gap for gap in record.gaps if gap.signal == LOST]
     lines = []
     if whole:
         lines.append(f"Gaps of the whole drive: {len(whole)} ({_spans(whole, 1)})")
     if lost:
         lines.append(f"Lost to damage: {len(lost)} ({_spans(lost, 3)})")
-    own = Counter(gap.signal for gap in record.gaps if gap.signal not in (None, _LOST))
+    own = Counter(gap.signal for gap in record.gaps if gap.signal not in (None, LOST))
     if own and signals:
         named = ", ".join(f"{name} {count}" for name, count in list(own.items())[:_MOST_SIGNALS])
         lines.append(f"Gaps of single signals: {named}{', …' if len(own) > _MOST_SIGNALS else ''}")

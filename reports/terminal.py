@@ -9,7 +9,7 @@ from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
 from pipelines.file_limits import OF_FILE
-from reports.gap_text import gap_lines
+from reports.gap_text import LOST, gap_lines
 from reports.method_names import with_titles
 from reports.sections.joint_words import conflict_text, conflicts, next_line
 from reports.sections.quality import LEFT_OUT
@@ -65,7 +65,8 @@ def _log(results: DriveResults) -> list[str]:
     """A log that is not whole, what of it is not used, and pauses of the whole drive; nothing where there is nothing of it."""
     record = results.record
     paused = sum(gap.end_s - gap.start_s for gap in record.gaps if gap.signal is None)
-    gaps = [f"{gap_lines(record, signals=False)[0]}."] if paused > LONG_PAUSE_S else []
+    lost = any(gap.signal == LOST for gap in record.gaps)
+    gaps = [f"{line}." for line in gap_lines(record, signals=False)] if lost or paused > LONG_PAUSE_S else []
     if record.status == "complete":
         return gaps
     most = sorted(record.rejected.items(), key=lambda pair: -pair[1])[:MOST_REASONS]

@@ -115,7 +115,12 @@ def lean_of(
     if turned is not None:
         zero, sloped = angle_zero(prepared, accel, turned.angle)
         angle = turned.angle - zero
-        text = "body roll from the measured roll angle: the road's bank is in it (no roll gradient is identified that would tell them apart)"
+        why = (
+            "the vehicle is not known: mass_kg and body in a vehicle file would tell them apart"
+            if body is None
+            else "no roll gradient is identified that would tell them apart"
+        )
+        text = f"body roll from the measured roll angle: the road's bank is in it ({why})"
         std = math.hypot(0.02, PLACE_STD_G if sloped else 0.0)
         return Lean(np.where(np.isfinite(angle), angle, steady), False, 0.05, std, text, still)
     hertz, damping = (USUAL_HZ, USUAL_DAMPING) if body is None else (body.roll_hz, body.roll_damping)

@@ -8,6 +8,7 @@ from dataclasses import replace
 from parsers.drive import Decision, Gap, ImportRecord
 from pipelines.drive_results import DriveResults
 from reports.blocks import Block, Bullets, Cell, Column, Fact, Facts, Heading, Item, Paragraph, Table, Tone
+from reports.gap_text import LOST
 from reports.sections.contract import Plots
 from reports.text import clean, count, gist, number, seconds, sentence
 
@@ -80,7 +81,13 @@ def total_gap_s(gaps: Sequence[Gap]) -> float:
 
 def _gap_fact(record: ImportRecord) -> Fact:
     whole = [g for g in record.gaps if g.signal is None]
-    single = len(record.gaps) - len(whole)
+    lost = [g for g in record.gaps if g.signal == LOST]
+    single = len(record.gaps) - len(whole) - len(lost)
+    if lost:
+        gone = sum(g.end_s - g.start_s for g in lost)
+        rest = [f"{count(len(whole), 'gap')} besides"] if whole else []
+        rest += [f"{count(single, 'gap')} in single signals"] if single else []
+        return Fact("Lost to damage", seconds(gone), "; ".join(rest), tone="warn")
     text = count(len(whole), "gap") if whole else "none"
     if whole:
         text += f", {seconds(total_gap_s(whole))} in all"

@@ -110,6 +110,7 @@ def test_text_to_a_file(store: Path, tmp_path: Path) -> None:
 
 def test_refusals(store: Path, tmp_path: Path) -> None:
     assert run(store, "--csv", "--json").code == 2
+    assert run(store, "--csv", "--out", tmp_path / "drives.parquet").code == 2
     assert "no results store" in run(tmp_path).error
     assert "unknown table 'x'; known are drives" in run(store, "--table", "x").error
     assert "no vehicle x" in run(store, "--vehicle", "x").error

@@ -5,7 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
+from parsers.errors import LogError
 from parsers.load import load_drive
 from parsers.mapping.map_file import read_map
 from parsers.opened_log import LoadOptions
@@ -64,3 +66,17 @@ def test_two_drives_that_begin_at_zero_are_no_doubt_about_the_unit(tmp_path: Pat
     # each of the two at a rate that no recorder has
     quick = _notes(_log(tmp_path, np.concatenate([drive, drive]) / 2), "")
     assert "12000 rows within 5 s are 2400 Hz: is the unit of the time right?" in quick
+
+
+def test_one_long_pause_is_no_doubt_about_the_unit(tmp_path: Path) -> None:
+    """A lunch of five hours within half a minute of driving at 40 Hz: 9 s a row in the mean."""
+    half = np.arange(900) / 40
+    said = _notes(
+        _log(tmp_path, np.concatenate([half, half + 18_000])), '[time]\nchannel = "time_s"\nunit = "s"\n'
+    )
+    assert "time right?" not in said
+
+
+def test_a_time_that_stands_still_is_named(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match=r'column "time_s" stands still at .5\.0000.: no time'):
+        load_drive([_log(tmp_path, np.full(2000, 5.0))], LoadOptions())

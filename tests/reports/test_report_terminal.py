@@ -15,7 +15,7 @@ from pipelines.drive_results import DriveResults
 from pipelines.file_limits import FILE_AGAINST_ITSELF, FILE_UNLIKE, HANGING
 from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
-from reports.sections.quality import checks_card, decision_item
+from reports.sections.quality import checks_card, decision_item, facts
 from reports.terminal import verdict_table
 
 
@@ -239,3 +239,11 @@ def test_a_channel_s_fault_that_is_left_as_it_is_stands_before_the_conflicts(kin
     told = replace(sample, record=replace(sample.record, decisions=(fault,)))
     text = verdict_table(told)
     assert text.index("150 ms") < text.index("conflict: ")
+
+
+def test_what_damage_took_is_said_at_once() -> None:
+    sample = rich()
+    lost = replace(sample.record, status="malformed", gaps=(Gap(3.2, 45.6, "lost"), Gap(1.0, 2.0, "accel_y")))
+    assert "Lost to damage: 1 (3.200-45.600 s)." in verdict_table(replace(sample, record=lost))
+    (fact,) = [each for each in facts(lost).rows if each.label == "Lost to damage"]
+    assert (fact.text, fact.sub, fact.tone) == ("42.4\u202fs", "1 gap in single signals", "warn")
