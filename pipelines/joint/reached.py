@@ -162,10 +162,13 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
     checks = before = check(joint)
     plain, left = _weighed(_ways(joint, whole, known, vehicle))
     if left:
-        # what looks like tyres or sensors may be the file
+        # what looks like tyres or sensors may be the file, and a file's figure something that is not asked
+        heard = {way.name for _, way in left}
         plain, left = _weighed(
             [*(way for _, way in left), *_springs_or_file(joint, (kept, stated), known, vehicle, raised)]
         )
+        if left and left[0][1].name not in heard and not _settles(*left[0], vehicle):
+            plain, left = _beside_unknown(plain, left)
     elif raised is not None or _unusual(joint, checks, vehicle):
         plain, left = _weighed([*_springs_or_file(joint, (kept, stated), known, vehicle, raised)])
         if not (left and _settles(*left[0], vehicle)):

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pipelines.evidence import Evidence
+from pipelines.evidence import Evidence, Values
 from pipelines.joint.doubts.stated_figures import OFTEN_WRONG
 from pipelines.joint.file_check import LOAD, STATED, UNSPRUNG
 from pipelines.joint.inference import infer
@@ -16,6 +16,9 @@ from pipelines.joint.posterior import find_mode
 from pipelines.joint.reached import UNKNOWN, Reached, reach
 from pipelines.joint.vehicle.unknowns import before_the_log
 from pipelines.joint.ways.file_ways import BAR, OPEN, file_ways, opened
+from pipelines.joint.ways.rigid_tyres import NAME as RIGID
+from pipelines.joint.ways.rigid_tyres import TYRES
+from pipelines.results import FloatArray
 from pipelines.vehicles.vehicle import Vehicle
 from tests.pipelines.joint_parts import linear, vehicle
 
@@ -123,3 +126,27 @@ def test_one_cause_is_named_once() -> None:
     assert result is not None
     assert any(text.startswith("stated spring rates wrong") for text in result.record.spoke_for)
     assert not any(text.startswith("stated") for text in result.record.far)
+
+
+def _hard_tyres() -> Evidence:
+    """A log whose tyres hardly give, mm under a wheel's load: rigid ones are heard, and no more."""
+
+    def predict(values: Values) -> FloatArray:
+        found = np.asarray(5e6 / np.asarray(values[TYRES]))
+        return found[None] if np.ndim(found) else np.array([float(found)])
+
+    usual = 5e6 / float(KNOWN.mean[KNOWN.index(TYRES)])
+    return Evidence(
+        "roll", "made up", "tyres' give", "by hand", np.array([0.25 * usual]), np.array([[(0.25 * usual) ** 2]]), predict, (TYRES,)
+    )  # fmt: skip
+
+
+def test_a_figure_that_is_asked_beside_tyres_leaves_something_else_open_too() -> None:
+    """What looks like rigid tyres, and a conflict that one figure explains: it may be a channel that is late, or a road that banks."""
+    soft = _reached([_hard_tyres(), linear({"load": 1.0}, 100.0, 10.0)])
+    assert any(RIGID in words for words in soft.found)
+    found = _reached([_hard_tyres(), *_rates(0.6)])
+    assert "the answers hold" in found.found[0]
+    assert found.found[0].startswith("stated spring rates wrong (odds 70%)")
+    assert found.opened[0] == ""
+    assert sum(chance for chance, _ in found.others) == pytest.approx(1 - UNKNOWN)
