@@ -167,7 +167,7 @@ def reach(evidence: Sequence[Evidence], vehicle: Vehicle, rng: np.random.Generat
         plain, left = _weighed(
             [*(way for _, way in left), *_springs_or_file(joint, (kept, stated), known, vehicle, raised)]
         )
-        if left and left[0][1].name not in heard and not _settles(*left[0], vehicle):
+        if left and not left[0][1].alone and left[0][1].name not in heard:
             plain, left = _beside_unknown(plain, left)
     elif raised is not None or _unusual(joint, checks, vehicle):
         plain, left = _weighed([*_springs_or_file(joint, (kept, stated), known, vehicle, raised)])

@@ -141,7 +141,7 @@ def test_a_contradiction_is_named_and_the_interval_holds_both(heavy: float) -> N
 
 def test_false_alarms_of_the_check_are_as_rare_as_it_says() -> None:
     rng, alarms, probabilities = _rng(), 0, []
-    for _ in range(200):
+    for _ in range(600):
         truth = rng.standard_normal(len(KNOWN.names)) * KNOWN.std + KNOWN.mean
         load, empty = truth[KNOWN.index("load")], truth[KNOWN.index("empty_mass")]
         relations = [
@@ -151,9 +151,9 @@ def test_false_alarms_of_the_check_are_as_rare_as_it_says() -> None:
         checks = check(find_mode(relations, KNOWN))
         alarms += sum(c.in_conflict for c in checks)
         probabilities += [c.record.probability for c in checks]
-    assert alarms <= 6
+    assert alarms <= 18
     # probabilities of right relations are spread evenly
-    assert np.mean(probabilities) == pytest.approx(0.5, abs=0.06)
+    assert np.mean(probabilities) == pytest.approx(0.5, abs=0.05)
 
 
 def test_a_search_that_ended_a_hair_early_makes_no_contradiction() -> None:
