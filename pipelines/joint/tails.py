@@ -23,8 +23,11 @@ CORNERS = 5.0
 """The same of a corner's mass, in which errors of the mass and of both places add up: nearer to a normal one."""
 
 LINKED = 3.0
-LINKED_NAMES = frozenset({"cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_inertia_kgm2"})
+LINKED_NAMES = frozenset({"cg_height_m", "sprung_cg_height_m", "roll_inertia_kgm2", "pitch_inertia_kgm2"})
 """The same of what hangs on links, tyres and loads that hardly any drive shows: farther from one."""
+
+ARM = 2.75
+"""The same of the roll arm, on which roll centres, their sinking and the springs' base are added to these."""
 
 ALONE = 2.5
 """The same of what one estimator tells by itself, with no joint posterior behind it."""
@@ -34,6 +37,8 @@ _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 def freedom_of(name: str) -> float:
     """Degrees of freedom of a parameter of the joint posterior."""
+    if name == "roll_arm_m":
+        return ARM
     if name in LINKED_NAMES:
         return LINKED
     return CORNERS if name.startswith("corner_mass") else FREEDOM
