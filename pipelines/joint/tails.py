@@ -23,7 +23,9 @@ CORNERS = 5.0
 """The same of a corner's mass, in which errors of the mass and of both places add up: nearer to a normal one."""
 
 LINKED = 3.0
-LINKED_NAMES = frozenset({"cg_height_m", "sprung_cg_height_m", "roll_inertia_kgm2", "pitch_inertia_kgm2"})
+LINKED_NAMES = frozenset(
+    {"cg_height_m", "sprung_cg_height_m", "pitch_arm_m", "roll_inertia_kgm2", "pitch_inertia_kgm2"}
+)
 """The same of what hangs on links, tyres and loads that hardly any drive shows: farther from one."""
 
 ARM = 2.75
