@@ -148,18 +148,7 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     if "id" in texts and not texts["id"].strip():
         raise VehicleError("found no text, expected a name", path=path, place="[vehicle] id")
     _check_body(texts.get("body"), path)
-    for key, choices in (
-        ("powertrain", POWERTRAINS),
-        ("self_levelling", LEVELLING),
-        ("deflection_zero", ZEROS),
-        ("axle_load_by", AXLE_LOADS),
-        ("recorded_on", RECORDED),
-    ):
-        if key in texts and texts[key] not in choices:
-            expected = ", ".join(map(repr, choices))
-            raise VehicleError(
-                f"found {texts[key]!r}, expected one of {expected}", path=path, place=f"[vehicle] {key}"
-            )
+    _check_choices(texts, path)
     vehicle = Vehicle(
         name=texts.get("name"),
         body=texts.get("body"),
@@ -186,6 +175,26 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     check_kinematics(vehicle.quantities, path)
     _check_geometry(vehicle, path)
     return vehicle
+
+
+CHOICES = {
+    "powertrain": POWERTRAINS,
+    "self_levelling": LEVELLING,
+    "deflection_zero": ZEROS,
+    "axle_load_by": AXLE_LOADS,
+    "recorded_on": RECORDED,
+}
+"""Texts that are one of a few words."""
+
+
+def _check_choices(texts: Mapping[str, str], path: Path) -> None:
+    """Raise VehicleError for a word that is none of a key's."""
+    for key, choices in CHOICES.items():
+        if key in texts and texts[key] not in choices:
+            expected = ", ".join(map(repr, choices))
+            raise VehicleError(
+                f"found {texts[key]!r}, expected one of {expected}", path=path, place=f"[vehicle] {key}"
+            )
 
 
 def _check_body(body: str | None, path: Path) -> None:

@@ -70,10 +70,10 @@ def _card_items(decisions: Sequence[Decision]) -> list[Item]:
     return items
 
 
-def total_gap_s(gaps: Sequence[Gap]) -> float:
-    """Seconds in gaps of the whole drive, overlaps counted once."""
+def total_gap_s(gaps: Sequence[Gap], signal: str | None = None) -> float:
+    """Seconds in gaps of the whole drive, or of one sort, overlaps counted once."""
     total, reach = 0.0, float("-inf")
-    for gap in sorted((g for g in gaps if g.signal is None), key=lambda g: g.start_s):
+    for gap in sorted((g for g in gaps if g.signal == signal), key=lambda g: g.start_s):
         total += max(0.0, gap.end_s - max(gap.start_s, reach))
         reach = max(reach, gap.end_s)
     return total
@@ -84,10 +84,9 @@ def _gap_fact(record: ImportRecord) -> Fact:
     lost = [g for g in record.gaps if g.signal == LOST]
     single = len(record.gaps) - len(whole) - len(lost)
     if lost:
-        gone = sum(g.end_s - g.start_s for g in lost)
         rest = [f"{count(len(whole), 'gap')} besides"] if whole else []
         rest += [f"{count(single, 'gap')} in single signals"] if single else []
-        return Fact("Lost to damage", seconds(gone), "; ".join(rest), tone="warn")
+        return Fact("Lost to damage", seconds(total_gap_s(lost, LOST)), "; ".join(rest), tone="warn")
     text = count(len(whole), "gap") if whole else "none"
     if whole:
         text += f", {seconds(total_gap_s(whole))} in all"

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from parsers.json_decode import JsonDecoded, JsonDecoder
+from tests.parsers.payload_bytes import laid_out
 
 
 def decode(
@@ -14,6 +13,4 @@ def decode(
 ) -> JsonDecoded:
     if wanted is None:
         wanted = [info.path for info in decoder.fields if info.kind == "number"]
-    length = np.array([len(p) for p in payloads], dtype=np.int64)
-    offset = np.cumsum(length) - length
-    return decoder.decode(np.frombuffer(b"".join(payloads), dtype=np.uint8), offset, length, wanted)
+    return decoder.decode(*laid_out(payloads), wanted)

@@ -13,6 +13,7 @@ from google.protobuf.timestamp_pb2 import DESCRIPTOR as TIMESTAMP_FILE
 
 from parsers.protobuf_decode import ProtobufDecoder, make_protobuf_decoder
 from parsers.ros.contract import Decoded
+from tests.parsers.payload_bytes import laid_out
 
 F = FieldDescriptorProto
 SCALARS = {
@@ -88,9 +89,7 @@ def decode(
 ) -> Decoded:
     if wanted is None:
         wanted = [info.path for info in decoder.fields if info.kind == "number"]
-    length = np.array([len(p) for p in payloads], dtype=np.int64)
-    offset = np.cumsum(length) - length
-    return decoder.decode(np.frombuffer(b"".join(payloads), dtype=np.uint8), offset, length, wanted)
+    return decoder.decode(*laid_out(payloads), wanted)
 
 
 def peer_value(message: Any, path: str) -> float:

@@ -28,6 +28,7 @@ from pipelines.estimators.roll_map.priors import (
     stiffness_prior,
 )
 from pipelines.estimators.roll_map.tyre_share import RIGID, RIGID_TOO, by_stated_stiffness, drawn_tyres
+from pipelines.joint.no_mass import GIVE_MASS
 from pipelines.results import Assumption, FloatArray, ParameterEstimate, Prior
 from pipelines.vehicles.priors import measured_cg_height
 from pipelines.vehicles.usual import usual_roll_axis
@@ -202,10 +203,9 @@ def explain_vehicle(
         tyres_stated=vehicle.get("tire_vertical_rate_npm") is not None,
     )  # fmt: skip
     if before.draws is None:
-        missing = "the vehicle's mass is not known: give mass_kg (and body) in a vehicle file"
         names = ("cg_height_m", "sprung_cg_height_m", "roll_arm_m", "roll_stiffness_nmprad", "roll_damping_nmsprad",
                  "roll_inertia_kgm2", "mass_kg", "sprung_mass_kg")  # fmt: skip
-        return found | before.unknown(names, missing, vehicle.reference), {}, tuple(sentences)
+        return found | before.unknown(names, GIVE_MASS, vehicle.reference), {}, tuple(sentences)
     likelihood = likelihood_of(coefficients, against_axles=data.against_axles)
     quick = quick_enough(coefficients)
     posterior = sample_posterior(before.draws, likelihood, *before.rates, rng)
