@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import shlex
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -125,7 +126,8 @@ def simulate(
     from pipelines.simulation.logs.write import check_file
 
     check_file(out)
-    found = _warped(_vehicle(vehicle, seed), cross_weight)
+    made, said = _vehicle(vehicle, seed)
+    found = _warped(made, cross_weight)
     choice = Choice(
         manoeuvre=manoeuvre,
         vehicle=found,
@@ -141,7 +143,7 @@ def simulate(
         tell_load=tell_load,
         seed=seed,
     )
-    _write(choice, out)
+    _write(choice, out, said)
 
 
 def _options(
@@ -201,17 +203,16 @@ def _check_ranges(rate: float | None, factors: dict[str, float], dropouts: float
         raise SettingsError(f"--outliers is {outliers:g}: expected a share of 0 to 0.5", wrong_usage=True)
 
 
-def _vehicle(text: str, seed: int) -> PlantVehicle:
-    """A preset, what a vehicle file describes, or the seed's random vehicle."""
+def _vehicle(text: str, seed: int) -> tuple[PlantVehicle, Sequence[str]]:
+    """A preset, what a vehicle file describes, or the seed's random vehicle; and what is to be said of it."""
     path = Path(text)
     if path.suffix.lower() == ".toml":
-        from pipelines.simulation.logs.vehicle import plant_vehicle
-        from pipelines.vehicles.vehicle_file import read_vehicle
+        from cogest_cli.simulated_vehicle import vehicle_of_file
 
-        return plant_vehicle(read_vehicle(path))
+        return vehicle_of_file(path)
     from pipelines.simulation.logs.drive import preset
 
-    return preset(text, seed)
+    return preset(text, seed), ()
 
 
 def _warped(vehicle: PlantVehicle, cross_weight_kg: float) -> PlantVehicle:
@@ -224,7 +225,8 @@ def _warped(vehicle: PlantVehicle, cross_weight_kg: float) -> PlantVehicle:
         raise SettingsError(str(error), hint="give less than a corner carries", wrong_usage=True) from error
 
 
-def _write(choice: Choice, out: Path) -> None:
+def _write(choice: Choice, out: Path, said: Sequence[str]) -> None:
+    """Drive it, and write the log. said: notes on the vehicle."""
     from cogest_cli.output import show_line
     from cogest_cli.version import version
     from pipelines.simulation.logs.drive import simulate_log, truth_record
@@ -238,6 +240,8 @@ def _write(choice: Choice, out: Path) -> None:
     show_line(f"{simulated.scenario.title}: {_summary(simulated)}")
     if simulated.rolled_over:
         show_line(f"note: the vehicle rolled over after {simulated.run.time_s[-1]:.1f} s; the log ends there")
+    for note in said:
+        show_line(f"note: {note}")
     for path in (*files, truth, sheet):
         show_line(path)
     beside = [] if sheet.name == "vehicle.toml" else ["--vehicle", str(sheet)]

@@ -115,6 +115,10 @@ def _with_whole_headers(raw_lines: list[bytes]) -> list[bytes]:
     return lines
 
 
+ROW_END = "_row_end"
+"""Name of the column without name and values behind a separator that ends every row."""
+
+
 def _is_filled(line: str) -> bool:
     """Whether a line holds more than blanks or a comment."""
     return bool(line.strip()) and not line.lstrip().startswith("#")
@@ -241,6 +245,8 @@ def _name_columns(
         notes.append(f"the column name {name!r} is repeated: further columns are called {name}_2 and so on")
     if empty_end and not header[-1]:
         rules = replace(rules, min_width=rules.width - 1)
+        # a separator that ends every row makes no column that anybody wants told of
+        names = (*names[:-1], replace(names[-1], name=ROW_END))
     return names, rules, notes
 
 

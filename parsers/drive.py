@@ -94,8 +94,8 @@ class ImportRecord:
     """What happened when a log was read. Nothing is dropped without a line in here.
 
     start_utc: ISO 8601 in UTC; without an offset where nothing says of which time zone the recorder's clock is. turned: signals that
-    the checks inverted; one decision may be about several (a unit mounted backwards, an axle's springs). can_frames: whether a log
-    held CAN frames, for which databases are.
+    the checks inverted; one decision may be about several (a unit mounted backwards, an axle's springs). databases: file names of
+    the CAN databases of which a message was in the logs.
     """
 
     format: str
@@ -115,7 +115,7 @@ class ImportRecord:
     duplicates: int = 0
     clock_jumps: int = 0
     turned: tuple[str, ...] = ()
-    can_frames: bool = False
+    databases: tuple[str, ...] = ()
 
     @property
     def disorder(self) -> tuple[str, ...]:

@@ -55,6 +55,7 @@ class ImportLog:
         e.g. "row with too few columns"). notes: sentences for the user. status only ever gets worse.
     lost_spans_ns: (start, end) of time that a damaged block took with it, where it can be told.
     can_frames: whether the log holds CAN frames, for which databases are of use.
+    databases: file names of those databases of which a message is in the log.
     zone_known: False where the wall clock is the recorder's own and nothing says of which time zone.
     local_start_ns: the moment of stamp 0 on the recorder's own clock, of which the zone is unknown, as nanoseconds since
         1970-01-01 on that clock: good for laying logs of one recorder beside each other, and for the order of drives.
@@ -66,6 +67,7 @@ class ImportLog:
     status: Status = "complete"
     lost_spans_ns: list[tuple[int, int]] = field(default_factory=list)
     can_frames: bool = False
+    databases: tuple[str, ...] = ()
     zone_known: bool = True
     local_start_ns: int | None = None
 

@@ -188,7 +188,7 @@ def make_record(paths: Sequence[Path], outcome: Outcome, sha256: str) -> ImportR
         duplicates=sum(part.duplicates for part in parts),
         clock_jumps=sum(part.jumps for part in parts),
         turned=outcome.turned,
-        can_frames=any(log.can_frames for log in logs),
+        databases=tuple(sorted({name for log in logs for name in log.databases})),
     )
 
 
@@ -251,14 +251,28 @@ def options_of_each(paths: Sequence[Path], options: LoadOptions) -> LoadOptions:
     return lenient(options) if len(paths) > 1 else options
 
 
+UNUSED_DATABASE = "--dbc "
+"""How a note begins that is about databases which were named and decoded nothing."""
+
+
 def note_unused_databases(parts: Sequence[PartFacts], options: LoadOptions) -> None:
-    """Say in the first log's book where databases were given, and none of the logs holds CAN frames for them."""
-    if not (options.dbc and options.dbc_given) or any(part.opened.log.can_frames for part in parts):
+    """Say in the first log's book which of the databases that were given decoded nothing: no frames, or none of their messages."""
+    if not (options.dbc and options.dbc_given):
+        return
+    if any(part.opened.log.can_frames for part in parts):
+        used = {name for part in parts for name in part.opened.log.databases}
+        vain = [path.name for path in options.dbc if path.name not in used]
+        # where none has any, that is said with the identifiers of both
+        if vain and used:
+            which = "log" if len(parts) == 1 else "logs"
+            parts[0].opened.log.note(
+                f"{UNUSED_DATABASE}{', '.join(vain)} decoded nothing: none of {'its' if len(vain) == 1 else 'their'} messages is in the {which}"
+            )
         return
     names = ", ".join(path.name for path in options.dbc)
     none = "the log holds none" if len(parts) == 1 else "none of the logs holds any"
     parts[0].opened.log.note(
-        f"--dbc {names} was not used: it is for CAN frames, and {none} that cogest reads"
+        f"{UNUSED_DATABASE}{names} was not used: it is for CAN frames, and {none} that cogest reads"
     )
 
 

@@ -108,7 +108,8 @@ def _take_rows(opened: OpenedLog, wanted: frozenset[str], rows: LogRows) -> None
 
 
 def _propose(opened: OpenedLog, options: LoadOptions) -> Mapping[str, tuple[Binding, ...]]:
-    if options.map is not None and not options.map.strict:
+    # a log of which nothing can be read lacks every channel, which is not the map's doing
+    if options.map is not None and not options.map.strict and opened.reader.channels:
         sentences = missing_channels(opened.reader.channels, options.map)
         for sentence in sentences[:MOST_MISSING]:
             opened.log.note(sentence)

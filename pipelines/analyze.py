@@ -187,8 +187,8 @@ def analyze_whole(request: Request, progress: Progress = quiet) -> Analysis:
     made = DriveResults(
         inputs=replace(
             inputs,
-            # databases that lie beside a log without frames were not read
-            dbc=inputs.dbc if request.dbc_given or drive.record.can_frames else (),
+            # those that decoded something: of others lie some beside a log, and the record says what was given in vain
+            dbc=tuple(str(path) for path in request.dbc if path.name in drive.record.databases),
             log_sha256=drive.record.sha256,
             created_utc=datetime.now(UTC).isoformat(timespec="seconds"),
         ),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import textwrap
 
-from parsers.load import ODD_UNIT
+from parsers.load import ODD_UNIT, UNUSED_DATABASE
 from parsers.mapping.overlooked import SAID as OVERLOOKED
 from parsers.mapping.unknown import SAID as UNRECOGNISED
 from pipelines.drive_results import DriveResults
@@ -103,7 +103,7 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
     told += [
         f"{sentence(clean(note, 600)).rstrip('.')}."
         for note in results.record.notes
-        if note.startswith(OVERLOOKED)
+        if note.startswith((OVERLOOKED, UNUSED_DATABASE))
     ]
     told += [
         f"{sentence(clean(d.found, 200)).rstrip('.')}: split the drive there."
@@ -135,7 +135,8 @@ def _next_and_conflicts(results: DriveResults) -> list[str]:
     told += [sentence(clean(note, 600)) for note in results.record.notes if note.startswith(UNRECOGNISED)]
     return [
         _spaced(line)
-        for text in told
+        # four springs that are put right alike are said once
+        for text in dict.fromkeys(told)
         for line in textwrap.wrap(text, WIDTH, subsequent_indent="  ", break_on_hyphens=False)
     ]
 

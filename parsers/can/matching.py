@@ -206,8 +206,8 @@ def explain_no_match(seen: Mapping[int, int], given: tuple[MessageDef, ...], log
         in_log = ", ".join(id_text(can_id) for can_id in ids[:4])
         in_dbc = ", ".join(id_text(message.can_id) for message in given[:4])
         log.note(
-            f"none of the log's {len(ids)} CAN identifiers ({in_log}, …) is in the databases given "
-            f"({len(given)} messages: {in_dbc}, …): check that --dbc belongs to this vehicle and bus"
+            f"none of the log's {len(ids)} CAN identifiers ({in_log}{', …' if len(ids) > 4 else ''}) is in the databases given "
+            f"({len(given)} message{'s' if len(given) > 1 else ''}: {in_dbc}{', …' if len(given) > 4 else ''}): check that --dbc belongs to this vehicle and bus"
         )
 
 

@@ -65,6 +65,9 @@ class CanReader:
         self._kept = self._first_pass(transport, contained)
         seen = self._keeper.seen()
         streams = match_streams(seen, given, builtin, log, options.buses)
+        log.databases = tuple(
+            dict.fromkeys(s.message.origin for s in streams if s.message.origin and not s.builtin)
+        )
         transport.say((*given, *builtin), streams, log)
         contained.say(streams, log)
         _say_unknown(options, log)

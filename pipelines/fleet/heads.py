@@ -15,7 +15,14 @@ from parsers.registry import FORMATS, importer_at
 from pipelines.fleet.entries import Entry
 from pipelines.fleet.logs import Log
 from pipelines.fleet.names import stem_of
-from pipelines.fleet.suffixes import LOG_SUFFIXES, NO_LOG_SUFFIXES, TABLE_SUFFIXES, is_quiet, suffix_of
+from pipelines.fleet.suffixes import (
+    LOG_SUFFIXES,
+    NO_LOG_SUFFIXES,
+    TABLE_SUFFIXES,
+    is_quiet,
+    suffix_of,
+    why_packed,
+)
 from pipelines.fleet.table_heads import TableHeads, TableLook, names_a_time
 
 _CSV = "csv"
@@ -40,6 +47,8 @@ def _begin(entry: Entry) -> _Begun:
     """A file's first bytes; why it is no log, or None, where its name says so already."""
     if is_quiet(entry.name):
         return None
+    if why := why_packed(entry.name):
+        return why
     if suffix_of(entry.name) in NO_LOG_SUFFIXES:
         return "no log, by its suffix"
     path = entry.path

@@ -27,6 +27,17 @@ NO_LOG_SUFFIXES = frozenset(
 )  # fmt: skip
 """Files with these are not opened: no log, and each is said to be none."""
 
+UNPACKED_BY = {
+    ".gz": "gunzip",
+    ".xz": "unxz",
+    ".zip": "unzip",
+    ".7z": "7z x",
+    ".rar": "unrar x",
+    ".zst": "zstd -d",
+    ".bz2": "bunzip2",
+}
+"""What unpacks a file of each suffix."""
+
 _QUIET_NAMES = frozenset(
     (
         "metadata.yaml", "import_record.json", "results.json", "results.archive.json", "report.html", "report.pdf", "fleet.html",
@@ -40,6 +51,17 @@ def is_quiet(name: str) -> bool:
     """Whether a file is what cogest itself writes or reads beside logs: nobody needs to be told that it is no log."""
     lower = name.lower()
     return lower in _QUIET_NAMES or lower.endswith(_QUIET_ENDS)
+
+
+def why_packed(name: str) -> str:
+    """Why a file that is packed by its name is no log yet; "" for any other. Packed recordings of ROS 2 are read as they are."""
+    inner, _, end = name.lower().rpartition(".")
+    unpack = UNPACKED_BY.get(f".{end}", "")
+    if not unpack or suffix_of(name) in LOG_SUFFIXES:
+        return ""
+    if suffix_of(inner) in LOG_SUFFIXES:
+        return f"a packed log, by its name: unpack it ({unpack})"
+    return f"packed: unpack it ({unpack}), if a log is in it"
 
 
 def suffix_of(name: str) -> str:

@@ -221,13 +221,29 @@ def test_databases_beside_a_log_without_frames_are_not_named_as_used(inside, dri
     assert (run.code, run.err) == (0, "")
     assert "database:" not in run.out
     assert results_in(tmp_path / "table")["inputs"]["dbc"] == []
-    # one that was given stays with what was asked, and it is said that it was not used
     given = inside("analyze", drive, *options, "--dbc", database, "--out", tmp_path / "given")
-    assert f"database: {database}" in given.out.splitlines()
+    assert "--dbc chassis.dbc was not used" in given.out
+    assert "database:" not in given.out
     frames = inside("analyze", samples / "can" / "drive.log", *options, "--out", tmp_path / "frames")
     assert frames.code == 0
     assert f"database: {database}" in frames.out.splitlines()
     assert results_in(tmp_path / "frames")["inputs"]["dbc"] == [str(database)]
+
+
+def test_a_database_that_fits_nothing_is_said_and_not_blamed_on_the_map(inside, samples, quick, tmp_path):
+    other = tmp_path / "other.dbc"
+    other.write_text('VERSION ""\nBU_: E\nBO_ 1234 M: 2 E\n SG_ v : 0|16@1+ (0.1,0) [0|0] "km/h" E\n')
+    log, right = samples / "can" / "drive.blf", samples / "can" / "chassis.dbc"
+    options = ("--estimators", "roll_map", "--format", "json", "--settings", quick)
+    # a map.toml lies beside the log, whose channels are all missing for want of a database
+    alone = inside("analyze", log, *options, "--dbc", other, "--out", tmp_path / "alone")
+    assert alone.code == 1
+    assert "none of the log's 7 CAN identifiers" in alone.err
+    assert "map.toml" not in alone.err
+    both = inside("analyze", log, *options, "--dbc", other, "--dbc", right, "--out", tmp_path / "both")
+    assert (both.code, both.err) == (0, "")
+    assert "--dbc other.dbc decoded nothing: none of its messages is in the log." in both.out.splitlines()
+    assert results_in(tmp_path / "both")["inputs"]["dbc"] == [str(right)]
 
 
 def test_settings_beside_the_log_are_found_and_named(inside, drive, quick, tmp_path):

@@ -140,13 +140,27 @@ def test_a_vehicle_file_makes_the_plant(inside: Runner, tmp_path: Path) -> None:
         "wheelbase_m = 2.8\nspring_rate_front_npm = 30000\nroll_inertia_kgm2 = 600\nunsprung_mass_front_kg = 90\n"
     )
     out = tmp_path / "drive.csv"
-    assert inside("simulate", *SHORT, "--vehicle", mine, "--out", out).code == 0
+    made = inside("simulate", *SHORT, "--vehicle", mine, "--out", out)
+    assert made.code == 0
+    assert "note:" not in made.out
     truth = json.loads((tmp_path / "drive.truth.json").read_text())["parameters"]
     for name, value in (("mass_kg", 1650), ("cg_to_front_axle_m", 1.25), ("cg_height_m", 0.58)):
         assert truth[name] == pytest.approx(value, rel=1e-3), name
     assert truth["roll_inertia_kgm2"] == pytest.approx(600, rel=0.01)
     sheet = read_vehicle(tmp_path / "vehicle.toml")
     assert sheet.quantities["spring_rate_front_npm"].value == pytest.approx(30000, rel=0.06)
+
+
+def test_what_the_plant_does_not_take_of_a_vehicle_file_is_said(inside: Runner, tmp_path: Path) -> None:
+    mine = tmp_path / "mine.toml"
+    mine.write_text('[vehicle]\nbody = "Hatchback"\nmass_kg = 1355\nroll_stiffness_nmprad = 62000\n')
+    made = inside("simulate", *SHORT, "--vehicle", mine, "--out", tmp_path / "drive.csv")
+    assert made.code == 0
+    notes = [line for line in made.out.splitlines() if line.startswith("note: ")]
+    assert notes == [
+        "note: no preset is a Hatchback: what it does not state is that of `suv`",
+        "note: the simulated vehicle does not take the file's roll_stiffness_nmprad: its springs and bars make its own",
+    ]
 
 
 def test_the_other_commands_read_it(cogest: Runner, quick: Path, tmp_path: Path) -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from parsers.errors import LogError
 from parsers.importer import ReadOptions
+from parsers.load import load_drive
 from parsers.registry import find_importer
 from parsers.table_names import ColumnName, split_header, unique_names
 from parsers.unit_words import is_unit
@@ -151,6 +152,14 @@ def test_canonical_columns_keep_their_name_and_tell_their_unit(tmp_path: Path) -
     assert table.info["latitude_deg"].unit == "deg"
     assert table.time.tolist() == [1400000000000000001, 1400000000010000002]
     assert table.reader.absolute
+
+
+def test_a_separator_that_ends_every_row_makes_no_unknown_column(tmp_path: Path) -> None:
+    log = tmp_path / "drive.csv"
+    rows = "".join(f"{k / 100},{k % 7},{0.1 * k},\n" for k in range(200))
+    log.write_text("time_s,speed_mps,colour,\n" + rows)
+    (said,) = (note for note in load_drive([log]).record.notes if "not recognised" in note)
+    assert "colour (1 of" in said
 
 
 def test_no_header(tmp_path: Path) -> None:

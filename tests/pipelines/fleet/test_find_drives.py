@@ -146,6 +146,8 @@ def test_what_is_no_log_is_named_with_its_reason(tmp_path):
             "photo.jpg": b"\xff\xd8\xff",
             "data.json": "{}",
             "archive": b"\x1f\x8b\x08 something",
+            "suv/second.csv.gz": b"\x1f\x8b\x08 something",
+            "all.zip": b"PK\x03\x04",
             ".hidden.csv": TABLE,
             ".git/x.csv": TABLE,
         },
@@ -163,8 +165,10 @@ def test_what_is_no_log_is_named_with_its_reason(tmp_path):
     why = reasons(found)
     assert set(why) == {
         "README.txt", "service.log", "notes.csv", "fuel.csv", "words.csv", "empty.txt", "photo.jpg", "data.json", "archive",
-        "prices.parquet", "fuel.parquet",
+        "prices.parquet", "fuel.parquet", "suv/second.csv.gz", "all.zip",
     }  # fmt: skip
+    assert why["suv/second.csv.gz"] == "a packed log, by its name: unpack it (gunzip)"
+    assert why["all.zip"] == "packed: unpack it (unzip), if a log is in it"
     assert "no time column" in why["notes.csv"]
     assert "dates without a time of day" in why["fuel.csv"]
     assert "without a time column" in why["prices.parquet"]
