@@ -245,7 +245,8 @@ def _decide(
     rest += late(grid, left_out)
     rest += offsets(grid.without(left_out))
     unsure = (
-        *signs.unchecked,
+        # of a signal that is left out nobody asks the sign
+        *(text for text in signs.unchecked if text.split(":")[0].removeprefix("sign of ") not in left_out),
         *_unsaid(n for n in work if not first.told[n] and n not in first.factors and n not in left_out),
     )
     findings = Findings(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, cast
 
@@ -87,14 +88,19 @@ def trace_panels(results: DriveResults, *, residual: bool) -> list[TracePanel]:
                 by_unit.setdefault(line.unit, []).append(line)
             title = _title(trace, estimate)
             found += [
-                TracePanel(title, unit, tuple(lines[:6]), sentence(trace.note))
+                TracePanel(title, unit, tuple(lines[:6]), clean(trace.note, 300))
                 for unit, lines in by_unit.items()
             ]
     return found
 
 
-def draw_lines(axes: Axes, panel: TracePanel, gaps: FloatArray, duration_s: float) -> None:
-    """Draw a panel's lines, thinned, with a legend where there is more than one."""
+def draw_lines(
+    axes: Axes, panel: TracePanel, gaps: FloatArray, duration_s: float, *, legend_end: float = 1.0
+) -> None:
+    """Draw a panel's lines, thinned, with a legend where there is more than one.
+
+    legend_end: where the legend ends, in widths of the panel: more than 1 where there is room beside it.
+    """
     shade_gaps(axes, gaps, duration_s)
     for place, line in enumerate(panel.lines):
         draw_series(
@@ -109,14 +115,26 @@ def draw_lines(axes: Axes, panel: TracePanel, gaps: FloatArray, duration_s: floa
 
         # beside the title's first line, which is short: the second one may be as long as the panel
         above = offset_copy(axes.transAxes, cast("Figure", axes.get_figure()), y=9.5, units="points")
-        axes.legend(
+        legend = axes.legend(
             loc="lower right",
-            bbox_to_anchor=(1.0, 1.0),
+            bbox_to_anchor=(legend_end, 1.0),
             bbox_transform=above,
             ncols=len(panel.lines),
             borderaxespad=0.1,
             handlelength=1.4,
         )
+        # what stands beside the panel anyway makes room for it
+        legend.set_in_layout(legend_end <= 1)
+
+
+def _notes(shown: Sequence[TracePanel]) -> str:
+    """What is noted of panels, each note once, with the panel that it is of; of several, with whose they are."""
+    of: dict[str, list[list[str]]] = {}
+    for panel in shown:
+        if panel.note:
+            of.setdefault(panel.note, []).append(panel.title.split("\n"))
+    whose = {note: titles[0][-1] if len(titles) == 1 else titles[0][0] for note, titles in of.items()}
+    return " ".join(sentence(f"{title}: {note}") for note, title in whose.items())
 
 
 def draw(results: DriveResults) -> Drawing | Missing:
@@ -131,7 +149,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
             lambda axes, panel: draw_lines(axes, panel, gaps, results.record.duration_s),
             across=2, row_height=1.32, rows_a_piece=2,
         )  # fmt: skip
-    notes = " ".join(dict.fromkeys(p.note for p in found[:MOST] if p.note))
+    notes = _notes(found[:MOST])
     left = f" {len(found) - MOST} more panels are not drawn." if len(found) > MOST else ""
     shaded = " Shaded: gaps in the log." if gaps.size else ""
     return Drawing(svgs, f"{notes}{shaded}{left}".strip(), "Fits over time")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -44,11 +45,22 @@ def _to_peak(density: FloatArray) -> FloatArray:
     return whole / peak if peak > 0 else whole
 
 
-def _limits(
-    grid: FloatArray, before: FloatArray, after: FloatArray, reference: float | None
-) -> tuple[float, float]:
-    """The part of the grid that holds either density, and the truth where it is near."""
-    seen = grid[np.maximum(before, after) > LEAST_HEIGHT]
+def _as_told(grid: FloatArray, density: FloatArray, verdict: ParameterEstimate | None) -> FloatArray:
+    """The grid on which the posterior's density stands at the answer: doubts that came after it moved and widened that.
+
+    grid: (n,) rising. density: (n,), its peak 1.
+    """
+    if verdict is None or verdict.value is None or not verdict.std:
+        return grid
+    mass = density * np.gradient(grid)
+    mean = float(np.average(grid, weights=mass))
+    own = float(np.sqrt(np.average((grid - mean) ** 2, weights=mass)))
+    return verdict.value + (grid - mean) * (verdict.std / own) if own > 0 else grid
+
+
+def _limits(curves: Sequence[tuple[FloatArray, FloatArray]], reference: float | None) -> tuple[float, float]:
+    """What holds the densities, and the truth where it is near. curves: each one's grid and density."""
+    seen = np.concatenate([grid[density > LEAST_HEIGHT] for grid, density in curves])
     low, high = float(seen.min()), float(seen.max())
     if reference is not None and low - 0.5 * (high - low) < reference < high + 0.5 * (high - low):
         low, high = min(low, reference), max(high, reference)
@@ -64,10 +76,14 @@ def _draw_panel(axes: Axes, panel: _Panel) -> None:
     colour = STATUS_COLOURS[verdict.status] if verdict else INK
     axes.fill_between(grid, before, color=PALE, alpha=0.7, linewidth=0)
     axes.plot(grid, before, color=GREY, linewidth=0.7)
-    axes.fill_between(grid, after, color=colour, alpha=0.3, linewidth=0)
-    axes.plot(grid, after, color=colour, linewidth=1.2)
+    curves = [(grid, before)]
+    if verdict is None or verdict.status != "not_identifiable":
+        at = _as_told(grid, after, verdict)
+        axes.fill_between(at, after, color=colour, alpha=0.3, linewidth=0)
+        axes.plot(at, after, color=colour, linewidth=1.2)
+        curves.append((at, after))
     reference = verdict.reference if verdict else None
-    limits = _limits(grid, before, after, reference)
+    limits = _limits(curves, reference)
     if reference is not None and limits[0] <= reference <= limits[1]:
         axes.axvline(reference, color=ORANGE, linewidth=1.1, linestyle=(0, (4, 2)))
     axes.set_xlim(*limits)
@@ -100,7 +116,7 @@ def draw(results: DriveResults) -> Drawing | Missing:
     known = any(p.verdict is not None and p.verdict.reference is not None for p in found[:MOST])
     return Drawing(
         svgs,
-        "Grey: known before the log; coloured: after it (green identified, amber weak, grey neither). Each is drawn to the same height."
+        "Grey: known before the log; coloured: after it (green identified, amber weak), where the drive tells something. Each is drawn to the same height."
         + (" Dashed: reference." if known else "")
         + (f" {len(found) - MOST} more parameters stand in the table." if len(found) > MOST else ""),
         "Prior and posterior densities",

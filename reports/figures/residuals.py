@@ -20,6 +20,9 @@ if TYPE_CHECKING:
 
 MOST = 6
 
+OVER_BOTH = 1.29
+"""Where the histogram ends, in widths of the panel over time beside it."""
+
 
 def _spread(axes: Axes, panel: TracePanel) -> None:
     """Histogram beside the trace, against the normal density of the same spread."""
@@ -59,7 +62,8 @@ def _pair(pair: Sequence[TracePanel], gaps: FloatArray, duration_s: float, place
             right.set_axis_off()
             continue
         panel = pair[number]
-        draw_lines(left, panel, gaps, duration_s)
+        # the histogram of one line alone has a title of its own
+        draw_lines(left, panel, gaps, duration_s, legend_end=OVER_BOTH)
         left.axhline(0.0, color=SOFT, linewidth=0.6)
         left.set_xlabel("time, s")
         _spread(right, panel)

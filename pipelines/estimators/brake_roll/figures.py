@@ -21,7 +21,15 @@ def batch_traces(time_s: FloatArray, data: BrakeRollData, found: Found) -> tuple
         measured = DEGREES * np.where(fit.used, data.roll_rate, np.nan)
         model = DEGREES * np.where(fit.used, fit.predicted, np.nan)
         columns = {"measured": measured, "fit": model, "residual": measured - model}
-        traces.append(Trace("roll rate", time_s, columns, dict.fromkeys(columns, "deg/s"), "batch, (21)"))
+        traces.append(
+            Trace(
+                "roll rate",
+                time_s,
+                columns,
+                dict.fromkeys(columns, "deg/s"),
+                "least squares over the drive, eq. (21) of Park and Choi",
+            )
+        )
     if found.slip is not None and data.front is not None and data.rear is not None:
         rows = found.slip.rows
         front = data.front[rows] - found.slip.predicted[:, 0]
@@ -33,7 +41,7 @@ def batch_traces(time_s: FloatArray, data: BrakeRollData, found: Found) -> tuple
                 time_s[rows],
                 columns,
                 dict.fromkeys(columns, "m/s"),
-                "batch, (1)-(8)",
+                "least squares over the drive, eqs. (1) to (8) of Park and Choi",
             )
         )
     if found.mass is not None and data.f_x is not None:
