@@ -12,7 +12,6 @@ from parsers.errors import ReportError
 from pipelines.drive_results import DriveResults
 from reports.blocks import Document
 from reports.document import build_document
-from reports.files import write_whole
 from reports.html import template_text
 
 
@@ -94,8 +93,3 @@ def pdf_of(document: Document) -> bytes:
 def render_pdf(results: DriveResults) -> bytes:
     """Results as PDF bytes."""
     return pdf_of(build_document(results))
-
-
-def write_pdf(results: DriveResults, path: Path) -> None:
-    """Write the report, whole or not at all. Raises ReportError."""
-    write_whole(path, render_pdf(results))

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import time
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from parsers import places
@@ -184,8 +184,3 @@ def _named_map(vehicle: str) -> str | None:
     except OSError:
         return None
     return place
-
-
-def seen_in(stored: Iterable[Mapping[str, Facts]]) -> dict[str, Facts]:
-    """Facts of several drives as one table; for inputs that drives share, the last word counts."""
-    return {place: facts for known in stored for place, facts in known.items()}

@@ -10,7 +10,7 @@ import numpy as np
 
 from pipelines.hierarchy.common import RHO
 from pipelines.hierarchy.parts import Source, make_parts
-from pipelines.hierarchy.posterior import Extra, VehiclePosterior, solve
+from pipelines.hierarchy.posterior import VehiclePosterior, solve
 from pipelines.hierarchy.records import DriveTold
 from pipelines.hierarchy.robust import Misfit, Weighed, weigh
 
@@ -38,12 +38,6 @@ class Joined:
     apart: bool
     rho: float = RHO
     other_sensors: Mapping[str, Misfit] = field(default_factory=dict)
-
-    def with_extras(self, extras: Sequence[Extra]) -> VehiclePosterior:
-        """The posterior with more shared unknowns (trends). Raises ValueError where nothing was joined."""
-        if self.posterior is None:
-            raise ValueError("no drives were joined")
-        return solve(*make_parts(self.sources, self.rho, extras), extras)
 
 
 def when(drive: DriveTold) -> tuple[bool, float, str]:

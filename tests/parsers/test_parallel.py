@@ -10,7 +10,7 @@ import pytest
 
 from parsers.channels import ByteArray
 from parsers.jit import kernel, load_u16, load_u32, load_u64, prefetch
-from parsers.parallel import CORES_VARIABLE, in_advance, in_order
+from parsers.parallel import in_order
 
 
 @pytest.mark.parametrize("workers", [1, 2, 5])
@@ -75,57 +75,6 @@ def test_who_stops_early_leaves_no_thread_behind() -> None:
     assert next(results) == 0
     results.close()
     assert threading.active_count() == before
-
-
-@pytest.mark.parametrize("cores", ["1", "2"])
-class TestInAdvance:
-    """The items of an iterator, taken by a thread of their own where there is a core for it."""
-
-    @pytest.fixture(autouse=True)
-    def _cores(self, cores: str, monkeypatch: pytest.MonkeyPatch) -> None:
-        monkeypatch.setattr("os.sched_getaffinity", lambda _: {0, 1}, raising=False)
-        monkeypatch.setenv(CORES_VARIABLE, cores)
-
-    def test_all_come_in_order(self) -> None:
-        assert list(in_advance(range(100))) == list(range(100))
-        assert list(in_advance([])) == []
-
-    def test_only_a_few_are_taken_before_they_are_asked_for(self) -> None:
-        taken = 0
-
-        def items() -> Iterator[int]:
-            nonlocal taken
-            for k in range(50):
-                taken += 1
-                yield k
-
-        for used, _ in enumerate(in_advance(items(), most=2), start=1):
-            assert taken <= used + 2
-
-    def test_an_error_comes_where_its_item_would_have(self) -> None:
-        def items() -> Iterator[int]:
-            yield 1
-            raise ValueError("two")
-
-        found = in_advance(items())
-        assert next(found) == 1
-        with pytest.raises(ValueError, match="two"):
-            next(found)
-
-    def test_who_stops_early_closes_the_items(self) -> None:
-        before, closed = threading.active_count(), threading.Event()
-
-        def items() -> Iterator[int]:
-            try:
-                yield from range(100)
-            finally:
-                closed.set()
-
-        found = in_advance(items())
-        assert next(found) == 0
-        found.close()
-        assert closed.wait(10)
-        assert threading.active_count() == before
 
 
 @kernel

@@ -29,7 +29,6 @@ from pipelines.vehicles.vehicle import Vehicle
 DRAWS = 4000
 USUAL_HEIGHT_SHARE, USUAL_AXLE_SHARE = 0.2, 0.45
 LEAST_SPEED_NOISE = 0.01
-SETTLING_S = 2.0
 
 SETTINGS: tuple[Setting, ...] = (
     Setting("rate_hz", 50.0, "Hz", "steps of the filter (0.02 s in the paper)", 2.0, 1000.0),
