@@ -8,6 +8,7 @@ answer is distributed as Student's, with the 95 % interval that a normal one of 
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cache
 
@@ -19,17 +20,13 @@ from pipelines.results import INNER, OUTER, FloatArray, ParameterEstimate
 FREEDOM = 4.0
 """Degrees of freedom: see "Tails" in docs/calibration.md for the errors over simulators of many authors that it was taken from."""
 
-CORNERS = 5.0
-"""The same of a corner's mass, in which errors of the mass and of both places add up: nearer to a normal one."""
-
-LINKED = 3.0
-LINKED_NAMES = frozenset(
-    {"cg_height_m", "sprung_cg_height_m", "pitch_arm_m", "roll_inertia_kgm2", "pitch_inertia_kgm2"}
-)
-"""The same of what hangs on links, tyres and loads that hardly any drive shows: farther from one."""
-
-ARM = 2.75
-"""The same of the roll arm, on which roll centres, their sinking and the springs' base are added to these."""
+FREEDOM_OF: Mapping[str, float] = {
+    "cg_height_m": 2.75, "sprung_cg_height_m": 2.75, "roll_inertia_kgm2": 2.75,
+    "roll_arm_m": 2.5, "pitch_arm_m": 2.5, "pitch_inertia_kgm2": 3.0,
+    "roll_stiffness_nmprad": 5.0, **dict.fromkeys((f"corner_mass_{wheel}_kg" for wheel in ("fl", "fr", "rl", "rr")), 5.0),
+}  # fmt: skip
+"""The same of single parameters. Heights, arms and inertias hang on links, tyres, loads and missing pieces of physics that hardly any drive
+shows: farther from a normal distribution. A stiffness and corners' masses are sums of many errors, and nearer to one."""
 
 ALONE = 2.5
 """The same of what one estimator tells by itself, with no joint posterior behind it."""
@@ -39,11 +36,7 @@ _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 
 def freedom_of(name: str) -> float:
     """Degrees of freedom of a parameter of the joint posterior."""
-    if name == "roll_arm_m":
-        return ARM
-    if name in LINKED_NAMES:
-        return LINKED
-    return CORNERS if name.startswith("corner_mass") else FREEDOM
+    return FREEDOM_OF.get(name, FREEDOM)
 
 
 @cache
