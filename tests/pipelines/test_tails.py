@@ -10,15 +10,15 @@ import pytest
 from scipy.stats import t as student
 
 from pipelines.joint.tails import (
-    CORNERS,
     FREEDOM,
-    LINKED,
+    FREEDOM_OF,
     density,
     freedom_of,
     share_below,
     stretched,
     told_with_tails,
 )
+from pipelines.parameters import PARAMETERS
 from pipelines.results import ParameterEstimate
 
 OUTER_Z = 1.959964
@@ -33,17 +33,19 @@ def test_the_outer_interval_is_a_normal_ones_and_the_inner_are_narrower() -> Non
     assert share_below(reach) - share_below(-reach) == pytest.approx([0.5, 0.8, 0.95], abs=5e-4)
 
 
-def test_corners_have_tails_of_their_own_and_the_same_outer_interval() -> None:
-    assert (freedom_of("corner_mass_rl_kg"), freedom_of("mass_kg")) == (CORNERS, FREEDOM)
-    assert freedom_of("cg_height_m") == LINKED
+def test_some_parameters_have_tails_of_their_own_and_the_same_outer_interval() -> None:
+    assert set(FREEDOM_OF) <= set(PARAMETERS)
+    assert freedom_of("mass_kg") == FREEDOM
+    few = freedom_of("roll_arm_m")
+    assert few < FREEDOM < freedom_of("corner_mass_rl_kg")
     z = np.linspace(-6, 6, 49)
-    scale = OUTER_Z / student.ppf(0.975, CORNERS)
-    assert share_below(z, CORNERS) == pytest.approx(student.cdf(z / scale, CORNERS))
-    assert density(z, CORNERS) == pytest.approx(student.pdf(z / scale, CORNERS) / scale)
+    scale = OUTER_Z / student.ppf(0.975, few)
+    assert share_below(z, few) == pytest.approx(student.cdf(z / scale, few))
+    assert density(z, few) == pytest.approx(student.pdf(z / scale, few) / scale)
     draws = np.sort(np.random.default_rng(3).normal(5.0, 2.0, 40_000))
     shares = np.array([0.025, 0.25, 0.75, 0.975])
-    exact = 5.0 + 2.0 * scale * student.ppf(shares, CORNERS)
-    assert np.quantile(stretched(draws, 5.0, CORNERS), shares) == pytest.approx(exact, abs=0.06)
+    exact = 5.0 + 2.0 * scale * student.ppf(shares, few)
+    assert np.quantile(stretched(draws, 5.0, few), shares) == pytest.approx(exact, abs=0.06)
 
 
 @pytest.mark.parametrize("count", [400, 4000, 40_000])
