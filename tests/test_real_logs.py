@@ -100,6 +100,21 @@ def test_the_slaloms_height_is_no_surer_than_the_log_justifies(slalom):
     assert height["reason"]
 
 
+def test_the_slaloms_height_is_weak_once_springs_roll_centres_and_load_are_stated(analyse):
+    """What the log says is K / (m h): a height follows from what its reason asks for, and no surer than that."""
+    stated = VOLVO.replace('body = "Hatchback"\n', "") + (
+        "roll_stiffness_nmprad = {value = 62000, std = 3000}\n"
+        "roll_center_height_front_m = {value = 0.06, std = 0.03}\n"
+        "roll_center_height_rear_m = {value = 0.12, std = 0.04}\n"
+        "[load]\nmass_kg = {value = 75, std = 5}\n"
+    )
+    height = analyse("volvo_v40_slalom_35kph.vbo", stated)["verdict"]["cg_height_m"]
+    assert height["status"] == "weak"
+    # the nearest of the measured vehicles: 0.55 ± 0.03
+    assert height["low"] < 0.53 < 0.57 < height["high"]
+    assert 0.02 < height["std"] < 0.8 * height["prior"]["std"]
+
+
 def test_the_car_that_stands_still_teaches_nothing(analyse):
     results = analyse("volvo_v40_standstill.vbo", VOLVO)
     for name, parameter in results["verdict"].items():
