@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,22 @@ from numpy.typing import NDArray
 from parsers.channels import ByteArray, IntArray
 from parsers.importer import ImportLog
 from parsers.jit import kernel, load_u16, load_u32, load_u64
+from parsers.jit_foreign import address_of_byte, call_5
 from parsers.ros.bag2_rows import Rows
+from parsers.zstd_frames import ZstdContext
 
 ZSTD_MARK = 0xFD2FB528
 """The first four bytes of a zstd frame as a little-endian number."""
 MAX_MESSAGE = 1 << 27
 BATCH_BYTES = 1 << 25
 _PLAIN, _UNKNOWN = -2, -1
+
+
+class ZstdPlace(NamedTuple):
+    """Addresses of libzstd's ZSTD_decompressDCtx and of its context."""
+
+    decompress: int
+    context: int
 
 
 @kernel
@@ -82,36 +91,55 @@ def unpack_messages(rows: Rows, log: ImportLog) -> Iterator[Rows]:
         yield Rows(rows.topic_id[at], rows.time_ns[at], np.cumsum(length) - length, length, unpacked)
 
 
+@kernel
+def _unpack_all(
+    data: ByteArray,
+    places: IntArray,
+    sizes: IntArray,
+    zstd: ZstdPlace,
+    room: ByteArray,
+    good: NDArray[np.bool_],
+) -> int:
+    """Unpack frames at places (n, 2: offset, length), each of the size that its header says, one behind the other; the bytes used.
+
+    What does not come to its size is not good, and takes no room.
+    """
+    used = 0
+    for i in range(len(sizes)):
+        source, place = address_of_byte(data, places[i, 0]), address_of_byte(room, used)
+        # an error is a number just below 2**64
+        got = call_5(zstd.decompress, zstd.context, place, sizes[i], source, places[i, 1])
+        good[i] = got == sizes[i]
+        used += sizes[i] if good[i] else 0
+    return used
+
+
 def unpack_at(rows: Rows, at: IntArray, sizes: IntArray) -> tuple[ByteArray, IntArray, NDArray[np.bool_]]:
     """Unpack the frames at rows `at`, of `sizes` each: bytes of the whole ones joined, their lengths, and which were whole."""
+    places = np.stack([rows.offset[at], rows.length[at]], axis=1)
+    good = np.ones(len(at), dtype=np.bool_)
+    library = ZstdContext()
+    if not library.decompress:
+        return _one_by_one(rows.data, places, good)
+    # an address of a byte behind the last is never written to, but is asked for
+    room = np.empty(int(sizes.sum()) + 1, dtype=np.uint8)
+    place = ZstdPlace(library.decompress, library.context)
+    used = _unpack_all(rows.data, places, np.ascontiguousarray(sizes), place, room, good)
+    return room[:used], sizes[good], good
+
+
+def _one_by_one(
+    data: ByteArray, places: IntArray, good: NDArray[np.bool_]
+) -> tuple[ByteArray, IntArray, NDArray[np.bool_]]:
+    """As `unpack_at`, through the interpreter: for a build of the package `zstandard` that keeps its library to itself."""
     import zstandard
 
     unpacker = zstandard.ZstdDecompressor(max_window_size=MAX_MESSAGE)
-    offset, length = rows.offset[at], rows.length[at]
-    good = np.ones(len(at), dtype=np.bool_)
-    joined = _unpack_at_once(unpacker, rows.data, np.stack([offset, length], axis=1), sizes)
-    if joined is not None:
-        return joined, sizes, good
     parts: list[bytes] = []
-    for i, (start, size) in enumerate(zip(offset.tolist(), length.tolist(), strict=True)):
+    for i, (start, size) in enumerate(places.tolist()):
         try:
-            parts.append(unpacker.decompress(rows.data[start : start + size].tobytes()))
+            parts.append(unpacker.decompress(data[start : start + size].tobytes()))
         except zstandard.ZstdError:
             good[i] = False
     found = np.fromiter(map(len, parts), dtype=np.int64, count=len(parts))
     return np.frombuffer(b"".join(parts), dtype=np.uint8), found, good
-
-
-def _unpack_at_once(unpacker: Any, data: ByteArray, places: IntArray, sizes: IntArray) -> ByteArray | None:
-    """The frames at places (n, 2: offset, length) joined; None where one is damaged, or this build cannot take many."""
-    import zstandard
-
-    if "multi_decompress_to_buffer" not in zstandard.backend_features:
-        return None
-    frames = zstandard.BufferWithSegments(data.data, places.astype(np.uint64).tobytes())
-    sizes_64 = sizes.astype(np.uint64).tobytes()
-    try:
-        whole: Any = unpacker.multi_decompress_to_buffer(frames, decompressed_sizes=sizes_64, threads=1)
-    except zstandard.ZstdError:
-        return None
-    return np.frombuffer(b"".join(map(whole.__getitem__, range(len(places)))), dtype=np.uint8)

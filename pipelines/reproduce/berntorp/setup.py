@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pipelines.filters.marginalized_particle.records import Noise
+from pipelines.models.driven import driven
 from pipelines.models.roll import GRAVITY, RollCoefficients, discretise
 from pipelines.results import FloatArray
 
@@ -76,9 +77,9 @@ class Motion:
 def as_modelled(motion: Motion, body: RollBody) -> Motion:
     """The same lateral acceleration on a vehicle that follows (1)-(2) exactly, with straight lines between samples."""
     phi, before, after = discretise(body.coefficients, STEP_S)
-    state = np.zeros((len(motion.accel), 2))
-    for k in range(len(motion.accel) - 1):
-        state[k + 1] = phi @ state[k] + before * motion.accel[k] + after * motion.accel[k + 1]
+    whole = np.array([0]), np.array([len(motion.accel)])
+    held = phi, before[:, None], after[:, None]
+    state = driven(motion.accel[:, None], whole, held, np.eye(2), np.zeros((1, 2)))
     return Motion(motion.accel, state[:, 0], state[:, 1], motion.steering)
 
 
