@@ -175,12 +175,20 @@ class Surveyor:
         if top.cut and self._summary.broken_off:
             if top.cut_chunk:
                 # its beginning may still be unpacked
-                self._add_chunk(ChunkSpan(top.at, self._file.size - top.at, whole=False), None)
+                self._add_chunk(self._cut_chunk(top.at), None)
         else:
             self._log.worsen(
                 "malformed", f"at byte {top.at} {top.broken}; what stands up to byte {top.end} was left out"
             )
         return top.end
+
+    def _cut_chunk(self, at: int) -> ChunkSpan:
+        """The chunk that the end of the file cuts off, with the time of its first message where its head still says it."""
+        span = ChunkSpan(at, self._file.size - at, whole=False)
+        try:
+            return replace(span, start_ns=read_chunk_head(self._file, at)[0].start_ns)
+        except DamagedError:
+            return span
 
     def _take_window(self, window: Window, loose: int) -> int:
         """Take one window in. loose: where the loose messages before it began, or -1; returns the same."""

@@ -135,6 +135,8 @@ def test_the_beginning_of_a_cut_chunk_is_read(tmp_path: Path, compression: Compr
     np.testing.assert_array_equal(columns["vehicle.ax"], np.arange(count))
     np.testing.assert_array_equal(times["vehicle"], START + np.arange(count))
     assert log.status == "truncated"
+    # the head of the chunk says when it begins
+    assert open_log(path)[0].absolute
 
 
 def test_every_cut_is_survived(tmp_path: Path) -> None:

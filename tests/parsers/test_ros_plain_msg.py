@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
@@ -97,7 +97,11 @@ WORDS = st.sampled_from(
 )
 
 
-@given(st.lists(WORDS, max_size=25).map("".join))
+LINES = st.sampled_from(["float64 x\n", "uint8[3] y\n", "string X\n", "float32 z # unit\n", "time stamp\n"])
+
+
+@example("float64 x\nuint8[3] y\n")
+@given(st.lists(WORDS | LINES, max_size=25).map("".join))
 def test_what_the_grammar_takes_is_never_read_otherwise(text: str) -> None:
     plain = plain_fields("p/msg/T", text)
     try:
@@ -106,6 +110,13 @@ def test_what_the_grammar_takes_is_never_read_otherwise(text: str) -> None:
         return
     if plain is not None:
         assert list(grammar.values()) == [plain]
+
+
+def test_both_read_lines_of_the_random_texts() -> None:
+    text = "float64 x\nuint8[3] y\n"
+    grammar = _records(get_types_from_msg(text, "p/msg/T"))
+    assert list(grammar.values()) == [plain_fields("p/msg/T", text)]
+    assert grammar
 
 
 def test_a_bad_line_is_still_an_error() -> None:
