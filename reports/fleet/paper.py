@@ -10,7 +10,7 @@ from reports.blocks import Block, Cell, Column, Document, Fact, Facts, Paragraph
 from reports.fleet import overview
 from reports.fleet.distributions import best_of, plots
 from reports.fleet.findings import findings_of
-from reports.fleet.records import Answers, FleetView, Row, VehicleView
+from reports.fleet.records import WIDTH_95, Answers, FleetView, Row, VehicleView
 from reports.fleet.sections import MOST_PRINTED, shared_sections
 from reports.fleet.vehicle_figure import vehicle_plot
 from reports.fleet.view import finite, title_of
@@ -155,9 +155,9 @@ def _figure(answers: tuple[Answers | None, ...], drive: int, digits: int) -> Cel
             continue
         if not np.isfinite(source.value[drive]):
             return Cell("not identifiable", tone="quiet")
-        half = 0.5 * (source.high[drive] - source.low[drive])
+        spread = (source.high[drive] - source.low[drive]) / WIDTH_95
         text = number(float(source.value[drive]), digits)
-        return Cell(f"{text} ± {number(float(half), digits)}" if np.isfinite(half) else text)
+        return Cell(f"{text} ± {number(float(spread), digits)}" if np.isfinite(spread) else text)
     return Cell(DASH)
 
 
@@ -206,7 +206,7 @@ def _drives(view: FleetView) -> tuple[Block, ...]:
         Column("Mass, kg", "right", 0), Column("SSF", "right", 0), Column("Margin, g", "right", 0), Column("", weight=2),
     )  # fmt: skip
     blocks: list[Block] = [Paragraph(intro, "quiet")] if intro else []
-    return (*blocks, filled(Table(columns, tuple(rows), note="± is half of the 95 % interval.", dense=True)))
+    return (*blocks, filled(Table(columns, tuple(rows), note="± is one standard deviation.", dense=True)))
 
 
 def document_of(view: FleetView) -> Document:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from reports.fleet.records import LOAD, NEAR_G, Answers, DriveView, FleetView, Row, VehicleView
+from reports.fleet.records import LOAD, NEAR_G, WIDTH_95, Answers, DriveView, FleetView, Row, VehicleView
 from reports.fleet.view import NAME_LIMIT, finite, moment, title_of
 from reports.text import clean, decimals_for, spec_of
 
@@ -33,8 +33,8 @@ def _rounded(values: Sequence[float | None], digits: int) -> list[float | int | 
 
 
 def digits_of(name: str, answers: Sequence[Answers]) -> int:
-    """Digits after the point for a parameter of the fleet: two figures of the usual half-width."""
-    widths = [0.5 * (a.high - a.low) for a in answers]
+    """Digits after the point for a parameter of the fleet: two figures of the usual spread."""
+    widths = [(a.high - a.low) / WIDTH_95 for a in answers]
     wide = np.concatenate(widths) if widths else np.zeros(0)
     wide = wide[np.isfinite(wide) & (wide > 0)]
     usual = float(np.median(wide)) if wide.size else None

@@ -10,6 +10,9 @@ from pipelines.hierarchy.outliers import CHANCE as OUTLYING
 from pipelines.results import FloatArray
 from reports.fleet.facts import FleetFacts
 
+WIDTH_95 = 2 * 1.96
+"""Standard deviations from end to end of a 95 % interval."""
+
 LOAD = ("cg_height_m", "mass_kg", "cg_to_front_axle_m", "cg_lateral_offset_m")
 """Parameters that belong to a drive's load: drawn for every vehicle."""
 

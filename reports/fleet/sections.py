@@ -242,7 +242,7 @@ def reading() -> tuple[Block, ...]:
     badges = Bullets(tuple(Item(text, badge, tone) for badge, tone, text in words))  # type: ignore[arg-type]
     more = Bullets(
         (
-            Item(f"Intervals are 95{NARROW}% intervals; ± in the table of drives is half of one, elsewhere one standard deviation."),
+            Item(f"Intervals are 95{NARROW}% intervals; ± is one standard deviation."),
             Item("Alone: what the drive says by itself. Without that word: with all drives of its vehicle joined, because what belongs to the vehicle (springs, dampers, empty mass, sensor mounting) is shared, and only the load is each drive's own."),
             Item("Known before: the prior, from the vehicle file or from measured vehicles. Sharper than one drive: a single drive's spread (the median) over that of all drives."),
             Item(f"Near rollover: a least margin of {number(NEAR_G, 2)}{NARROW}g or less, a probability of {share_text(NEAR_PROBABILITY)} or more of having reached the threshold, or a wheel lift. SSF: static stability factor, half the track over the CG height. All of these are each drive's own, with the CG height that it told alone."),

@@ -10,18 +10,20 @@ function driveName(drive) {
   return link ? el("a", { href: link }, name) : name;
 }
 
-/** A parameter's value with half of its interval, and below it what the drive says alone where others helped. */
+/** One standard deviation, as an interval of 95 % has it; as everywhere in reports. */
+const spreadOf = (low, high) => (known(low) && known(high) ? (high - low) / 3.92 : null);
+
+/** A parameter's value with its spread, and below it what the drive says alone where others helped. */
 function figureCell(parameter, drive) {
   if (!parameter) return DASH;
   const answer = answerOf(parameter, drive);
   if (!known(answer.value)) return answer.status === 3 ? el("span", { class: "quiet", title: "this drive cannot tell it" }, "not identifiable") : DASH;
-  const half = known(answer.low) && known(answer.high) ? (answer.high - answer.low) / 2 : null;
   const shown = (value, spread) => digits(value, parameter.digits) + (known(spread) ? " ±" + NARROW + digits(spread, parameter.digits) : "");
   const title = known(answer.low) ? `95 % between ${digits(answer.low, parameter.digits)} and ${digits(answer.high, parameter.digits)} ${parameter.unit}` : null;
-  const lines = [el("span", { title }, shown(answer.value, half))];
+  const lines = [el("span", { title }, shown(answer.value, spreadOf(answer.low, answer.high)))];
   const own = parameter.own;
   if (answer.source === "joined" && own) {
-    const alone = known(own.value[drive]) ? shown(own.value[drive], (own.high[drive] - own.low[drive]) / 2) : STATUS[Number(own.status[drive])] || DASH;
+    const alone = known(own.value[drive]) ? shown(own.value[drive], spreadOf(own.low[drive], own.high[drive])) : STATUS[Number(own.status[drive])] || DASH;
     lines.push(el("span", { class: "sub" }, "alone " + alone));
   }
   return lines;
