@@ -31,6 +31,12 @@ COLUMNS_OF_VERSION = {
 
 _VERSION = re.compile(r"^\s*;\s*\$FILEVERSION\s*=\s*(\d+\.\d+)", re.IGNORECASE)
 _START = re.compile(r"^\s*;\s*\$STARTTIME\s*=\s*(\d+(?:[.,]\d+)?)", re.IGNORECASE)
+_STATED = re.compile(r"^\s*;\s*Start time:\s*(\S.*?)\s*$", re.IGNORECASE)
+"""As version 1.0 has it, which lacks the other, in words of the recorder's country."""
+_DAY_FIRST = re.compile(
+    r"(\d{1,2})([./])(\d{1,2})\2(\d{4})[ ,]+(\d{1,2}):(\d{2}):(\d{2})(?:[.,](\d{1,6}))?(?:\.\d+)?\s*([AP]M)?",
+    re.IGNORECASE,
+)
 _COLUMNS = re.compile(r"^\s*;\s*\$COLUMNS\s*=\s*([A-Za-z](?:\s*,\s*[A-Za-z])*)", re.IGNORECASE)
 _OLD_LINE = re.compile(
     r"^\s*\d+\)\s+\d+(\.\d+)?\s+(?:(?:\d+\s+)?(?:Rx|Tx|Error|Warng)\s+)?[0-9A-F]{3,8}\s", re.I
@@ -99,7 +105,7 @@ class _Parser:
 
 def read_header(lines: list[str], path: Path) -> TrcHeader:
     """Version, columns and start of a trace. Raises LogError for a version or columns that are not known."""
-    version, columns, start = "1.0", "", None
+    version, columns, start, stated = "1.0", "", None, ""
     for line in lines:
         if line.strip() and not line.lstrip().startswith(";"):
             break
@@ -107,6 +113,8 @@ def read_header(lines: list[str], path: Path) -> TrcHeader:
             version = match[1]
         elif match := _START.match(line):
             start = _from_days(float(match[1].replace(",", ".")))
+        elif match := _STATED.match(line):
+            stated = match[1]
         elif match := _COLUMNS.match(line):
             columns = re.sub(r"[\s,]", "", match[1])
     if version.startswith("1."):
@@ -126,7 +134,7 @@ def read_header(lines: list[str], path: Path) -> TrcHeader:
         raise LogError(
             f"$COLUMNS={','.join(columns)} lacks what a frame needs (O, I, l or L, D last)", path=path
         )
-    return TrcHeader(version, columns, start)
+    return TrcHeader(version, columns, start or _from_words(stated))
 
 
 def _from_days(days: float) -> datetime | None:
@@ -135,3 +143,32 @@ def _from_days(days: float) -> datetime | None:
         return None
     # the text carries about ten microseconds
     return _DAY_ZERO + timedelta(milliseconds=round(days * 86_400_000))
+
+
+def _from_words(text: str) -> datetime | None:
+    """The moment that "18.12.2021 14:28:07.062", "12/18/2021 2:28:07 PM" or an ISO date means; None where day and month may be either."""
+    try:
+        return datetime.fromisoformat(text).replace(tzinfo=None)
+    except ValueError:
+        match = _DAY_FIRST.fullmatch(text)
+    if match is None:
+        return None
+    first, second = int(match[1]), int(match[3])
+    if match[2] == "/" and first <= 12 and second <= 12 and first != second:
+        return None
+    day, month = (second, first) if match[2] == "/" and first <= 12 else (first, second)
+    hour = int(match[5])
+    if match[9]:
+        hour = hour % 12 + 12 * (match[9].upper() == "PM")
+    try:
+        return datetime(
+            int(match[4]),
+            month,
+            day,
+            hour,
+            int(match[6]),
+            int(match[7]),
+            int((match[8] or "0").ljust(6, "0")),
+        )
+    except ValueError:
+        return None

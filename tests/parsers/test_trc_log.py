@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from datetime import datetime
 from pathlib import Path
 
 import can
@@ -12,7 +13,7 @@ from frame_rows import Frame, text_frames
 from parsers.can.frames import EXTENDED
 from parsers.errors import LogError
 from parsers.importer import ImportLog, ReadOptions
-from parsers.trc_log import TrcImporter
+from parsers.trc_log import TrcImporter, read_header
 
 
 def open_frames(path: Path, log: ImportLog | None = None) -> list[Frame]:
@@ -150,6 +151,32 @@ def test_start_is_said_without_pretending_a_zone(tmp_path: Path) -> None:
     reader = TrcImporter().open(write(tmp_path / "a.trc", V20), ReadOptions(), log)
     assert (reader.start_utc_ns, reader.absolute) == (None, False)
     assert any("2019-01-09 08:10:50.919 (clock" in note and "zone unknown" in note for note in log.notes)
+
+
+@pytest.mark.parametrize(
+    ("words", "start"),
+    [
+        ("18.12.2021 14:28:07.062", datetime(2021, 12, 18, 14, 28, 7, 62000)),
+        ("18.12.2021 14:28:07.062.1", datetime(2021, 12, 18, 14, 28, 7, 62000)),
+        ("12/18/2021 2:28:07 PM", datetime(2021, 12, 18, 14, 28, 7)),
+        ("18/12/2021 14:28:07", datetime(2021, 12, 18, 14, 28, 7)),
+        ("2021-12-18 14:28:07+00:00", datetime(2021, 12, 18, 14, 28, 7)),
+        ("05/06/2021 14:28:07", None),
+        ("18.18.2021 14:28:07", None),
+        ("this morning", None),
+    ],
+)
+def test_version_1_0_says_its_start_in_words(words: str, start: datetime | None, tmp_path: Path) -> None:
+    lines = [
+        ";##########",
+        f";   Start time: {words}",
+        ";",
+        "     1)      1841  0001  8  00 00 00 00 00 00 00 00",
+    ]
+    assert read_header(lines, tmp_path / "a.trc").start == start
+    # the line that later versions have says it in numbers
+    numbers = read_header([";$FILEVERSION=1.1", ";$STARTTIME=40044.5", *lines[1:]], tmp_path / "a.trc")
+    assert numbers.start == datetime(2009, 8, 19, 12)
 
 
 def test_unknown_version_and_columns_are_refused(tmp_path: Path) -> None:
