@@ -132,8 +132,17 @@ def _problem(
     named = [name for sensor in sensors for name in sensor]
     flags = {name: stated.get(_members(name, signals)[0], True) for name in named}
     # what was taken for SI because nothing was said cannot be SI that was taken for something else
+    # and what the log says is in deg/s was not read as rad/s
+    in_si = {name: math.isclose(taken.get(_members(name, signals)[0], 1.0), 1.0) for name in named}
     choices = {
-        name: (1.0, *(row[0] for row in _MISTAKES[_quantity(name)] if flags[name] or row[2] in _SI_TAKEN))
+        name: (
+            1.0,
+            *(
+                row[0]
+                for row in _MISTAKES[_quantity(name)]
+                if (in_si if row[2] in _SI_TAKEN else flags)[name]
+            ),
+        )
         for name in named
     }
     if STEERING in choices:
