@@ -10,6 +10,7 @@ from pathlib import Path
 from parsers.apart import apart_notes
 from parsers.checks import check_all
 from parsers.checks.check import Checked
+from parsers.checks.clock import clock_note
 from parsers.drive import Decision, Drive, Gap, ImportRecord, MappedChannel, Signal
 from parsers.errors import LogError, MappingError
 from parsers.importer import ImportLog
@@ -317,7 +318,7 @@ def make_drive(
         signals=signals,
         decisions=checked.decisions,
         unchecked=checked.unchecked,
-        notes=(*merged.notes, *digest.notes(), *apart_notes(spans)),
+        notes=(*merged.notes, *digest.notes(), *apart_notes(spans), *clock_note(signals, ODD_UNIT)),
         start_ns=start_ns,
         end_ns=max(last for _, last in spans.values()),
         gaps=list_gaps({name: s.time_ns for name, s in signals.items()}, start_ns),

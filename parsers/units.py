@@ -236,10 +236,17 @@ _LOOKUP: dict[tuple[str, str], float] = {
 }
 
 
+_TICKS = re.compile(r"(0*[1-9]\d{0,5}(?:\.\d{1,6})?|0\.0*[1-9]\d{0,5})\s*([^\d\s.]\S*)")
+"""A counter's step: "10 ms"."""
+
+
 def find_unit(text: str | None, quantity: str) -> Unit | None:
     """The unit that `text` means for a quantity, or None where the text is empty or means nothing there."""
     if text is None or not text.strip():
         return None
+    if quantity == "time" and (ticks := _TICKS.fullmatch(text.strip().strip("[]()").strip())):
+        each = find_unit(ticks[2], quantity)
+        return None if each is None else Unit(text.strip(), quantity, float(ticks[1]) * each.scale)
     cased = _CASED.get((quantity, text.strip().strip("[]()").strip()))
     scale = cased if cased is not None else _LOOKUP.get((quantity, _plain(text)))
     if scale is None or math.isnan(scale):

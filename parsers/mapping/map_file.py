@@ -39,7 +39,7 @@ from parsers.finite import is_number
 from parsers.mapping.wheel_radius import RADII_M, WheelRadius, turn_rate
 from parsers.signals import COLUMNS, SIGNALS
 from parsers.small_text import read_small_text
-from parsers.units import Unit, require_unit
+from parsers.units import Unit, find_unit, require_unit
 
 TIME_UNITS = ("s", "min", "ms", "us", "ns", "iso8601", "hhmmss")
 _TABLES = ("time", "buses", "wheels", "signals")
@@ -151,8 +151,8 @@ def _read_time(table: Mapping[str, Any], path: Path) -> tuple[str | None, str | 
     check_keys(table, _TIME_KEYS, path, "[time]")
     reader = _Values(table, path, "[time]")
     channel, unit = reader.text("channel"), reader.text("unit")
-    if unit is not None and unit not in TIME_UNITS:
-        hint = f"use one of {', '.join(TIME_UNITS)}"
+    if unit is not None and unit not in TIME_UNITS and find_unit(unit, "time") is None:
+        hint = f'use one of {", ".join(TIME_UNITS)}, or the step of a column that counts rows: "10 ms"'
         raise MappingError(f"unknown time unit {unit!r}", path=path, place="[time]", hint=hint)
     return channel, unit
 
