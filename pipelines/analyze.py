@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import math
 import time
 import zlib
 from collections.abc import Mapping, Sequence
@@ -72,6 +73,16 @@ def _sha256(path: Path | None) -> str | None:
         raise VehicleError(f"cannot be read ({error.strerror})", path=path) from error
 
 
+SLOWEST_HZ = 0.8
+"""Rows that come less often show no motion of a vehicle; what is logged once a second still tells its axle loads."""
+
+
+def fastest_hz(drive: Drive) -> float:
+    """How often the quickest signal is sampled; infinite where there is one sample of each."""
+    steps = [float(np.median(np.diff(s.time_ns))) for s in drive.signals.values() if len(s.time_ns) > 1]
+    return NS / min(steps) if steps and min(steps) > 0 else math.inf
+
+
 def run_estimator(
     estimator: Estimator, drive: Drive, vehicle: Vehicle, settings: Settings, seed: int
 ) -> Estimate:
@@ -81,6 +92,12 @@ def run_estimator(
     if not ready.ready:
         lacks = "; ".join((*ready.missing_signals, *ready.missing_vehicle))
         return Estimate(estimator.name, "skipped", f"lacks {lacks}")
+    if (rate := fastest_hz(drive)) < SLOWEST_HZ:
+        return Estimate(
+            estimator.name,
+            "skipped",
+            f"lacks a motion that is sampled: rows come every {1 / rate:.3g} s, at the quickest",
+        )
     started = time.perf_counter()
     rng = np.random.default_rng([seed, zlib.crc32(estimator.name.encode())])
     try:

@@ -10,6 +10,9 @@ from pipelines.suspension_mapping.judge import Judged, training_rms_n
 from pipelines.suspension_mapping.record import MapPart, SuspensionMap
 from reports.layout import printable
 
+CARRIES, LEAST_INSIDE = 1.5, 0.85
+"""Ratio of a drive's errors to the training's up to which a map carries over to it, and the least share inside its 95 % interval."""
+
 SOURCES = {"struts": "strut forces", "springs": "deflections alone"}
 
 
@@ -58,7 +61,25 @@ def _validation(record: SuspensionMap, judged: Judged) -> list[str]:
         cells = (f"{error.rms_n:.0f} N", _peak(error.peak_n, error.peak_s), f"{100 * error.coverage:.0f} %")
         lines.append(_heads((wheel, *cells)))
     lines.append(f"  all wheels {judged.rms_n:.0f} N, {judged.ratio:.2f} times the training's")
+    if not again:
+        lines += _warning(judged)
     return lines
+
+
+def _warning(judged: Judged) -> list[str]:
+    """What is said of a map whose errors on another drive are no more those of its training."""
+    short = [w for w, error in judged.wheels.items() if error.coverage < LEAST_INSIDE]
+    if judged.ratio <= CARRIES and not short:
+        return []
+    what = [f"errors grow by more than {CARRIES:g} times"] if judged.ratio > CARRIES else []
+    what += (
+        [f"the 95 % interval holds less than {100 * LEAST_INSIDE:.0f} % at {', '.join(short)}"]
+        if short
+        else []
+    )
+    return [
+        f"  WARNING: {' and '.join(what)}: the map does not carry over to this drive. Train it on more drives, other loads and rougher roads among them"
+    ]
 
 
 def map_report_text(record: SuspensionMap, judged: Sequence[Judged]) -> str:

@@ -12,7 +12,7 @@ from typing import Any
 from parsers.errors import VehicleError
 from parsers.finite import is_number
 from parsers.small_text import read_small_text
-from pipelines.parameters import PARAMETERS
+from pipelines.parameters import PARAMETERS, is_positive
 from pipelines.vehicles.keys import (
     ANY_SIGN,
     AXLE_LOADS,
@@ -142,6 +142,10 @@ def parse_vehicle(text: str, path: Path) -> Vehicle:
     for key, entry in _table(raw, "reference", path).items():
         _reject_unknown(key, frozenset(PARAMETERS), "reference", path)
         reference[key] = _number(entry, key, "reference", path)[0]
+        if is_positive(key) and reference[key] <= 0:
+            raise VehicleError(
+                f"found {reference[key]:g}, expected more than 0", path=path, place=f"[reference] {key}"
+            )
     unknown_text = TEXT_KEYS | VEHICLE_KEYS
     for key in main:
         _reject_unknown(key, unknown_text, "vehicle", path)

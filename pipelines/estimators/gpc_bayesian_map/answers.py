@@ -9,6 +9,7 @@ import numpy as np
 
 from pipelines.bayes.priors import Known, Priors
 from pipelines.estimators.gpc_bayesian_map.body import Figure
+from pipelines.estimators.gpc_bayesian_map.chosen import SETTINGS_FILE
 from pipelines.estimators.gpc_bayesian_map.fit import Fit
 from pipelines.models.record import Model
 from pipelines.parameters import PARAMETERS
@@ -88,8 +89,19 @@ def answer(
     identified = taught and share <= IDENTIFIED_SHARE
     return ParameterEstimate(
         name, figure.value, figure.std, figure.value - half, figure.value + half,
-        "identified" if identified else "weak", figure.said, prior, reference, (source,),
+        "identified" if identified else "weak", figure.said + _set_aside(name, prior, vehicle), prior, reference, (source,),
     )  # fmt: skip
+
+
+def _set_aside(name: str, prior: Prior | None, vehicle: Vehicle) -> str:
+    """In words, what the vehicle file states of a parameter whose prior the user wrote for this run."""
+    stated = vehicle.get(name)
+    if stated is None or prior is None or prior.source != SETTINGS_FILE:
+        return ""
+    return (
+        f"; with the settings file's prior ({prior.value:.4g} ± {prior.std:.2g}), which sets the vehicle file's {stated.value:.4g} ± "
+        f"{stated.std:.2g} aside"
+    )
 
 
 def _nothing(name: str, reason: str, prior: Prior | None, reference: float | None) -> ParameterEstimate:

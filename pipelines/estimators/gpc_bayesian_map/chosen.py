@@ -21,6 +21,10 @@ FORMS: Mapping[str, tuple[str, ...]] = {
 BEYOND = 0.25
 
 
+SETTINGS_FILE = "settings file"
+"""Source of a prior that the user wrote for this run."""
+
+
 def _nearest(word: str, known: tuple[str, ...]) -> str:
     near = difflib.get_close_matches(word, known, n=1, cutoff=0.5)
     return f"did you mean {near[0]!r}?" if near else f"known are {', '.join(known)}"
@@ -95,7 +99,7 @@ def priors_of(model: Model, vehicle: Vehicle, written: Mapping[str, PriorEntry])
     for spec in model.parameters:
         if spec.name in written:
             made = distribution(written[spec.name], spec)
-            item = Known(spec.name, made, spec.low > 0 and made.reach[0] > 0, "settings file")
+            item = Known(spec.name, made, spec.low > 0 and made.reach[0] > 0, SETTINGS_FILE)
         else:
             item = usual[spec.name]
         items.append(replace(item, runs=_room(item, spec)))
