@@ -30,6 +30,12 @@ FORCES = ("suspension_force_", "tire_normal_force_", "axle_load_")
 NO_MASS = "nothing says what the vehicle weighs: give mass_kg (and body) in a vehicle file"
 """What hangs on the vehicle's mass, the signals that weigh it, and what stands where neither they nor a file do."""
 
+WEIGH = (
+    *FORCES, "suspension_deflection_", "accel_z_unsprung_", "drive_torque", "brake_torque", "brake_pressure",
+)  # fmt: skip
+NO_FORCE = "no signal shows a force: it needs struts', wheels' or axle loads, suspension deflections with spring rates, or drive torque or brake pressure"
+"""Beginnings of the signals of which one a mass needs, whoever tells it, and what stands where there is none of them."""
+
 _SCANNED = frozenset(("blf", "asc", "trc", "candump"))
 
 
@@ -114,6 +120,8 @@ def _compared(signals: set[str], vehicle: Vehicle | None, chosen: Sequence[Estim
         if parameter in told:
             if parameter in OF_MASS and not weighed:
                 cannot.append((parameter, NO_MASS))
+            elif parameter == "mass_kg" and not any(name.startswith(WEIGH) for name in signals):
+                cannot.append((parameter, NO_FORCE))
         elif ways:
             nearest, lack = min(ways, key=lambda way: len(way[1]))
             cannot.append((parameter, f"{nearest.name} lacks {'; '.join(lack)}"))

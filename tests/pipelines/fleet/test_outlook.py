@@ -55,6 +55,18 @@ def test_what_hangs_on_a_mass_that_nobody_states_is_not_promised(samples, tmp_pa
     assert "cg_height_m" not in dict(outlook(drives(tmp_path)["drive.csv"]).cannot)
 
 
+def test_a_mass_is_not_promised_where_no_signal_shows_a_force(tmp_path):
+    head = "time_s,speed_mps,accel_x_mps2,accel_y_mps2,accel_z_mps2,roll_rate_radps,yaw_rate_radps"
+    (tmp_path / "drive.csv").write_text(head + "\n" + "".join(f"{k / 10},1,0,0,9.8,0,0\n" for k in range(90)))
+    (tmp_path / "vehicle.toml").write_text("[vehicle]\nmass_kg = 1890\n")
+    cannot = dict(outlook(drives(tmp_path)["drive.csv"]).cannot)
+    assert "no signal shows a force" in cannot["mass_kg"]
+    (tmp_path / "drive.csv").write_text(
+        f"{head},brake_pressure_pa\n" + "".join(f"{k / 10},1,0,0,9.8,0,0,0\n" for k in range(90))
+    )
+    assert "mass_kg" not in dict(outlook(drives(tmp_path)["drive.csv"]).cannot)
+
+
 def test_a_can_log_without_a_database_is_told_what_it_lacks(tmp_path):
     lines = "".join(f"({1.0 + i / 100:.6f}) can0 123#0011223344556677\n" for i in range(50))
     (tmp_path / "can.log").write_text(lines)
