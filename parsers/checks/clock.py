@@ -34,7 +34,8 @@ def clock_over_speed(signals: Mapping[str, Signal]) -> float | None:
     at = accel.time_ns / NS
     steps = 0.5 * (accel.values[1:] + accel.values[:-1]) * np.diff(at)
     gained = np.concatenate([[0.0], np.cumsum(np.where(np.isfinite(steps), steps, 0.0))])
-    rows = np.unique(np.linspace(0, len(speed.values) - 1, WINDOWS + 1).astype(np.int64))
+    last = len(speed.values) - 1
+    rows = np.linspace(0, last, min(WINDOWS, last) + 1).astype(np.int64)
     v, t = speed.values[rows], speed.time_ns[rows] / NS
     inside = np.isfinite(v) & (t >= at[0]) & (t <= at[-1])
     v, t = v[inside], t[inside]

@@ -147,11 +147,16 @@ def _table(value: object, path: Path, place: str) -> Mapping[str, Any]:
     return cast("Mapping[str, Any]", value)
 
 
+def _is_step(unit: str) -> bool:
+    """Whether a unit is the step of a column that counts rows: "10 ms"."""
+    return unit[:1].isdigit() and find_unit(unit, "time") is not None
+
+
 def _read_time(table: Mapping[str, Any], path: Path) -> tuple[str | None, str | None]:
     check_keys(table, _TIME_KEYS, path, "[time]")
     reader = _Values(table, path, "[time]")
     channel, unit = reader.text("channel"), reader.text("unit")
-    if unit is not None and unit not in TIME_UNITS and find_unit(unit, "time") is None:
+    if unit is not None and unit not in TIME_UNITS and not _is_step(unit):
         hint = f'use one of {", ".join(TIME_UNITS)}, or the step of a column that counts rows: "10 ms"'
         raise MappingError(f"unknown time unit {unit!r}", path=path, place="[time]", hint=hint)
     return channel, unit
