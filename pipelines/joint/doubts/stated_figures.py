@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from pipelines.joint.doubts.weighed import WRONG_FILE, Doubt, Place, elsewhere, wider
+from pipelines.joint.doubts.weighed import WIDER, WRONG_FILE, Doubt, Place, elsewhere, wider
 from pipelines.joint.file_check import BARS, LOAD, UNSPRUNG, of_any, stated_unknowns
 from pipelines.joint.vehicle.no_bars import NOT_LOOKED_UP, bars_not_looked_up
 from pipelines.joint.vehicle.unknowns import AXLES, Known
@@ -23,6 +23,10 @@ a load, which who wrote it down did not drive with."""
 
 WEIGHED = 0.005
 """The same of where the CG lies along, in the file of a vehicle whose wheels were weighed."""
+
+FAR_OFF: dict[str, tuple[float, float]] = {"stated mass": (0.08, 0.03)}
+"""Where figures are told more closely than people err: how far off they then are, a share of the figure, and the chance of it. A mass that was
+written down with the driver in it, from another trim or with a digit changed is off by as much whether it is said to be sure to 2 or to 0.3 %."""
 
 SURE = 1e-4
 """Spread over a figure below which it was stated as exact."""
@@ -87,8 +91,20 @@ def file_doubts(joint: Place, vehicle: Vehicle) -> list[Doubt]:
             if not exact(joint.known, where):
                 found.append(elsewhere(text, joint.known, where, chance))
         else:
-            found += wider(text, names, chance)
+            found += [*wider(text, names, chance), *_far_off(joint.known, title, names)]
     return found
+
+
+def _far_off(known: Known, title: str, names: tuple[str, ...]) -> list[Doubt]:
+    """A figure that is off by what people err by, where five of its own spreads are less."""
+    if title not in FAR_OFF:
+        return []
+    share, chance = FAR_OFF[title]
+    rows = [known.index(name) for name in names]
+    apart = share * np.abs(known.mean[rows]) / known.std[rows]
+    if apart.min() <= WIDER:
+        return []
+    return [Doubt(f"{title} wrong", names, np.zeros(len(names)), np.diag(apart**-2.0), chance)]
 
 
 def unlike_measured(_: Place, vehicle: Vehicle) -> list[Doubt]:
