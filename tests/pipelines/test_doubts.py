@@ -138,7 +138,8 @@ def test_the_mean_and_spread_are_those_of_the_mixture(seen: float) -> None:
     stated = _only("mass_kg")
     joint = find_mode([linear({"empty_mass": 1.0}, seen, 15.0)], KNOWN)
     doubts = tuple(d for d in doubts_of(joint, stated) if d.doubt.names == ("empty_mass",))
-    assert len(doubts) == 1
+    # by five of its spreads, and by eight hundredths of it
+    assert [float(d.doubt.precision[0, 0]) ** -0.5 for d in doubts] == pytest.approx([WIDER, 8.0])
     odds = doubts[0].weight / (1 - sum(d.weight for d in doubts_of(joint, stated)))
     x = np.linspace(1500, 2600, 200001)
     told, likelihood = _normal(x, 1900.0, 19.0), _normal(x, seen, 15.0)
