@@ -77,9 +77,14 @@ SLOWEST_HZ = 0.8
 """Rows that come less often show no motion of a vehicle; what is logged once a second still tells its axle loads."""
 
 
+LOOKED_AT = 2000
+"""Samples of a signal that tell how often it comes: every estimator asks."""
+
+
 def fastest_hz(drive: Drive) -> float:
     """How often the quickest signal is sampled; infinite where there is one sample of each."""
-    steps = [float(np.median(np.diff(s.time_ns))) for s in drive.signals.values() if len(s.time_ns) > 1]
+    begun = [s.time_ns[:LOOKED_AT] for s in drive.signals.values() if len(s.time_ns) > 1]
+    steps = [float(np.median(np.diff(time_ns))) for time_ns in begun]
     return NS / min(steps) if steps and min(steps) > 0 else math.inf
 
 

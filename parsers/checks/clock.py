@@ -15,6 +15,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from parsers.drive import Signal
+from parsers.timebase import NS
 
 WINDOWS, FEWEST = 200, 20
 LEAST_MPS = 3.0
@@ -22,8 +23,6 @@ LEAST_MPS = 3.0
 
 FAR, TOGETHER = 3.0, 0.8
 """Factor from which on it is the clock, and least correlation of both sides. Grades, scales and pitching bodies are far from either."""
-
-NS = 1e9
 
 
 def clock_over_speed(signals: Mapping[str, Signal]) -> float | None:

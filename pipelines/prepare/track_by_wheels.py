@@ -44,11 +44,8 @@ STIFFNESS = ("roll_stiffness_nmprad",)
 
 def hanging_on_it(drive: Drive) -> tuple[str, ...]:
     """What goes by the track: a roll gradient, where the roll is that of the deflections."""
-    return (
-        ()
-        if "roll" in drive.signals or "suspension_deflection_fl" not in drive.signals
-        else ("roll_gradient_degpg",)
-    )
+    by_deflections = "roll" not in drive.signals and "suspension_deflection_fl" in drive.signals
+    return ("roll_gradient_degpg",) if by_deflections else ()
 
 
 def track_by_wheels(drive: Drive, axle: str) -> tuple[float, float] | None:
@@ -61,10 +58,10 @@ def track_by_wheels(drive: Drive, axle: str) -> tuple[float, float] | None:
     beside = {n: s for n, s in drive.signals.items() if n in every and len(s.values)}
     grid = make_grid(beside)
     speed, yaw = vehicle_speed(grid), grid.get("yaw_rate")
-    slow, quick = grid.get(left), grid.get(right)
-    if speed is None or yaw is None or slow is None or quick is None:
+    left_speed, right_speed = grid.get(left), grid.get(right)
+    if speed is None or yaw is None or left_speed is None or right_speed is None:
         return None
-    v, r, apart = smooth(speed), smooth(yaw), smooth(quick - slow)
+    v, r, apart = smooth(speed), smooth(yaw), smooth(right_speed - left_speed)
     with np.errstate(invalid="ignore"):
         used = (v > SLOW) & (v < FAST) & (np.abs(v * r) < LATERAL)
     found = block_slopes(np.where(used, r, np.nan), (apart,), np.column_stack([v, v * v * r]), LEAST_RATE)
